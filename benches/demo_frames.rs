@@ -7,15 +7,15 @@ use std::hint::black_box;
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::path::Path;
 
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
 use flate2::read::MultiGzDecoder;
+use gateway_base::time::{MonoTime, Now, WallStamp};
+use gateway_core::gateway::Gateway;
+use gateway_core::gateway::event::Input;
 use signal_gateway::config::files::{DEMO_CONFIG, Embedded};
 use signal_gateway::config::{Overrides, load};
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::gateway::Gateway;
-use signal_gateway::core::gateway::event::Input;
-use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 
 /// An identifier of 11 bits with its data.
 pub(crate) type Message = (u16, [u8; 8]);

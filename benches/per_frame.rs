@@ -17,24 +17,24 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 use std::time::Duration;
 
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
+use can_signal::dbc::codec::{Layout, SignalCodec};
+use can_signal::validation::integrity::checksum::{Checksum, ChecksumRule, CrcRule, Sum};
+use can_signal::validation::integrity::counter::{Counter, CounterRule};
+use can_signal::validation::integrity::e2e::{DataIdMode, E2e, E2eProfile};
+use can_signal::validation::integrity::{IntegrityChecker, MessageIntegrity, Protection};
+use can_signal::validation::table::MessageIndex;
 use comparison::{Row, figure, peers, processor_time};
 use criterion::Criterion;
 use demo_frames::{
     CHANGED, FramePair, IRRELEVANT, LEFT, NOW, RIGHT, SIGN_OF_LIFE, UNCHANGED, gateway, input, take,
 };
+use gateway_base::time::Now;
+use gateway_core::gateway::Gateway;
 use signal_gateway::config::files::Disk;
 use signal_gateway::config::load_profile;
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::dbc::codec::{Layout, SignalCodec};
-use signal_gateway::core::gateway::Gateway;
-use signal_gateway::core::time::Now;
-use signal_gateway::core::validation::integrity::checksum::{Checksum, ChecksumRule, CrcRule, Sum};
-use signal_gateway::core::validation::integrity::counter::{Counter, CounterRule};
-use signal_gateway::core::validation::integrity::e2e::{DataIdMode, E2e, E2eProfile};
-use signal_gateway::core::validation::integrity::{IntegrityChecker, MessageIntegrity, Protection};
-use signal_gateway::core::validation::table::MessageIndex;
 
 fn main() -> ExitCode {
     let mut criterion = Criterion::default()

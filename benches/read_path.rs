@@ -23,9 +23,9 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use signal_gateway::core::can::frame::CanId;
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
+use can_signal::can::frame::CanId;
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
 use signal_gateway::io::can::bus::{BusSocketSettings, receive};
 use signal_gateway::io::can::id_filter::IdFilter;
 use signal_gateway::io::can::transmit::Transmitter;

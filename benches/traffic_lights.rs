@@ -16,26 +16,26 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
+use can_signal::can::link::LinkState;
 use comparison::{Row, point, processor_time};
+use gateway_base::time::{MonoTime, Now, WallStamp};
+use gateway_core::gateway::Gateway;
+use gateway_core::gateway::event::{Input, Output};
+use lanelet2_map::light_map::{GroupEntry, LampColor, LightMap, MapLamp};
 use signal_gateway::config::files::{DEMO_CONFIG, Embedded};
 use signal_gateway::config::{Overrides, load};
-use signal_gateway::core::can::link::LinkState;
-use signal_gateway::core::compat::Compat;
-use signal_gateway::core::gateway::Gateway;
-use signal_gateway::core::gateway::event::{Input, Output};
-use signal_gateway::core::map::light_map::{GroupEntry, LampColor, LightMap, MapLamp};
-use signal_gateway::core::time::{MonoTime, Now, WallStamp};
-use signal_gateway::core::traffic_light::arbiter::ArbiterSettings;
-use signal_gateway::core::traffic_light::emission::{Emission, LightsTopic};
-use signal_gateway::core::traffic_light::engine::{LightsSettings, TrafficLights};
-use signal_gateway::core::traffic_light::flow::LightsFlowSettings;
-use signal_gateway::core::traffic_light::output::TrafficLightOutput;
-use signal_gateway::core::traffic_light::scenario::{
+use signal_gateway::io::ros::messages::{CdrBytes, LightsEncoder, LightsMessage, LightsType};
+use traffic_lights::arbiter::ArbiterSettings;
+use traffic_lights::compat::Compat;
+use traffic_lights::emission::{Emission, LightsTopic};
+use traffic_lights::engine::{LightsSettings, TrafficLights};
+use traffic_lights::flow::LightsFlowSettings;
+use traffic_lights::output::TrafficLightOutput;
+use traffic_lights::scenario::{
     Act, Action, Condition, ControllerIndex, Edge, Event, Phase, PhaseEntry, Reference, Rule, Scenario,
     StateText, Test, TrafficSignalController, Trigger,
 };
-use signal_gateway::core::traffic_light::target::{LightChannel, SignalTarget, StoreId, StoreLayer};
-use signal_gateway::io::ros::messages::{CdrBytes, LightsEncoder, LightsMessage, LightsType};
+use traffic_lights::target::{LightChannel, SignalTarget, StoreId, StoreLayer};
 
 /// The largest ratio of the times for a few lights among 100,000 lights and among 10.
 const MAX_GROWTH: f64 = 20.0;

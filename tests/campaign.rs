@@ -33,9 +33,9 @@ use campaign::faults::FAULTS;
 use campaign::recording::{Line, drive};
 use campaign::trial::{Kind, Verdict, run, shrink, text};
 use campaign::vehicle::Vehicle;
+use gateway_core::gateway::GatewaySettings;
 use signal_gateway::config::files::Disk;
 use signal_gateway::config::load_profile;
-use signal_gateway::core::gateway::GatewaySettings;
 
 /// Recordings when the command line names no number.
 const RECORDINGS: usize = 400;

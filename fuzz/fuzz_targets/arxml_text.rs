@@ -9,7 +9,7 @@ use std::path::Path;
 use libfuzzer_sys::fuzz_target;
 use signal_gateway::config::files::Files;
 use signal_gateway::config::load_profile;
-use signal_gateway::core::can::frame::MAX_DATA;
+use can_signal::can::frame::MAX_DATA;
 
 const PROFILE: &str = "name = \"Car\"\n[bus.body]\ndbc = \"car.arxml\"\ncluster = \"Body\"\n[turn]\nfitted = false\n\
                        [hazard]\nfrom = \"not_fitted\"\n";

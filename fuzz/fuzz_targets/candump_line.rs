@@ -6,7 +6,7 @@
 use std::io::Cursor;
 
 use libfuzzer_sys::fuzz_target;
-use signal_gateway::core::simulated_vehicle::request;
+use vehicle_bringup::simulated_vehicle::request;
 use signal_gateway::io::can::formats::{EntryContent, begins_like_binary};
 use signal_gateway::io::can::formats::candump::parse_line;
 use signal_gateway::io::can::log::Log;

@@ -10,13 +10,13 @@ use std::path::Path;
 use libfuzzer_sys::fuzz_target;
 use signal_gateway::config::files::Files;
 use signal_gateway::config::{Overrides, Settings, load};
-use signal_gateway::core::can::link::LinkState;
-use signal_gateway::core::command::Turn;
-use signal_gateway::core::gateway::Gateway;
-use signal_gateway::core::gateway::event::Input;
-use signal_gateway::core::simulated_vehicle::request::SimulationRequest;
-use signal_gateway::core::simulated_vehicle::{SimulationSettings, SimulatedVehicle};
-use signal_gateway::core::time::{MonoTime, Now, WallStamp};
+use can_signal::can::link::LinkState;
+use gateway_core::command::Turn;
+use gateway_core::gateway::Gateway;
+use gateway_core::gateway::event::Input;
+use vehicle_bringup::simulated_vehicle::request::SimulationRequest;
+use vehicle_bringup::simulated_vehicle::{SimulationSettings, SimulatedVehicle};
+use gateway_base::time::{MonoTime, Now, WallStamp};
 
 struct Texts<'a> {
     names: [&'static str; 3],

@@ -5,8 +5,8 @@
 use std::collections::BTreeSet;
 
 use libfuzzer_sys::fuzz_target;
-use signal_gateway::core::can::frame::MAX_DATA;
-use signal_gateway::core::dbc;
+use can_signal::can::frame::MAX_DATA;
+use can_signal::dbc;
 
 fuzz_target!(|bytes: &[u8]| {
     let database = dbc::parse(bytes);

@@ -12,21 +12,21 @@ use std::time::Duration;
 use libfuzzer_sys::fuzz_target;
 use signal_gateway::config::files::Files;
 use signal_gateway::config::load_profile;
-use signal_gateway::core::can::controller::ControllerReport;
-use signal_gateway::core::can::error_frame::{ControllerState, ErrorCounters, ErrorFrame};
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::gateway::event::{Input, Output};
-use signal_gateway::core::gateway::{Gateway, GatewaySettings};
-use signal_gateway::core::time::{MonoTime, Now, WallStamp};
-use signal_gateway::core::validation::unusable::FaultKind;
-use signal_gateway::core::vehicle_lights::Task;
-use signal_gateway::core::vehicle_lights::binding::HazardBinding;
-use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
-use signal_gateway::core::vehicle_report::Step;
-use signal_gateway::core::vehicle_status::output::VehicleStatusOutput;
-use signal_gateway::core::vehicle_status::settings::{VehicleGeometry, WheelToTire};
+use can_signal::can::controller::ControllerReport;
+use can_signal::can::error_frame::{ControllerState, ErrorCounters, ErrorFrame};
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
+use gateway_core::gateway::event::{Input, Output};
+use gateway_core::gateway::{Gateway, GatewaySettings};
+use gateway_base::time::{MonoTime, Now, WallStamp};
+use can_signal::validation::unusable::FaultKind;
+use gateway_core::vehicle_lights::Task;
+use gateway_core::vehicle_lights::binding::HazardBinding;
+use gateway_core::vehicle_lights::output::VehicleLightsOutput;
+use gateway_core::vehicle_report::Step;
+use gateway_core::vehicle_status::output::VehicleStatusOutput;
+use gateway_core::vehicle_status::settings::{VehicleGeometry, WheelToTire};
 
 macro_rules! shipped {
     ($($name:literal),+) => {

@@ -4,7 +4,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use signal_gateway::core::gateway::history::{History, HistoryRequest};
+use gateway_core::gateway::history::{History, HistoryRequest};
 use signal_gateway::io::history_file::parse;
 use signal_gateway::report::history::entry_text;
 

@@ -3,11 +3,11 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use signal_gateway::core::map::geometry::polyline::at_arc;
-use signal_gateway::core::map::lane_network::LaneNetwork;
-use signal_gateway::core::map::osm;
-use signal_gateway::core::map::points::Points;
-use signal_gateway::core::map::projector::{Geo, Projector};
+use lanelet2_map::geometry::polyline::at_arc;
+use lanelet2_map::lane_network::LaneNetwork;
+use lanelet2_map::osm;
+use lanelet2_map::points::Points;
+use lanelet2_map::projector::{Geo, Projector};
 
 fuzz_target!(|bytes: &[u8]| {
     let _ = Projector::parse(&String::from_utf8_lossy(bytes));

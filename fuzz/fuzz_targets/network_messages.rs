@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use libfuzzer_sys::fuzz_target;
-use signal_gateway::core::traffic_light::target::{LightChannel, StoreLayer, StoreId};
+use traffic_lights::target::{LightChannel, StoreLayer, StoreId};
 use signal_gateway::io::ros::inbox::Inbox;
 use signal_gateway::io::ros::link::FrameBuffer;
 use signal_gateway::io::ros::reception::TopicReception;

@@ -6,12 +6,12 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use signal_gateway::core::command::origin::SampleId;
-use signal_gateway::core::gateway::call::{GatewayCall as Call, TimedCall};
-use signal_gateway::core::gateway::event::Input;
-use signal_gateway::core::traffic_light::input::TrafficLightInput;
-use signal_gateway::core::traffic_light::target::{LightChannel, StoreLayer, StoreId};
-use signal_gateway::core::turn_signal::planner_input::{FactorTopic, PlannerInput};
+use gateway_core::command::origin::SampleId;
+use gateway_core::gateway::call::{GatewayCall as Call, TimedCall};
+use gateway_core::gateway::event::Input;
+use traffic_lights::input::TrafficLightInput;
+use traffic_lights::target::{LightChannel, StoreLayer, StoreId};
+use turn_signal::planner_input::{FactorTopic, PlannerInput};
 use signal_gateway::io::ros::messages::signal_gateway_msgs::GatewayCall;
 use signal_gateway::io::ros::reading::{Endian, read, read_message};
 use signal_gateway::io::ros::topics::SubscriptionKind;

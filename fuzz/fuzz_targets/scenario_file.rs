@@ -11,8 +11,8 @@ use std::path::Path;
 use libfuzzer_sys::fuzz_target;
 use signal_gateway::config::files::Files;
 use signal_gateway::config::scenario::read;
-use signal_gateway::core::map::light_map::LightMap;
-use signal_gateway::core::compat::Compat;
+use lanelet2_map::light_map::LightMap;
+use traffic_lights::compat::Compat;
 
 struct Only<'a>(&'a [u8]);
 

@@ -4,12 +4,12 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::link::BusIndex;
-use signal_gateway::core::discovery::capture::Capture;
-use signal_gateway::core::discovery::findings::DiscoveryFindings;
-use signal_gateway::core::discovery::timeline::ActionTimeline;
-use signal_gateway::core::time::MonoTime;
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::link::BusIndex;
+use vehicle_bringup::discovery::capture::Capture;
+use vehicle_bringup::discovery::findings::DiscoveryFindings;
+use vehicle_bringup::discovery::timeline::ActionTimeline;
+use gateway_base::time::MonoTime;
 use signal_gateway::desk::recorded_session::marks;
 
 fuzz_target!(|bytes: &[u8]| {

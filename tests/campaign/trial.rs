@@ -4,12 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::io::Cursor;
 
-use signal_gateway::core::can::link::BusIndex;
-use signal_gateway::core::gateway::GatewaySettings;
-use signal_gateway::core::gateway::event::Output;
-use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput as Lights;
-use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
-use signal_gateway::core::vehicle_report::Step;
+use can_signal::can::link::BusIndex;
+use gateway_core::gateway::GatewaySettings;
+use gateway_core::gateway::event::Output;
+use gateway_core::vehicle_lights::output::VehicleLightsOutput as Lights;
+use gateway_core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+use gateway_core::vehicle_report::Step;
 use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 

@@ -4,15 +4,15 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use gateway_base::time::WallStamp;
+use lanelet2_map::geometry::Pose;
 use serde_json::{Value, json};
-use signal_gateway::core::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
-use signal_gateway::core::map::geometry::Pose;
-use signal_gateway::core::time::WallStamp;
-use signal_gateway::core::turn_signal::planner_input::Odometry;
-use signal_gateway::core::turn_signal::planner_input::{
+use turn_signal::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
+use turn_signal::planner_input::Odometry;
+use turn_signal::planner_input::{
     ControlPoint, FactorTopic, OperationMode, PlannedPathPoint, PlannerInput, PlannerRoute, PlanningFactor,
 };
-use signal_gateway::core::turn_signal::route::Segment;
+use turn_signal::route::Segment;
 
 use super::session::{Gateway, KINDS, Role};
 use crate::support::json_process::{JsonProcess, Mark};

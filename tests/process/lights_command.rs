@@ -7,9 +7,9 @@ use std::fs;
 use std::path::PathBuf;
 
 use serde_json::{Value, json};
-use signal_gateway::core::compat::Compat;
-use signal_gateway::core::traffic_light::command::parse_command;
-use signal_gateway::core::traffic_light::scenario::{Phase, TrafficSignalController};
+use traffic_lights::command::parse_command;
+use traffic_lights::compat::Compat;
+use traffic_lights::scenario::{Phase, TrafficSignalController};
 
 use crate::support::program::{Ran, run};
 

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use signal_gateway::config::drive::read;
 use signal_gateway::config::files::Disk;
-use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::desk::drive::simulation::DriveSimulation;
+use turn_signal::light_command::TurnCommand;
 
 use crate::support::drive_script::Script;
 use crate::support::mcap::McapReaders;

@@ -3,12 +3,12 @@
 use std::path::Path;
 use std::process::Command;
 
+use can_signal::can::frame::{CanId, FrameFormat};
+use can_signal::dbc::codec::{ByteOrder, Layout, SignalCodec};
+use can_signal::dbc::model::{Database, DbcSeverity, Message, Number, Signal};
+use can_signal::dbc::parse;
 use serde_json::Value;
 use signal_gateway::config::{Overrides, Problem, load};
-use signal_gateway::core::can::frame::{CanId, FrameFormat};
-use signal_gateway::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
-use signal_gateway::core::dbc::model::{Database, DbcSeverity, Message, Number, Signal};
-use signal_gateway::core::dbc::parse;
 
 use crate::support::files::MemoryFiles;
 use crate::support::prerequisite::{peer_python, require};

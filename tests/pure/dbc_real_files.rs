@@ -6,9 +6,9 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::OnceLock;
 
-use signal_gateway::core::can::frame::{CanId, MAX_DATA};
-use signal_gateway::core::dbc::model::{Database, DbcSeverity, Message, Number};
-use signal_gateway::core::dbc::parse;
+use can_signal::can::frame::{CanId, MAX_DATA};
+use can_signal::dbc::model::{Database, DbcSeverity, Message, Number};
+use can_signal::dbc::parse;
 
 use crate::support::prerequisite::{peer_python, require, shared_data};
 use crate::support::random::Random;

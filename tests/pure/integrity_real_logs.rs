@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::validation::integrity::checksum::{Checksum, ChecksumRule, CrcRule, Sum};
-use signal_gateway::core::validation::integrity::counter::{Counter, CounterRule};
-use signal_gateway::core::validation::integrity::{
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::dbc::codec::{ByteOrder, Layout, SignalCodec};
+use can_signal::validation::integrity::checksum::{Checksum, ChecksumRule, CrcRule, Sum};
+use can_signal::validation::integrity::counter::{Counter, CounterRule};
+use can_signal::validation::integrity::{
     IntegrityChecker, IntegrityCounts, MessageIntegrity, Protection, Reject,
 };
+use gateway_base::time::MonoTime;
 use signal_gateway::io::can::formats::EntryContent;
 use signal_gateway::io::can::log::Log;
 

@@ -1,9 +1,9 @@
 //! J1939 messages: of any sender or of listed ones, of any priority and destination, through profile, gateway and check.
 
+use can_signal::can::frame::CanId;
+use can_signal::can::id_match::{IdMatch, SourceAddresses};
+use can_signal::can::link::BusIndex;
 use signal_gateway::config::Problem;
-use signal_gateway::core::can::frame::CanId;
-use signal_gateway::core::can::id_match::{IdMatch, SourceAddresses};
-use signal_gateway::core::can::link::BusIndex;
 
 use crate::support::files::MemoryFiles;
 use crate::support::virtual_gateway::VirtualGateway;

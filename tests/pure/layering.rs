@@ -1,5 +1,5 @@
-//! The house rules a compiler does not check: imports run downhill, between the rooms of the core as
-//! well, and in no circle there; the core stays pure, files stay short and their names are specific.
+//! The house rules that neither Cargo nor the compiler checks: within a crate imports run downhill and in no circle, what computes
+//! stays pure, files stay short and their names are specific. What a crate may use is in its manifest.
 //!
 //! Sources are read as tokens, so comments and strings do not count, and paths count wherever they
 //! stand: in `use`, in expressions, inside macros. What is `#[cfg(test)]` may do as it likes.
@@ -7,7 +7,7 @@
 mod config_rooms;
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
@@ -16,27 +16,17 @@ use crate::support::sources::{files_of_kind, project};
 
 mod circles;
 
-/// Top to bottom; a module imports from floors below its own. `lib.rs` and `main.rs` join them.
-const FLOORS: &[&[&str]] =
-    &[&["cli"], &["daemon", "check"], &["replay", "desk"], &["report"], &["config"], &["io"], &["core"]];
-/// The rooms of `core`, top to bottom, likewise. The flows are on one floor: each stands alone, and only
-/// what is above them imports two of them; what they share does not know its purpose.
-const CORE_FLOORS: &[&[&str]] = &[
-    &["gateway", "plausibility", "simulated_vehicle", "discovery"],
-    &["vehicle_lights", "vehicle_status", "turn_signal", "traffic_light", "command"],
-    &["vehicle_report"],
-    &["validation"],
-    &["dbc"],
-    &["can", "map"],
-    &["diagnostics", "car_model", "control_mode"],
-    &["time", "compat", "light_command", "near_miss", "provenance"],
-    &["names"],
-];
-/// Crates that compute and touch nothing; any other dependency is barred from `core`.
+/// The rooms of crates, top to bottom; a module imports from floors below its own. `lib.rs` and `main.rs` join them.
 #[rustfmt::skip]
-const PURE_CRATES: &[&str] = &[
-    "can_dbc", "crc", "derive_more", "encoding_rs", "quick_xml", "rand_distr", "rand_pcg", "schemars", "serde",
-    "serde_variant", "strsim", "thiserror",
+const FLOORS: &[(&str, &[&[&str]])] = &[
+    ("signal_gateway", &[&["cli"], &["daemon", "check"], &["replay", "desk"], &["report"], &["config"], &["io"]]),
+    // Each flow stands alone, and only what is above them imports two of them.
+    ("gateway_core", &[
+        &["gateway"], &["vehicle_lights", "vehicle_status", "command"], &["vehicle_report"], &["control_mode", "provenance"],
+    ]),
+    ("vehicle_bringup", &[&["plausibility", "simulated_vehicle", "discovery"], &["car_model"]]),
+    ("can_signal", &[&["validation"], &["dbc"], &["can"]]),
+    ("gateway_base", &[&["diagnostics"], &["time", "near_miss"], &["names"]]),
 ];
 /// Parts of the standard library that reach outside the process, wait or share.
 const IMPURE_STD: &[&str] = &["env", "fs", "io", "net", "os", "process", "thread", "sync"];
@@ -50,13 +40,12 @@ const VAGUE_NAMES: &[&str] = &["util", "utils", "common", "manager", "managers",
 const MAX_FILE: usize = 500;
 
 #[test]
-fn imports_run_downhill_and_the_core_is_pure() {
-    let dependencies = dependencies();
+fn imports_run_downhill_and_what_computes_is_pure() {
     let (sources, test_files) = (sources_below("src"), test_files());
     let mut breaches = Vec::new();
     for source in sources.iter().filter(|source| !test_files.contains(&source.path)) {
         let breach = |breach| format!("{}: {breach}", source.path.display());
-        breaches.extend(source.breaches(&dependencies).map(breach));
+        breaches.extend(source.breaches().map(breach));
     }
     assert!(sources.len() > 10, "the sources were not found");
     assert!(breaches.is_empty(), "\n{}", breaches.join("\n"));
@@ -101,7 +90,7 @@ pub(super) fn test_files() -> Vec<PathBuf> {
 struct Source {
     path: PathBuf,
     lines: usize,
-    /// `["core", "can", "bus"]` for `src/core/can/bus.rs`.
+    /// `["can_signal", "can", "bus"]` for `src/can-signal/can/bus.rs`.
     module: Vec<String>,
     mentions: Vec<Mention>,
     /// Every `mod name`, inline or not.
@@ -126,6 +115,9 @@ impl Source {
         let mut module: Vec<String> =
             path.with_extension("").iter().skip(1).map(|part| part.to_string_lossy().into_owned()).collect();
         module.pop_if(|last| ["mod", "lib", "main"].contains(&last.as_str()));
+        if let Some(package) = module.first_mut() {
+            *package = package.replace('-', "_");
+        }
         let lines = text.lines().count();
         let mut source = Self { path: path.to_owned(), lines, module: module.clone(), ..Self::default() };
         source.walk(tokens, &module, &[]);
@@ -213,9 +205,9 @@ impl Source {
         end + 1
     }
 
-    fn breaches(&self, dependencies: &BTreeSet<String>) -> impl Iterator<Item = String> {
+    fn breaches(&self) -> impl Iterator<Item = String> {
         self.mentions.iter().filter_map(|mention| {
-            let why = mention.breach(dependencies)?;
+            let why = mention.breach()?;
             Some(format!("`{}`: {why}", mention.path.join("::")))
         })
     }
@@ -223,60 +215,50 @@ impl Source {
 
 impl Mention {
     /// Why this must not stand here.
-    fn breach(&self, dependencies: &BTreeSet<String>) -> Option<String> {
-        let home = self.inside.first()?; // the two roots may import everything
-        let Some(floor) = floor_of(FLOORS, home) else {
-            return Some(format!("`{home}` has no floor: give it one in tests/pure/layering.rs"));
-        };
-        let target = self.target();
-        let within_core = home == "core";
-        match target.as_deref() {
-            Some([]) => Some("names the whole crate".to_owned()),
-            Some([room, ..]) if room != home && floor_of(FLOORS, room).is_none_or(|other| other <= floor) => {
-                Some(format!("`{home}` must not import `{room}`: imports run downhill"))
-            }
-            Some(path) if within_core => self.breach_within_core(path),
-            None if within_core => self.impurity(dependencies),
-            _ => None,
+    fn breach(&self) -> Option<String> {
+        let home = self.inside.first()?;
+        match self.target().as_deref() {
+            Some([package, path @ ..]) if package == home => self.breach_of_floors(path),
+            None if PURE.contains(home) => self.impurity(),
+            Some(_) | None => None, // whether it may use another crate is in its manifest
         }
     }
 
-    fn breach_within_core(&self, target: &[String]) -> Option<String> {
-        let room = self.inside.get(1)?; // `core` itself may import its rooms
-        let Some(floor) = floor_of(CORE_FLOORS, room) else {
-            return Some(format!("`core::{room}` has no floor: give it one in tests/pure/layering.rs"));
+    fn breach_of_floors(&self, target: &[String]) -> Option<String> {
+        let [home, room, ..] = &*self.inside else { return None }; // the roots may import everything
+        let (_, floors) = FLOORS.iter().find(|(package, _)| package == home)?;
+        let Some(floor) = floor_of(floors, room) else {
+            return Some(format!("`{room}` has no floor: give it one in tests/pure/layering.rs"));
         };
         match target {
-            [_] => Some(format!("`{room}` names the whole core, rooms above included")),
-            [_, met, ..] if met != room && floor_of(CORE_FLOORS, met).is_none_or(|other| other <= floor) => {
-                Some(format!("`{room}` must not know `{met}`: imports run downhill"))
+            [] => Some("names the whole crate".to_owned()),
+            [met, ..] if met != room && floor_of(floors, met).is_none_or(|other| other <= floor) => {
+                Some(format!("`{room}` must not import `{met}`: imports run downhill"))
             }
-            [] | [_, ..] => None, // the whole crate is reported above
+            [_, ..] => None,
         }
     }
 
-    fn impurity(&self, dependencies: &BTreeSet<String>) -> Option<String> {
+    fn impurity(&self) -> Option<String> {
         let segments: Vec<&str> = self.path.iter().map(String::as_str).collect();
         if let Some(name) = segments.iter().find(|segment| IMPURE_NAMES.contains(segment)) {
-            return Some(format!("`{name}` is no business of the core"));
+            return Some(format!("`{name}` is no business of what computes"));
         }
         match segments.as_slice() {
             ["std" | "alloc"] | ["std", "*"] => Some("names the whole standard library".to_owned()),
             ["std", "sync", "Arc", ..] => None,
             ["std", part, ..] if IMPURE_STD.contains(part) => Some(format!("`std::{part}` is not pure")),
-            [name, ..] if dependencies.contains(*name) && !PURE_CRATES.contains(name) => {
-                Some(format!("crate `{name}` is not for the core"))
-            }
             _ => None,
         }
     }
 
-    /// The path from the crate's root, when it leads into this crate by `crate`, `self` or `super`.
+    /// The path from a crate of ours on, when it leads into one by its name, or by `crate`, `self` or `super`.
     fn target(&self) -> Option<Vec<String>> {
         let mut target = match self.path[0].as_str() {
-            "crate" | "signal_gateway" => Vec::new(),
+            "crate" => self.inside[..1].to_vec(),
             "self" if self.path.len() > 1 => self.inside.clone(),
             "super" => self.inside[..self.inside.len() - 1].to_vec(),
+            name if OURS.contains_key(name) => vec![name.to_owned()],
             _ => return None,
         };
         for segment in &self.path[1..] {
@@ -299,7 +281,7 @@ fn is_path_separator(tokens: &[TokenTree]) -> bool {
     colon(0) && colon(1)
 }
 
-/// The parentheses of `pub(crate)`, `pub(super)`, `pub(in crate::core)`: they import nothing.
+/// The parentheses of `pub(crate)`, `pub(super)`, `pub`: they import nothing.
 fn is_restriction(token: Option<&TokenTree>) -> bool {
     let Some(TokenTree::Group(group)) = token else { return false };
     let first = group.stream().into_iter().next().map(|token| token.to_string());
@@ -316,23 +298,47 @@ fn joined(path: &[String], name: String) -> Vec<String> {
     path.iter().cloned().chain([name]).collect()
 }
 
-/// Every dependency, by the name it has in Rust.
-fn dependencies() -> BTreeSet<String> {
-    let manifest = fs::read_to_string(project().join("Cargo.toml")).unwrap();
-    let manifest: toml::Table = manifest.parse().unwrap();
-    ["dependencies", "dev-dependencies"]
-        .iter()
-        .filter_map(|table| manifest.get(*table)?.as_table())
-        .flat_map(toml::Table::keys)
-        .map(|name| name.replace('-', "_"))
-        .collect()
+/// Our crates by their names in Rust, with what each depends on, by names in manifests.
+static OURS: LazyLock<BTreeMap<String, BTreeSet<String>>> = LazyLock::new(|| {
+    let root = PathBuf::from("Cargo.toml");
+    let below_src = files_of_kind("src", "toml").into_iter().filter(|path| path.ends_with("Cargo.toml"));
+    let packages = below_src.chain([root]).map(|path| {
+        let manifest: toml::Table = fs::read_to_string(project().join(path)).unwrap().parse().unwrap();
+        let dependencies = manifest["dependencies"].as_table().unwrap().keys().cloned().collect();
+        (manifest["package"]["name"].as_str().unwrap().replace('-', "_"), dependencies)
+    });
+    packages.collect()
+});
+
+/// Those that compute and touch nothing.
+static PURE: LazyLock<BTreeSet<String>> = LazyLock::new(|| {
+    let pure = OURS.iter().filter(|(_, dependencies)| !dependencies.contains("tokio"));
+    pure.map(|(package, _)| package.clone()).collect()
+});
+
+/// The table of crates in ARCHITECTURE.md has the arrows of the manifests.
+#[test]
+fn the_architecture_shows_which_crate_uses_which() {
+    let text = fs::read_to_string(project().join("ARCHITECTURE.md")).unwrap();
+    let cells = |line: &str| line.split('|').map(|cell| cell.trim().replace('`', "")).collect::<Vec<_>>();
+    let rows = text.lines().map(cells).filter_map(|cells| match &*cells {
+        [_, package, _, uses, _] => Some((package.replace('-', "_"), uses.clone())),
+        _ => None,
+    });
+    let drawn: BTreeMap<_, _> = rows.filter(|(package, _)| OURS.contains_key(package)).collect();
+    for (package, dependencies) in &*OURS {
+        let ours: Vec<_> =
+            dependencies.iter().filter(|name| OURS.contains_key(&name.replace('-', "_"))).cloned().collect();
+        let expected = if ours.is_empty() { "none".to_owned() } else { ours.join(", ") };
+        assert_eq!(drawn.get(package), Some(&expected), "{package} in ARCHITECTURE.md");
+    }
 }
 
 mod the_check_itself {
     use super::*;
 
     fn found(path: &str, text: &str) -> Vec<String> {
-        Source::parse(Path::new(path), text).breaches(&dependencies()).collect()
+        Source::parse(Path::new(path), text).breaches().collect()
     }
 
     fn assert_found(path: &str, texts: &[&str]) {
@@ -350,50 +356,57 @@ mod the_check_itself {
     #[test]
     fn finds_an_import_that_runs_uphill() {
         assert_found(
-            "src/core/gateway.rs",
+            "src/signal-gateway/io/can/mod.rs",
             &[
-                "use crate::io::can::Socket;",
-                "use crate::{core::can::frame::Frame, config::settings};",
-                "use super::super::io;",
+                "use crate::config::file;",
+                "use crate::{io::can::link, config::settings};",
+                "use super::super::report;",
                 "use super::super::*;",
                 "use crate as everything;",
                 "fn f() { crate::daemon::run() }",
                 "fn f() { assert!(true, crate::daemon::NAME) }",
-                "mod inner { use super::super::super::io::can; }",
-                "pub(crate) use crate::io::can;",
+                "mod inner { use super::super::super::config; }",
+                "pub(crate) use crate::report::text;",
                 "use crate::Shortcut;",
+                "use signal_gateway::cli;",
             ],
         );
-        assert_found("src/config/file.rs", &["use crate::report::text;", "use crate::cli::Args;"]);
-        assert_found("src/io/can/mod.rs", &["use crate::config::file;", "use crate::daemon::run;"]);
-        assert_found("src/daemon.rs", &["use crate::cli::Args;", "use crate::check::run;"]);
+        assert_found(
+            "src/signal-gateway/config/file.rs",
+            &["use crate::report::text;", "use crate::cli::Args;"],
+        );
+        assert_found("src/signal-gateway/daemon.rs", &["use crate::cli::Args;", "use crate::check::run;"]);
     }
 
     #[test]
     fn lets_imports_run_downhill() {
-        assert_clean("src/main.rs", &["use signal_gateway::cli;"]);
-        assert_clean("src/cli.rs", &["use crate::{daemon, replay, report, config::file, core, io};"]);
-        assert_clean("src/daemon.rs", &["use crate::{config::settings, core::gateway::Gateway, io::ros};"]);
+        assert_clean("src/signal-gateway/main.rs", &["use signal_gateway::cli;"]);
         assert_clean(
-            "src/io/can/mod.rs",
-            &["use crate::core::can::frame::Frame; use std::{fs, net}; use tokio::net;"],
+            "src/signal-gateway/cli.rs",
+            &["use crate::{daemon, replay, report, config::file, io};"],
+        );
+        assert_clean("src/signal-gateway/daemon.rs", &["use crate::{config::settings, io::ros};"]);
+        assert_clean(
+            "src/signal-gateway/io/can/mod.rs",
+            &["use can_signal::can::frame::Frame; use std::{fs, net}; use tokio::net;"],
         );
         assert_clean(
-            "src/core/can/bus.rs",
+            "src/can-signal/can/bus.rs",
             &["use super::{*, frame::CanId as io}; pub(crate) struct Bus(pub(super) u8);"],
         );
     }
 
     #[test]
     fn finds_a_room_that_is_on_no_floor() {
-        assert!(!found("src/shed.rs", "struct Shed;").is_empty());
-        assert!(!found("src/core/shed.rs", "use crate::core::time::Now;").is_empty());
+        for shed in ["src/signal-gateway/shed.rs", "src/gateway-core/shed.rs"] {
+            assert!(!found(shed, "use crate::gateway::Gateway;").is_empty());
+        }
     }
 
     #[test]
-    fn finds_what_is_not_pure_in_the_core() {
+    fn finds_what_is_not_pure_in_what_computes() {
         assert_found(
-            "src/core/dbc/codec.rs",
+            "src/can-signal/dbc/codec.rs",
             &[
                 "use std::fs;",
                 "use std::{cmp, io::Read, fmt};",
@@ -405,21 +418,19 @@ mod the_check_itself {
                 "use std::time::{Duration, Instant};",
                 "use std::collections::{BTreeMap, HashMap as Map};",
                 "use std::sync::Mutex;",
-                "use tokio::sync::mpsc;",
-                "use r#tokio::sync::mpsc;",
-                "use tracing as log;",
-                "macro_rules! say { () => { tracing::info!() } }",
-                "use serde_json::Value;",
                 "#[cfg(not(test))] use std::fs;",
                 "#[cfg(test)] mod tests { use std::fs; } use std::env;",
             ],
         );
+        let pure =
+            ["can_signal", "gateway_base", "gateway_core", "lanelet2_map", "traffic_lights", "turn_signal"];
+        assert!(pure.iter().all(|package| PURE.contains(*package)) && !PURE.contains("signal_gateway"));
     }
 
     #[test]
     fn reads_code_and_neither_comments_nor_strings_nor_tests() {
         assert_clean(
-            "src/core/dbc/codec.rs",
+            "src/can-signal/dbc/codec.rs",
             &[
                 "//! std::fs, tokio::net\n/* crate::io */ const A: &str = \"std::env\"; const B: &str = r#\"crate::io\"#;",
                 "use std::{collections::BTreeMap, fmt, sync::Arc, time::Duration}; use can_dbc::Dbc;",
@@ -434,44 +445,31 @@ mod the_check_itself {
     #[test]
     fn finds_flows_that_meet() {
         assert_found(
-            "src/core/turn_signal/resolve.rs",
+            "src/gateway-core/command/origin.rs",
             &[
-                "use crate::core::vehicle_lights::report;",
-                "use super::super::traffic_light;",
+                "use crate::vehicle_lights::report;",
+                "use super::super::vehicle_status;",
                 "use super::super::*;",
-                "use crate::core;",
-                "use crate::core::gateway::Gateway;",
+                "use crate::gateway::Gateway;",
             ],
         );
-        assert_found("src/core/turn_signal/mod.rs", &["use super::vehicle_lights::report;"]);
+        assert_found("src/gateway-core/command/mod.rs", &["use super::vehicle_lights::report;"]);
         assert_found(
-            "src/core/validation/words.rs",
-            &["use crate::core::vehicle_lights::report;", "use super::super::traffic_light::bulb::Bulb;"],
-        );
-        assert_found(
-            "src/core/can/bus.rs",
-            &[
-                "use crate::core::gateway::event::Input;",
-                "use crate::core::dbc::codec;",
-                "use super::super::*;",
-            ],
-        );
-        assert_clean("src/core/turn_signal/mod.rs", &["use super::validation::meaning::Meaning;"]);
-        assert_clean(
-            "src/core/validation/words.rs",
-            &["use super::meaning::Meaning; use crate::core::can::bus::Bus;"],
+            "src/can-signal/can/bus.rs",
+            &["use crate::dbc::codec;", "use super::super::validation;", "use super::super::*;"],
         );
         assert_clean(
-            "src/core/turn_signal/resolve.rs",
-            &["use super::{section::Section, super::can::frame::Frame};"],
+            "src/can-signal/validation/words.rs",
+            &["use super::meaning::Meaning; use crate::can::bus::Bus;"],
         );
-        assert_clean("src/core/gateway.rs", &["use super::{turn_signal, vehicle_lights, traffic_light};"]);
+        assert_clean("src/gateway-core/gateway/mod.rs", &["use super::{command, vehicle_lights};"]);
     }
 
     #[test]
     fn knows_which_files_are_tests() {
-        let source = Source::parse(Path::new("src/core/dbc/mod.rs"), "#[cfg(test)]\nmod golden;\nmod codec;");
-        assert_eq!(source.test_modules, [["core", "dbc", "golden"]]);
+        let source =
+            Source::parse(Path::new("src/can-signal/dbc/mod.rs"), "#[cfg(test)]\nmod golden;\nmod codec;");
+        assert_eq!(source.test_modules, [["can_signal", "dbc", "golden"]]);
         assert_eq!(source.declared, ["golden", "codec"]);
     }
 }

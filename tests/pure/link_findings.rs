@@ -2,14 +2,14 @@
 
 use std::io;
 
-use signal_gateway::core::can::controller::ControllerReport;
-use signal_gateway::core::can::error_frame::{ControllerState, ErrorCounters, ErrorFrame};
-use signal_gateway::core::can::frame::CanId;
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::gateway::GatewaySettings;
-use signal_gateway::core::gateway::event::Output;
+use can_signal::can::controller::ControllerReport;
+use can_signal::can::error_frame::{ControllerState, ErrorCounters, ErrorFrame};
+use can_signal::can::frame::CanId;
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
+use gateway_base::diagnostics::Level;
+use gateway_core::gateway::GatewaySettings;
+use gateway_core::gateway::event::Output;
 use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
+use can_signal::can::LinkState;
+use can_signal::can::{BusIndex, CanId, CanInput, Frame};
+use gateway_base::time::WallStamp;
+use gateway_base::time::{MonoTime, Now};
+use gateway_core::gateway::GatewaySettings;
+use gateway_core::gateway::live::Live;
 use signal_gateway::config::files::{DEMO_CONFIG, Embedded};
 use signal_gateway::config::{Overrides, load};
-use signal_gateway::core::can::LinkState;
-use signal_gateway::core::can::{BusIndex, CanId, CanInput, Frame};
-use signal_gateway::core::gateway::GatewaySettings;
-use signal_gateway::core::gateway::live::Live;
-use signal_gateway::core::time::WallStamp;
-use signal_gateway::core::time::{MonoTime, Now};
 use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 use signal_gateway::report::gateway::Changes;

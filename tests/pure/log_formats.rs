@@ -10,12 +10,12 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 
-use signal_gateway::core::can::frame::Frame;
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::BusIndex;
-use signal_gateway::core::gateway::event::Output;
-use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
-use signal_gateway::core::vehicle_report::Step;
+use can_signal::can::frame::Frame;
+use can_signal::can::input::CanInput;
+use can_signal::can::link::BusIndex;
+use gateway_core::gateway::event::Output;
+use gateway_core::vehicle_lights::output::VehicleLightsOutput;
+use gateway_core::vehicle_report::Step;
 use signal_gateway::io::can::formats::EntryContent;
 use signal_gateway::io::can::log::{Log, LogRecord};
 use signal_gateway::replay::{Replay, Routes};

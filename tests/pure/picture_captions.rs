@@ -75,7 +75,8 @@ const CAPTIONS: &[Caption] = &[
             let (before, _) = check.split_once("docs/pictures/page.png").unwrap();
             let (_, before) = before.rsplit_once("def picture_for_readme").unwrap();
             assert!(before.contains("\"turning left\""), "{before}");
-            let page = fs::read_to_string(project().join("src/report/live_page/page.html")).unwrap();
+            let page =
+                fs::read_to_string(project().join("src/signal-gateway/report/live_page/page.html")).unwrap();
             for section in ["id=\"vehicle\"", "id=\"timeline\"", "id=\"trust\""] {
                 assert!(page.contains(section), "{section}");
             }

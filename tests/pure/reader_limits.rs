@@ -12,35 +12,35 @@ use crate::support::sources::{files_of_kind, project};
 
 /// Where files of users are read.
 const READERS: &[&str] = &[
-    "src/config/",
-    "src/core/dbc/",
-    "src/core/map/osm",
-    "src/io/can/bag_folder.rs",
-    "src/io/can/compression.rs",
-    "src/io/can/counted_source.rs",
-    "src/io/can/exact.rs",
-    "src/io/can/formats/",
-    "src/io/can/lines.rs",
-    "src/io/can/log.rs",
-    "src/io/history_file.rs",
-    "src/io/sample_log.rs",
-    "src/io/standard_input.rs",
+    "src/signal-gateway/config/",
+    "src/can-signal/dbc/",
+    "src/lanelet2-map/osm",
+    "src/signal-gateway/io/can/bag_folder.rs",
+    "src/signal-gateway/io/can/compression.rs",
+    "src/signal-gateway/io/can/counted_source.rs",
+    "src/signal-gateway/io/can/exact.rs",
+    "src/signal-gateway/io/can/formats/",
+    "src/signal-gateway/io/can/lines.rs",
+    "src/signal-gateway/io/can/log.rs",
+    "src/signal-gateway/io/history_file.rs",
+    "src/signal-gateway/io/sample_log.rs",
+    "src/signal-gateway/io/standard_input.rs",
 ];
 
 /// A file, what it calls, and why its size is bounded. An exception without a use is a failure.
 #[rustfmt::skip]
 const EXCEPTIONS: &[(&str, &str, &str)] = &[
-    ("src/config/files.rs", "read_to_end", "reads through a limit for files that are read as a whole"),
-    ("src/io/standard_input.rs", "read_to_end", "its callers say how much at most"),
-    ("src/io/can/log.rs", "resize", "has an entry for each of at most 64 interfaces"),
-    ("src/io/can/formats/pcap.rs", "resize", "a packet has at most 16 MiB"),
-    ("src/io/can/formats/sqlite_file.rs", "reserve_exact", "the budget was asked for a row's length"),
-    ("src/io/can/exact.rs", "read_to_end", "reads a piece that the budget was asked for"),
-    ("src/io/can/bag_folder.rs", "read_to_end", "reads the first 4 KiB"),
-    ("src/io/can/compression.rs", "read_to_end", "reads six bytes"),
-    ("src/io/can/formats/bag.rs", "read_to_end", "reads sixteen bytes"),
-    ("src/io/can/formats/capnp.rs", "read_to_end", "reads four bytes"),
-    ("src/io/can/formats/mcap.rs", "read_to_end", "reads at most 64 bytes"),
+    ("src/signal-gateway/config/files.rs", "read_to_end", "reads through a limit for files that are read as a whole"),
+    ("src/signal-gateway/io/standard_input.rs", "read_to_end", "its callers say how much at most"),
+    ("src/signal-gateway/io/can/log.rs", "resize", "has an entry for each of at most 64 interfaces"),
+    ("src/signal-gateway/io/can/formats/pcap.rs", "resize", "a packet has at most 16 MiB"),
+    ("src/signal-gateway/io/can/formats/sqlite_file.rs", "reserve_exact", "the budget was asked for a row's length"),
+    ("src/signal-gateway/io/can/exact.rs", "read_to_end", "reads a piece that the budget was asked for"),
+    ("src/signal-gateway/io/can/bag_folder.rs", "read_to_end", "reads the first 4 KiB"),
+    ("src/signal-gateway/io/can/compression.rs", "read_to_end", "reads six bytes"),
+    ("src/signal-gateway/io/can/formats/bag.rs", "read_to_end", "reads sixteen bytes"),
+    ("src/signal-gateway/io/can/formats/capnp.rs", "read_to_end", "reads four bytes"),
+    ("src/signal-gateway/io/can/formats/mcap.rs", "read_to_end", "reads at most 64 bytes"),
 ];
 
 /// Calls that take as much memory as their source or their argument says.

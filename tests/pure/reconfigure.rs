@@ -2,21 +2,21 @@
 
 use std::path::Path;
 
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
+use gateway_base::diagnostics::Level;
+use gateway_base::time::MonoTime;
+use gateway_core::gateway::configuration::{self, changes_text};
+use gateway_core::gateway::event::{Input, Output};
+use gateway_core::gateway::{Gateway, GatewaySettings};
+use gateway_core::vehicle_lights::Task;
+use gateway_core::vehicle_lights::output::VehicleLightsOutput;
+use gateway_core::vehicle_lights::verdict::TurnIndicators;
+use gateway_core::vehicle_report::Step;
 use signal_gateway::config::files::{DEMO_CONFIG, Embedded, Files};
 use signal_gateway::config::{Overrides, Settings, load};
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::gateway::configuration::{self, changes_text};
-use signal_gateway::core::gateway::event::{Input, Output};
-use signal_gateway::core::gateway::{Gateway, GatewaySettings};
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::traffic_light::snapshot::TrafficLightsSnapshot;
-use signal_gateway::core::vehicle_lights::Task;
-use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
-use signal_gateway::core::vehicle_lights::verdict::TurnIndicators;
-use signal_gateway::core::vehicle_report::Step;
+use traffic_lights::snapshot::TrafficLightsSnapshot;
 
 use crate::support::clock::at;
 use crate::support::files::MemoryFiles;
@@ -156,9 +156,9 @@ fn counters_and_history_stay_and_the_rate_changes() {
     let publish = ("[can.body]", "[reports]\nrate_hz = 50.0\n[can.body]");
     car.0.reconfigure(settings(&[publish]).gateway, at(ms(1_000)));
     let after = car.0.snapshot(at(ms(1_000)));
-    let frames = |snapshot: &signal_gateway::core::gateway::snapshot::Snapshot| snapshot.buses[0].frames;
+    let frames = |snapshot: &gateway_core::gateway::snapshot::Snapshot| snapshot.buses[0].frames;
     assert_eq!((frames(&before), frames(&after)), (2, 2));
-    let failures = |snapshot: &signal_gateway::core::gateway::snapshot::Snapshot| {
+    let failures = |snapshot: &gateway_core::gateway::snapshot::Snapshot| {
         snapshot.turn_indicators.as_ref().unwrap().failures
     };
     assert_eq!(failures(&before), failures(&after));

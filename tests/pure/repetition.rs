@@ -6,16 +6,16 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use can_signal::can::frame::{CanId, Frame, FrameFormat};
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
+use gateway_base::time::MonoTime;
+use gateway_core::gateway::event::{Input, Output};
+use gateway_core::gateway::{Gateway, GatewaySettings};
 use proptest::prelude::*;
 use proptest::sample::Index;
 use signal_gateway::config::files::{Embedded, Files};
 use signal_gateway::config::{Overrides, load, load_profile};
-use signal_gateway::core::can::frame::{CanId, Frame, FrameFormat};
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::gateway::event::{Input, Output};
-use signal_gateway::core::gateway::{Gateway, GatewaySettings};
-use signal_gateway::core::time::MonoTime;
 
 use crate::support::clock::at;
 use crate::support::property::for_all;

@@ -34,14 +34,14 @@ const COMPARING: [&str; 15] = [
 
 /// Files or folders that may, and why. An exception without a use is a failure.
 const EXCEPTIONS: [(&str, &str); 8] = [
-    ("src/check/report.rs", "breaks lines between columns"),
-    ("src/cli/manual.rs", "sets the help of the commands as manual pages"),
-    ("src/config/file_kind.rs", "recognises DBC files"),
-    ("src/config/reading/toml_text.rs", "messages of the crate toml have no kinds"),
-    ("src/config/scenario/open_scenario/parameters.rs", "substitutions of ROS launch files"),
-    ("src/io/can/formats", "recordings of others"),
-    ("src/io/ros/session/child.rs", "/proc has its numbers in texts"),
-    ("src/report/metrics.rs", "turns OpenMetrics into the format before it"),
+    ("src/signal-gateway/check/report.rs", "breaks lines between columns"),
+    ("src/signal-gateway/cli/manual.rs", "sets the help of the commands as manual pages"),
+    ("src/signal-gateway/config/file_kind.rs", "recognises DBC files"),
+    ("src/signal-gateway/config/reading/toml_text.rs", "messages of the crate toml have no kinds"),
+    ("src/signal-gateway/config/scenario/open_scenario/parameters.rs", "substitutions of ROS launch files"),
+    ("src/signal-gateway/io/can/formats", "recordings of others"),
+    ("src/signal-gateway/io/ros/session/child.rs", "/proc has its numbers in texts"),
+    ("src/signal-gateway/report/metrics.rs", "turns OpenMetrics into the format before it"),
 ];
 
 #[test]

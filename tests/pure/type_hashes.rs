@@ -27,7 +27,7 @@ fn each_type_has_one_hash() {
 
 #[test]
 fn everything_that_is_read_has_a_hash() {
-    use signal_gateway::core::turn_signal::planner_input::FactorTopic;
+    use turn_signal::planner_input::FactorTopic;
     #[rustfmt::skip]
     let kinds = [
         SubscriptionKind::Camera, SubscriptionKind::Clock, SubscriptionKind::Command,

@@ -42,7 +42,7 @@ impl Construct {
 /// A file, what is allowed there, and why. An exception without a use is a failure.
 #[rustfmt::skip]
 const EXCEPTIONS: &[(&str, Construct, &str)] = &[
-    ("src/io/precise_timer.rs", Clock, "a sleep ends no earlier than its time, on any machine"),
+    ("src/signal-gateway/io/precise_timer.rs", Clock, "a sleep ends no earlier than its time, on any machine"),
     ("tests/process/log_output.rs", Clock,
         "counts the lines that a lifetime allows, which are more on a slow machine"),
     ("tests/dds/daemon_on_ros/recording.rs", Clock, "stamps a command with the present"),

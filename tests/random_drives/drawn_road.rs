@@ -3,18 +3,18 @@
 
 use std::time::Duration;
 
-use signal_gateway::core::light_command::TurnCommand;
-use signal_gateway::core::map::geometry::Pose;
-use signal_gateway::core::map::geometry::polyline::{headed, length_m, nearest, without_repeats};
-use signal_gateway::core::map::geometry::required_end::required_end;
-use signal_gateway::core::map::lane_network::{LaneId, LaneNetwork, Lanelet, TurnDirection};
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::turn_signal::compat::DeciderCompat::Improved;
-use signal_gateway::core::turn_signal::decider::{Decider, DeciderSettings};
-use signal_gateway::core::turn_signal::inputs::{Inputs, Timed};
-use signal_gateway::core::turn_signal::planner_input::Odometry;
-use signal_gateway::core::turn_signal::route::{Route, Segment};
-use signal_gateway::core::turn_signal::side::Side;
+use gateway_base::time::MonoTime;
+use lanelet2_map::geometry::Pose;
+use lanelet2_map::geometry::polyline::{headed, length_m, nearest, without_repeats};
+use lanelet2_map::geometry::required_end::required_end;
+use lanelet2_map::lane_network::{LaneId, LaneNetwork, Lanelet, TurnDirection};
+use turn_signal::compat::DeciderCompat::Improved;
+use turn_signal::decider::{Decider, DeciderSettings};
+use turn_signal::inputs::{Inputs, Timed};
+use turn_signal::light_command::TurnCommand;
+use turn_signal::planner_input::Odometry;
+use turn_signal::route::{Route, Segment};
+use turn_signal::side::Side;
 
 /// Half the width of the lane, metres.
 pub(crate) const HALF_WIDTH_M: f64 = 1.75;

@@ -1,12 +1,12 @@
 //! What must hold for every drive by default, and a drive held against it.
 
 use signal_gateway::config::drive::DriveFile;
-use signal_gateway::core::light_command::TurnCommand;
-use signal_gateway::core::turn_signal::compat::DeciderCompat::Improved;
-use signal_gateway::core::turn_signal::resolve::{CandidateSource, Contender};
-use signal_gateway::core::turn_signal::side::Side;
 use signal_gateway::desk::drive::run::DriveRun;
 use signal_gateway::desk::drive::simulation::{DriveCycle, DriveSimulation};
+use turn_signal::compat::DeciderCompat::Improved;
+use turn_signal::light_command::TurnCommand;
+use turn_signal::resolve::{CandidateSource, Contender};
+use turn_signal::side::Side;
 
 use super::sections::{FRONT_M, Stretch, lanes, offers, stretches};
 

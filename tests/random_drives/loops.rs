@@ -1,8 +1,8 @@
 //! A random road that meets itself: its recipe, and the limits within which it is drawn.
 
+use lanelet2_map::geometry::{Pose, wrapped};
+use lanelet2_map::lane_network::{LaneId, TurnDirection};
 use proptest::prelude::*;
-use signal_gateway::core::map::geometry::{Pose, wrapped};
-use signal_gateway::core::map::lane_network::{LaneId, TurnDirection};
 
 use super::drawn_road::Piece::{Arc, Straight};
 use super::drawn_road::{DrawnRoad, Piece, drawn};

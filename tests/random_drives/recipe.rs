@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::LazyLock;
 
+use lanelet2_map::lane_network::{LaneId, LaneNetwork};
+use lanelet2_map::osm;
+use lanelet2_map::points::Points;
+use lanelet2_map::projector::Projector;
 use proptest::prelude::*;
-use signal_gateway::core::map::lane_network::{LaneId, LaneNetwork};
-use signal_gateway::core::map::osm;
-use signal_gateway::core::map::points::Points;
-use signal_gateway::core::map::projector::Projector;
 
 #[rustfmt::skip]
 const MAPS: [&str; 12] = [

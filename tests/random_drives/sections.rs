@@ -2,14 +2,14 @@
 
 use std::ops::Range;
 
+use lanelet2_map::fork::leads_left;
+use lanelet2_map::geometry::Point;
+use lanelet2_map::geometry::polyline::{length_m, nearest};
+use lanelet2_map::geometry::required_end::required_end;
+use lanelet2_map::lane_network::{LaneNetwork, Lanelet, TurnDirection};
 use signal_gateway::config::drive::{DriveFile, ManoeuvrePlan, PlanKind, PlannedShift};
-use signal_gateway::core::map::fork::leads_left;
-use signal_gateway::core::map::geometry::Point;
-use signal_gateway::core::map::geometry::polyline::{length_m, nearest};
-use signal_gateway::core::map::geometry::required_end::required_end;
-use signal_gateway::core::map::lane_network::{LaneNetwork, Lanelet, TurnDirection};
-use signal_gateway::core::turn_signal::route::Segment;
-use signal_gateway::core::turn_signal::side::Side;
+use turn_signal::route::Segment;
+use turn_signal::side::Side;
 
 /// The front of the sample vehicle before its rear axle, metres.
 pub(super) const FRONT_M: f64 = 3.79;

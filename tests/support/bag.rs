@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use signal_gateway::core::gateway::process_status::PROCESS_TASKS;
+use gateway_core::gateway::process_status::PROCESS_TASKS;
 use signal_gateway::io::can::formats::{Choose, RecordedTopic, open_messages};
 use signal_gateway::io::ros::messages::CdrBytes;
 use signal_gateway::io::ros::messages::diagnostic_msgs::DiagnosticArray;

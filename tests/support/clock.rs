@@ -1,6 +1,6 @@
 //! Times of tests: a monotonic clock from zero, and a wall clock that runs beside it.
 
-use signal_gateway::core::time::{MonoTime, Now, WallStamp};
+use gateway_base::time::{MonoTime, Now, WallStamp};
 
 /// Nanoseconds in a millisecond.
 pub(crate) const MS: u64 = 1_000_000;

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicI64, Ordering};
 
-use signal_gateway::core::command::origin::{CommandOrigin, SampleId, WriterId};
+use gateway_core::command::origin::{CommandOrigin, SampleId, WriterId};
 
 /// The next message of one and the same writer of a topic.
 pub(crate) fn next_sample() -> SampleId {

@@ -3,10 +3,10 @@
 
 use std::sync::LazyLock;
 
+use can_signal::can::catalogue::LINK;
+use gateway_base::diagnostics::{Level, MessageRow, Section, Status};
+use gateway_core::gateway::catalogue::{REASONS, SECTIONS};
 use serde::Deserialize;
-use signal_gateway::core::can::catalogue::LINK;
-use signal_gateway::core::diagnostics::{Level, MessageRow, Section, Status};
-use signal_gateway::core::gateway::catalogue::{REASONS, SECTIONS};
 
 use super::rows::rows;
 

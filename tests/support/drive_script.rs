@@ -3,19 +3,19 @@
 
 use std::fmt::Write as _;
 
+use lanelet2_map::geometry::Pose;
 use serde_json::{Map, Value, json};
 use signal_gateway::config::drive::ExpectedDecision;
-use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
-use signal_gateway::core::map::geometry::Pose;
-use signal_gateway::core::turn_signal::compat::DeciderCompat;
-use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
-use signal_gateway::core::turn_signal::manoeuvre::avoidance::AvoidanceLine;
-use signal_gateway::core::turn_signal::manoeuvre::pull_over::{PullOver, Undecided};
-use signal_gateway::core::turn_signal::planner_input::{FactorTopic, Odometry};
-use signal_gateway::core::turn_signal::shift::ShiftedPath;
-use signal_gateway::core::turn_signal::side::Side;
 use signal_gateway::desk::drive::run::DriveRun;
 use signal_gateway::desk::drive::simulation::{DriveCycle, DriveSimulation};
+use turn_signal::compat::DeciderCompat;
+use turn_signal::light_command::{HazardCommand, TurnCommand};
+use turn_signal::manoeuvre::Manoeuvre;
+use turn_signal::manoeuvre::avoidance::AvoidanceLine;
+use turn_signal::manoeuvre::pull_over::{PullOver, Undecided};
+use turn_signal::planner_input::{FactorTopic, Odometry};
+use turn_signal::shift::ShiftedPath;
+use turn_signal::side::Side;
 
 /// Improved and upstream, in the order of everything that is kept for each.
 pub(crate) const COMPATS: [DeciderCompat; 2] = [DeciderCompat::Improved, DeciderCompat::Upstream];

@@ -5,20 +5,18 @@
 
 use std::collections::BTreeMap;
 
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::link::BusIndex;
+use can_signal::validation::table::SignalIndex;
+use gateway_base::time::MonoTime;
+use gateway_core::vehicle_status::quantity::Quantity;
+use gateway_core::vehicle_status::settings::{VehicleGeometry, WheelToTire};
+use gateway_core::vehicle_status::steering::{AngleOf, SteeringSource};
+use gateway_core::vehicle_status::velocity::binding::{HeadingRateSource, SpeedSignal, VelocityBinding};
 use signal_gateway::config::Settings;
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::link::BusIndex;
-use signal_gateway::core::simulated_vehicle::motion::MotionState;
-use signal_gateway::core::simulated_vehicle::{
+use vehicle_bringup::simulated_vehicle::motion::MotionState;
+use vehicle_bringup::simulated_vehicle::{
     SimulatedVehicle, SimulationSettings, VehicleEvent, VehicleOutput, request,
-};
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::validation::table::SignalIndex;
-use signal_gateway::core::vehicle_status::quantity::Quantity;
-use signal_gateway::core::vehicle_status::settings::{VehicleGeometry, WheelToTire};
-use signal_gateway::core::vehicle_status::steering::{AngleOf, SteeringSource};
-use signal_gateway::core::vehicle_status::velocity::binding::{
-    HeadingRateSource, SpeedSignal, VelocityBinding,
 };
 
 /// Starts, turns left and right, brakes hard, reverses, turns again, parks; then doors and modes.

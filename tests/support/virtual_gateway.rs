@@ -1,18 +1,18 @@
 //! A gateway on virtual time: inputs go in at the present instant, time passes from deadline to deadline, and
 //! its outputs are kept.
 
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::command::input::CommandInput;
-use signal_gateway::core::command::output::CommandOutput;
-use signal_gateway::core::command::sender::SendFailure;
-use signal_gateway::core::diagnostics::{Diagnostics, Level, Status};
-use signal_gateway::core::gateway::event::{Input, Output};
-use signal_gateway::core::gateway::{Gateway, GatewaySettings};
-use signal_gateway::core::time::{MonoTime, Now};
-use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
-use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
+use gateway_base::diagnostics::{Diagnostics, Level, Status};
+use gateway_base::time::{MonoTime, Now};
+use gateway_core::command::input::CommandInput;
+use gateway_core::command::output::CommandOutput;
+use gateway_core::command::sender::SendFailure;
+use gateway_core::gateway::event::{Input, Output};
+use gateway_core::gateway::{Gateway, GatewaySettings};
+use gateway_core::vehicle_lights::output::VehicleLightsOutput;
+use gateway_core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 
 use super::clock::{at, millis};
 use super::diagnostics::assert_listed;

@@ -3,11 +3,11 @@
 use std::collections::HashSet;
 use std::time::{Duration, Instant};
 
-use signal_gateway::core::can::error_frame::ErrorFrame;
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::id_match::{IdMatch, SourceAddresses};
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
+use can_signal::can::error_frame::ErrorFrame;
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::id_match::{IdMatch, SourceAddresses};
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
 use signal_gateway::io::can::bus::{BusSocketSettings, receive};
 use signal_gateway::io::can::id_filter::IdFilter;
 use signal_gateway::io::can::transmit::Transmitter;

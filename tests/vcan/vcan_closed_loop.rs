@@ -3,11 +3,11 @@
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
+use can_signal::can::{CanId, Frame};
+use gateway_base::time::MonoTime;
 use serde_json::Value;
 use signal_gateway::config::files::Disk;
 use signal_gateway::config::load_profile;
-use signal_gateway::core::can::{CanId, Frame};
-use signal_gateway::core::time::MonoTime;
 use signal_gateway::io::clock::Clock;
 use socketcan::{CanDataFrame, CanSocket, EmbeddedFrame as _, ExtendedId, Socket as _, StandardId};
 

@@ -3,14 +3,14 @@
 
 use std::time::{Duration, Instant};
 
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::gateway::Gateway;
-use signal_gateway::core::gateway::event::{Input, Output};
-use signal_gateway::core::time::{MonoTime, Now, WallStamp};
-use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
-use signal_gateway::core::vehicle_report::Step;
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
+use gateway_base::diagnostics::Level;
+use gateway_base::time::{MonoTime, Now, WallStamp};
+use gateway_core::gateway::Gateway;
+use gateway_core::gateway::event::{Input, Output};
+use gateway_core::vehicle_lights::output::VehicleLightsOutput;
+use gateway_core::vehicle_report::Step;
 use signal_gateway::io::can::bus::{BusSocketSettings, receive};
 use signal_gateway::io::can::id_filter::IdFilter;
 use signal_gateway::io::can::transmit::Transmitter;

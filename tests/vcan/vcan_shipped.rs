@@ -4,13 +4,13 @@ use std::cell::Cell;
 use std::fmt::Write as _;
 use std::process::Command;
 
+use can_signal::validation::meaning::Meaning;
+use gateway_core::vehicle_lights::binding::HazardBinding;
+use gateway_core::vehicle_status::gear::GearCode;
 use serde_json::Value;
 use signal_gateway::config::built_in::BuiltIn;
 use signal_gateway::config::files::Disk;
 use signal_gateway::config::{Settings, load_profile};
-use signal_gateway::core::validation::meaning::Meaning;
-use signal_gateway::core::vehicle_lights::binding::HazardBinding;
-use signal_gateway::core::vehicle_status::gear::GearCode;
 
 use crate::support::prerequisite::{Missing, require};
 use crate::support::process::{Folder, Process};
@@ -141,7 +141,7 @@ mod slow {
     use signal_gateway::config::files::Disk;
     use signal_gateway::config::load_profile;
 
-    use signal_gateway::core::vehicle_status::StatusReport;
+    use gateway_core::vehicle_status::StatusReport;
 
     use super::{BuiltIn, Buses, Car, ERROR, GEAR_NOT_SHOWN, Process, WARN, drive, require};
 

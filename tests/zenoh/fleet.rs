@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
+use gateway_base::time::WallStamp;
+use gateway_core::gateway::event::Output;
+use gateway_core::vehicle_lights::output::VehicleLightsOutput;
+use gateway_core::vehicle_lights::verdict::TurnIndicators;
+use gateway_core::vehicle_report::Step;
 use serde_json::Value;
-use signal_gateway::core::gateway::event::Output;
-use signal_gateway::core::time::WallStamp;
-use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
-use signal_gateway::core::vehicle_lights::verdict::TurnIndicators;
-use signal_gateway::core::vehicle_report::Step;
 use signal_gateway::io::ros::messages::type_hash;
 use signal_gateway::io::ros::session::{RosSession, RosSettings, Transport, TypeHashes, ZenohSettings};
 

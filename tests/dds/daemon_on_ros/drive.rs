@@ -13,10 +13,10 @@ use std::time::Duration;
 use serde_json::Value;
 use signal_gateway::config::drive::{DriveFile, read};
 use signal_gateway::config::files::Disk;
-use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
-use signal_gateway::core::turn_signal::parameters::DeciderParameters;
-use signal_gateway::core::turn_signal::parameters::table::PARAMETERS;
 use signal_gateway::desk::drive::simulation::DriveSimulation;
+use turn_signal::light_command::{HazardCommand, TurnCommand};
+use turn_signal::parameters::DeciderParameters;
+use turn_signal::parameters::table::PARAMETERS;
 
 use crate::dds::daemon_on_ros::peer::{DIAGNOSTICS, ENDPOINTS, FACTORS, Reader, SECTIONS};
 use crate::support::drive_script::{COMPATS, Script};

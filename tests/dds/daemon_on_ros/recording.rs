@@ -2,11 +2,11 @@
 
 use std::time::{Duration, SystemTime};
 
-use signal_gateway::core::gateway::event::Output;
-use signal_gateway::core::light_command::TurnCommand;
-use signal_gateway::core::time::WallStamp;
-use signal_gateway::core::turn_signal::output::TurnSignalOutput;
+use gateway_base::time::WallStamp;
+use gateway_core::gateway::event::Output;
 use signal_gateway::io::ros::session::{OutgoingTopic, RosSession, RosSettings, Topics};
+use turn_signal::light_command::TurnCommand;
+use turn_signal::output::TurnSignalOutput;
 
 use crate::support::command_vehicle::{DBC, MODE, PROFILE};
 use crate::support::peer::{Cyclone, domain};

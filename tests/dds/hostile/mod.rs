@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
+use gateway_core::gateway::confinement::Confinement;
 use serde_json::{Value, json};
-use signal_gateway::core::gateway::confinement::Confinement;
 use signal_gateway::io::ros::network::process;
 #[cfg(feature = "zenoh")]
 use signal_gateway::io::ros::session::ZenohSettings;

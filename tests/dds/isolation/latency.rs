@@ -2,16 +2,16 @@
 
 use std::time::{Duration, Instant};
 
-use signal_gateway::core::command::input::CommandInput;
-use signal_gateway::core::gateway::event::{Input, Output};
-use signal_gateway::core::light_command::TurnCommand;
-use signal_gateway::core::time::WallStamp;
-use signal_gateway::core::turn_signal::output::TurnSignalOutput;
+use gateway_base::time::WallStamp;
+use gateway_core::command::input::CommandInput;
+use gateway_core::gateway::event::{Input, Output};
 use signal_gateway::io::ros::inbox::{Arrival, Inbox};
 use signal_gateway::io::ros::session::{
     Isolation, OutgoingTopic, RosSession, RosSettings, Subscription, SubscriptionKind, Topics,
 };
 use tokio::time::timeout;
+use turn_signal::light_command::TurnCommand;
+use turn_signal::output::TurnSignalOutput;
 
 use crate::support::peer::domain;
 use crate::support::waiting::{DEADLINE, Pace, wait_until};

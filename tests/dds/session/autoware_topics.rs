@@ -1,12 +1,12 @@
 //! The gateway's side of tests with Autoware: its topics, and the inputs that it received, as JSON.
 
+use gateway_core::command::input::CommandInput;
+use gateway_core::command::origin::CommandOrigin;
+use gateway_core::gateway::event::Input;
 use serde_json::{Value, json};
-use signal_gateway::core::command::input::CommandInput;
-use signal_gateway::core::command::origin::CommandOrigin;
-use signal_gateway::core::gateway::event::Input;
-use signal_gateway::core::light_command::EnumOrUnknown;
-use signal_gateway::core::turn_signal::planner_input::{FactorTopic, PlannerInput};
 use signal_gateway::io::ros::session::{OutgoingTopic, Subscription, SubscriptionKind, Topics};
+use turn_signal::light_command::EnumOrUnknown;
+use turn_signal::planner_input::{FactorTopic, PlannerInput};
 
 /// Topics below `/`, in the order of the status.
 pub(crate) const KINDS: [(&str, SubscriptionKind); 13] = [

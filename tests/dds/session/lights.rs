@@ -3,26 +3,26 @@
 
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use gateway_base::time::WallStamp;
+use gateway_core::gateway::event::Input;
+use gateway_core::gateway::event::Output;
+use lanelet2_map::light_map::{LampColor, MapLamp};
 use serde_json::{Value, json};
-use signal_gateway::core::compat::Compat;
-use signal_gateway::core::gateway::event::Input;
-use signal_gateway::core::gateway::event::Output;
-use signal_gateway::core::map::light_map::{LampColor, MapLamp};
-use signal_gateway::core::time::WallStamp;
-use signal_gateway::core::traffic_light::bulb::BulbSet;
-use signal_gateway::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus, Color};
-use signal_gateway::core::traffic_light::emission::{
-    Emission, GroupElement, GroupState, LampMarker, LightState, LightsContent, LightsTopic, Prediction,
-};
-use signal_gateway::core::traffic_light::input::TrafficLightInput;
-use signal_gateway::core::traffic_light::output::TrafficLightOutput;
-use signal_gateway::core::traffic_light::received::ReceivedState;
-use signal_gateway::core::traffic_light::target::{LightChannel, StoreId, StoreLayer};
 use signal_gateway::io::ros::inbox::{Arrival, Inbox};
 use signal_gateway::io::ros::messages::LightsType;
 use signal_gateway::io::ros::session::{
     Durability, LightsTopicSettings, Reliability, RosSession, Subscription, SubscriptionKind,
 };
+use traffic_lights::bulb::BulbSet;
+use traffic_lights::bulb::{Bulb, BulbShape, BulbStatus, Color};
+use traffic_lights::compat::Compat;
+use traffic_lights::emission::{
+    Emission, GroupElement, GroupState, LampMarker, LightState, LightsContent, LightsTopic, Prediction,
+};
+use traffic_lights::input::TrafficLightInput;
+use traffic_lights::output::TrafficLightOutput;
+use traffic_lights::received::ReceivedState;
+use traffic_lights::target::{LightChannel, StoreId, StoreLayer};
 
 use super::autoware_topics;
 use crate::support::waiting::Pace;

@@ -4,18 +4,16 @@ use std::io::BufRead;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use gateway_base::diagnostics::{Diagnostics, Level, Section, Status};
+use gateway_base::time::WallStamp;
+use gateway_core::gateway::event::Output;
+use gateway_core::vehicle_lights::output::VehicleLightsOutput;
+use gateway_core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+use gateway_core::vehicle_report::Step;
+use gateway_core::vehicle_status::gear::Gear;
+use gateway_core::vehicle_status::output::VehicleStatusOutput;
+use gateway_core::vehicle_status::velocity::Velocity;
 use serde_json::{Value, json};
-use signal_gateway::core::diagnostics::{Diagnostics, Level, Section, Status};
-use signal_gateway::core::gateway::event::Output;
-use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
-use signal_gateway::core::time::WallStamp;
-use signal_gateway::core::turn_signal::output::TurnSignalOutput;
-use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
-use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
-use signal_gateway::core::vehicle_report::Step;
-use signal_gateway::core::vehicle_status::gear::Gear;
-use signal_gateway::core::vehicle_status::output::VehicleStatusOutput;
-use signal_gateway::core::vehicle_status::velocity::Velocity;
 use signal_gateway::io::process_log;
 use signal_gateway::io::ros::messages::autoware_adapi_v1_msgs::DoorLayout;
 use signal_gateway::io::ros::parameters::{DoorLayouts, Parameters, ServiceContents};
@@ -23,6 +21,8 @@ use signal_gateway::io::ros::session::{
     Durability, Isolation, OutgoingStatus, OutgoingTopic, Recovery, RosSession, RosSettings, Topics,
     Transport, TypeHashes, ZenohSettings,
 };
+use turn_signal::light_command::{HazardCommand, TurnCommand};
+use turn_signal::output::TurnSignalOutput;
 
 use super::{ROLE, autoware_topics, lights};
 use crate::support::processor::waited;

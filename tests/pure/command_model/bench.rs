@@ -2,19 +2,19 @@
 
 use std::time::Duration;
 
+use can_signal::can::bus::{Bus, BusSettings};
+use can_signal::can::frame::Frame;
+use can_signal::can::link::LinkState;
+use can_signal::validation::table::SignalTable;
+use gateway_base::diagnostics::Level;
+use gateway_base::time::{MonoTime, Now, WallStamp};
+use gateway_core::command::Reported;
+use gateway_core::command::allow_list::CommandFrame;
+use gateway_core::command::flow::CommandFlow;
+use gateway_core::command::input::CommandInput;
+use gateway_core::command::output::CommandOutput;
 use signal_gateway::config::Settings;
 use signal_gateway::config::gateway::command::CommandConfig;
-use signal_gateway::core::can::bus::{Bus, BusSettings};
-use signal_gateway::core::can::frame::Frame;
-use signal_gateway::core::can::link::LinkState;
-use signal_gateway::core::command::Reported;
-use signal_gateway::core::command::allow_list::CommandFrame;
-use signal_gateway::core::command::flow::CommandFlow;
-use signal_gateway::core::command::input::CommandInput;
-use signal_gateway::core::command::output::CommandOutput;
-use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::time::{MonoTime, Now, WallStamp};
-use signal_gateway::core::validation::table::SignalTable;
 
 use crate::support::clock::at_ns;
 use crate::support::command_vehicle::{DBC, next_origin, next_sample, request_text};

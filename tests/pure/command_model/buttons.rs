@@ -1,9 +1,9 @@
 //! A vehicle with a hazard button that springs back and a turn message that cannot express that nothing is requested.
 
-use signal_gateway::core::can::frame::CanId;
-use signal_gateway::core::can::link::LinkState;
-use signal_gateway::core::command::{Reported, Turn};
-use signal_gateway::core::diagnostics::Level;
+use can_signal::can::frame::CanId;
+use can_signal::can::link::LinkState;
+use gateway_base::diagnostics::Level;
+use gateway_core::command::{Reported, Turn};
 
 use crate::pure::command_model::bench::{Bench, config};
 use crate::support::clock::MS;
@@ -38,9 +38,7 @@ impl Day {
             self.lit ^= self.toggles.contains(&ms);
             self.bench.report(Reported { turn: Some(Turn::Off), hazard: Some(self.lit) });
             self.bench.settle();
-            let button = |frame: &&(u64, signal_gateway::core::can::frame::Frame)| {
-                frame.1.id() == CanId::Standard(305)
-            };
+            let button = |frame: &&(u64, can_signal::can::frame::Frame)| frame.1.id() == CanId::Standard(305);
             let down =
                 self.bench.sent.iter().rev().find(button).is_some_and(|(_, frame)| frame.data() == [1]);
             if down && !self.down {

@@ -1,12 +1,12 @@
 //! The cases of docs/spec/vehicle-interface.md, "Arbitration of commands",
 //! that need no bus, on a vehicle that follows after 150 ms.
 
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::link::{BusIndex, LinkState};
+use gateway_base::diagnostics::Level;
+use gateway_core::command::input::CommandInput;
+use gateway_core::command::{Reported, Turn};
 use signal_gateway::config::gateway::command::CommandConfig;
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::command::input::CommandInput;
-use signal_gateway::core::command::{Reported, Turn};
-use signal_gateway::core::diagnostics::Level;
 
 use crate::pure::command_model::bench::{Bench, config};
 use crate::support::clock::{MS, at_ms};
@@ -331,7 +331,7 @@ fn a_dry_run_shows_everything_and_sends_nothing() {
     let frame = bench.would_send[3];
     let now = bench.now();
     let origin = bench.flow.classify_frame(BusIndex(0), &frame, now);
-    assert_eq!(origin, signal_gateway::core::command::sender::FrameOrigin::Foreign, "it cannot be ours");
+    assert_eq!(origin, gateway_core::command::sender::FrameOrigin::Foreign, "it cannot be ours");
 }
 
 #[test]

@@ -1,12 +1,12 @@
 //! No clock keeps a command from the vehicle: clocks of senders and of this host that are ahead, behind, or step, and
 //! several writers of one topic.
 
+use gateway_base::time::WallStamp;
+use gateway_core::command::Reported;
+use gateway_core::command::input::CommandInput;
+use gateway_core::command::origin::{CommandOrigin, SampleId, WriterId};
 use proptest::prelude::*;
 use proptest::test_runner::Config;
-use signal_gateway::core::command::Reported;
-use signal_gateway::core::command::input::CommandInput;
-use signal_gateway::core::command::origin::{CommandOrigin, SampleId, WriterId};
-use signal_gateway::core::time::WallStamp;
 
 use crate::pure::command_model::bench::{Bench, config};
 use crate::support::clock::MS;

@@ -3,26 +3,26 @@
 
 use std::time::Duration;
 
+use can_signal::can::input::CanInput;
+use can_signal::can::link::LinkState;
+use gateway_base::diagnostics::Level;
+use gateway_base::time::MonoTime;
+use gateway_core::command::Turn;
+use gateway_core::command::input::CommandInput;
+use gateway_core::command::output::CommandOutput;
+use gateway_core::gateway::Gateway;
+use gateway_core::gateway::event::{Input, Output};
+use gateway_core::vehicle_lights::binding::TurnSource;
+use gateway_core::vehicle_lights::output::VehicleLightsOutput;
+use gateway_core::vehicle_lights::state::TurnCode::{self, Both, Left, Off, Right};
+use gateway_core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use proptest::prelude::*;
 use proptest::sample;
 use signal_gateway::config::Settings;
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::LinkState;
-use signal_gateway::core::command::Turn;
-use signal_gateway::core::command::input::CommandInput;
-use signal_gateway::core::command::output::CommandOutput;
-use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::gateway::Gateway;
-use signal_gateway::core::gateway::event::{Input, Output};
-use signal_gateway::core::simulated_vehicle::request;
-use signal_gateway::core::simulated_vehicle::{
+use vehicle_bringup::simulated_vehicle::request;
+use vehicle_bringup::simulated_vehicle::{
     SimulatedVehicle, SimulationSettings, VehicleEvent, VehicleOutput, Who,
 };
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::vehicle_lights::binding::TurnSource;
-use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
-use signal_gateway::core::vehicle_lights::state::TurnCode::{self, Both, Left, Off, Right};
-use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 
 use crate::pure::command_model::bench::{self, settings as bench_settings};
 use crate::pure::vehicles::profile;

@@ -1,15 +1,15 @@
 //! Random days: the flow requests the same as the model, and the rules of sending hold for every frame.
 
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::link::{BusIndex, LinkState};
+use gateway_base::time::{MonoTime, WallStamp};
+use gateway_core::command::Reported;
+use gateway_core::command::Turn;
+use gateway_core::command::input::CommandInput;
+use gateway_core::command::origin::{CommandOrigin, SampleId, WriterId};
+use gateway_core::command::sender::SendFailure;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestCaseError};
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::command::Reported;
-use signal_gateway::core::command::Turn;
-use signal_gateway::core::command::input::CommandInput;
-use signal_gateway::core::command::origin::{CommandOrigin, SampleId, WriterId};
-use signal_gateway::core::command::sender::SendFailure;
-use signal_gateway::core::time::{MonoTime, WallStamp};
 
 use crate::pure::command_model::bench::{Bench, config, mode};
 use crate::pure::command_model::model::{Command, Event, Requested, Rules, Silence, requested};

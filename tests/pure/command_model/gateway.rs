@@ -1,17 +1,17 @@
 //! Commands among the other flows of the gateway: what goes in as inputs comes out as frames and statuses.
 
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::id_match::IdMatch;
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::command::input::CommandInput;
-use signal_gateway::core::command::output::CommandOutput;
-use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::gateway::Gateway;
-use signal_gateway::core::gateway::event::Output;
-use signal_gateway::core::light_command::HazardCommand;
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::turn_signal::planner_input::PlannerInput;
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::id_match::IdMatch;
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
+use gateway_base::diagnostics::Level;
+use gateway_base::time::MonoTime;
+use gateway_core::command::input::CommandInput;
+use gateway_core::command::output::CommandOutput;
+use gateway_core::gateway::Gateway;
+use gateway_core::gateway::event::Output;
+use turn_signal::light_command::HazardCommand;
+use turn_signal::planner_input::PlannerInput;
 
 use crate::pure::command_model::bench::{self, settings};
 use crate::pure::turn_signal_cases::bench::route;

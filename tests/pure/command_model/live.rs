@@ -1,14 +1,14 @@
 //! Frames to the vehicle keep real time, while inputs and deadlines wait for each other.
 
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::command::input::CommandInput;
-use signal_gateway::core::command::output::CommandOutput;
-use signal_gateway::core::command::sender::SendFailure;
-use signal_gateway::core::gateway::event::Output;
-use signal_gateway::core::gateway::live::Live;
-use signal_gateway::core::time::{MonoTime, Now, WallStamp};
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
+use gateway_base::time::{MonoTime, Now, WallStamp};
+use gateway_core::command::input::CommandInput;
+use gateway_core::command::output::CommandOutput;
+use gateway_core::command::sender::SendFailure;
+use gateway_core::gateway::event::Output;
+use gateway_core::gateway::live::Live;
 
 use crate::pure::command_model::bench::{mode, settings, turn};
 use crate::support::clock::at_ms;

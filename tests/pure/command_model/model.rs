@@ -1,6 +1,6 @@
 //! The request to the vehicle, computed each time from the whole history.
 
-use signal_gateway::core::command::Turn;
+use gateway_core::command::Turn;
 
 /// A command of one of the writers of its topic.
 #[derive(Debug, Clone, Copy)]

@@ -1,11 +1,11 @@
 //! The control mode of the vehicle's own signals: what it grants, and when it does not count any more.
 
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
+use gateway_core::command::output::CommandOutput;
+use gateway_core::gateway::event::Output;
 use proptest::prelude::*;
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::command::output::CommandOutput;
-use signal_gateway::core::gateway::event::Output;
 
 use crate::pure::command_model::bench::{self, settings};
 use crate::support::clock::at_ms;

@@ -1,15 +1,15 @@
 //! What is on the wire: counters, checksums, own frames and others', frames that could not be sent.
 
-use signal_gateway::core::can::frame::CanId;
-use signal_gateway::core::can::frame::Frame;
-use signal_gateway::core::can::link::BusIndex;
-use signal_gateway::core::command::Turn;
-use signal_gateway::core::command::arbitration::VehicleRequest;
-use signal_gateway::core::command::input::CommandInput;
-use signal_gateway::core::command::sender::{FrameOrigin, SendFailure, Sender};
-use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::validation::integrity::{IntegrityChecker, MessageIntegrity, Reject};
+use can_signal::can::frame::CanId;
+use can_signal::can::frame::Frame;
+use can_signal::can::link::BusIndex;
+use can_signal::validation::integrity::{IntegrityChecker, MessageIntegrity, Reject};
+use gateway_base::diagnostics::Level;
+use gateway_base::time::MonoTime;
+use gateway_core::command::Turn;
+use gateway_core::command::arbitration::VehicleRequest;
+use gateway_core::command::input::CommandInput;
+use gateway_core::command::sender::{FrameOrigin, SendFailure, Sender};
 
 use crate::pure::command_model::bench::{Bench, config};
 use crate::pure::command_model::closed_loop::shipped;

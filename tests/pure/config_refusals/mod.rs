@@ -11,7 +11,7 @@ use std::path::Path;
 use signal_gateway::config::files::Disk;
 use signal_gateway::config::{Overrides, Problem, Settings, load, load_profile};
 
-use signal_gateway::core::dbc::model::MAX_ENTRIES;
+use can_signal::dbc::model::MAX_ENTRIES;
 
 use crate::support::cases;
 use crate::support::files::MemoryFiles;

@@ -1,8 +1,8 @@
 //! What is accepted in `[turn_signal]`.
 
-use signal_gateway::core::turn_signal::parameters::DeciderParameters;
-use signal_gateway::core::turn_signal::parameters::table::PARAMETERS;
-use signal_gateway::core::turn_signal::side::Side;
+use turn_signal::parameters::DeciderParameters;
+use turn_signal::parameters::table::PARAMETERS;
+use turn_signal::side::Side;
 
 use crate::pure::config_refusals::with;
 use crate::support::files::MemoryFiles;

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use serde_json::Value;
 use signal_gateway::config::{Overrides, Problem, Refused, drive, load, load_profile, scenario};
-use signal_gateway::core::compat::Compat;
+use traffic_lights::compat::Compat;
 
 use super::project;
 use super::schemas::{files, shipped};

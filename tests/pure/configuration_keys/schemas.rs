@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use serde_json::{Map, Value, json};
 use signal_gateway::config::gateway::reference::{KeySection, sections};
 use signal_gateway::config::{KeyRow, ValueShape, description};
-use signal_gateway::core::turn_signal::parameters::table::DeciderParameter;
+use turn_signal::parameters::table::DeciderParameter;
 
 use super::{check, project};
 

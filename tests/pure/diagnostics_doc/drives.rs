@@ -7,10 +7,10 @@ mod process;
 mod traffic_lights;
 mod vehicle_status;
 
-use signal_gateway::core::can::frame::CanId;
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::gateway::event::Input;
+use can_signal::can::frame::CanId;
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
+use gateway_core::gateway::event::Input;
 
 use super::Reported;
 use crate::support::files::MemoryFiles;

@@ -1,5 +1,5 @@
 //! `docs/diagnostics.md` lists every status with its messages, what to do and its keys, and lists nothing else. It is made of
-//! `core::gateway::catalogue` and `tests/diagnostics.toml` by `UPDATE_DOCS=1 cargo test --test pure diagnostics_doc`.
+//! `gateway_core::gateway::catalogue` and `tests/diagnostics.toml` by `UPDATE_DOCS=1 cargo test --test pure diagnostics_doc`.
 //!
 //! Three tests hold the list against the code: gateways of every kind are driven until they have reported all that
 //! is listed; all that they and the other gateways of the tests report is listed; and every text in the sources
@@ -13,17 +13,20 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use gateway_base::diagnostics::{Level, MessageRow, Status};
 use proc_macro2::{TokenStream, TokenTree};
-use signal_gateway::core::diagnostics::{Level, MessageRow, Status};
 
 use crate::support::diagnostics::{Key, TASKS, Task, assert_listed, reasons};
 
 /// Sources that make texts of statuses without making one.
 const TEXT_SOURCES: [&str; 3] = [
-    "src/core/command/arbitration.rs",
-    "src/core/turn_signal/flow/status.rs",
-    "src/core/turn_signal/inputs.rs",
+    "src/gateway-core/command/arbitration.rs",
+    "src/turn-signal/flow/status.rs",
+    "src/turn-signal/inputs.rs",
 ];
+/// Folders of the crates whose flows have statuses.
+const MAKING_STATUSES: [&str; 4] =
+    ["src/can-signal", "src/gateway-core", "src/traffic-lights", "src/turn-signal"];
 /// Texts in these sources that no status of a gateway contains.
 const NOT_IN_A_STATUS: [&str; 13] = [
     // Of `check`, `decode` and the log.
@@ -102,7 +105,9 @@ fn every_listed_entry_is_reported_by_some_gateway() {
 fn every_text_of_a_status_is_in_the_document() {
     let document = document();
     let mut sources: Vec<_> = TEXT_SOURCES.iter().map(PathBuf::from).collect();
-    files_making_statuses(Path::new("src/core"), &mut sources);
+    for folder in MAKING_STATUSES {
+        files_making_statuses(Path::new(folder), &mut sources);
+    }
     assert!(sources.len() > 10, "{sources:?}");
     let mut absent = Vec::new();
     for path in sources {
@@ -221,7 +226,7 @@ A `{reason}` in a message is one of these. A report of the vehicle has it too, i
 const INTRODUCTION: &str = "\
 # Diagnostics
 
-<!-- Made by `UPDATE_DOCS=1 cargo test --test pure diagnostics_doc` from core::gateway::catalogue and tests/diagnostics.toml. -->
+<!-- Made by `UPDATE_DOCS=1 cargo test --test pure diagnostics_doc` from gateway_core::gateway::catalogue and tests/diagnostics.toml. -->
 
 For operators and integrators who read `/diagnostics`. Look up a status to find what each of its messages and keys means, and what to
 do.

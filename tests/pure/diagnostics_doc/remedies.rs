@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
+use gateway_base::diagnostics::{Level, MessageRow};
+use gateway_core::gateway::catalogue::SECTIONS;
+use gateway_core::gateway::process_status::LogState;
 use signal_gateway::config::files::{DEMO_CONFIG, Embedded};
 use signal_gateway::config::{Overrides, load};
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::diagnostics::{Level, MessageRow};
-use signal_gateway::core::gateway::catalogue::SECTIONS;
-use signal_gateway::core::gateway::process_status::LogState;
 use signal_gateway::io::ros::messages::diagnostic_msgs::DiagnosticStatus;
 use signal_gateway::report::terminal::picture::Picture;
 use signal_gateway::report::{metrics, status};

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::lights::{Lights, Shows};
 use super::message::Message;
 use super::random::Random;
-use signal_gateway::core::can::frame::{CanId, Frame};
+use can_signal::can::frame::{CanId, Frame};
 
 /// How a press of the stalk ends an indication.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! A driver who does what is requested, mostly: late, wrong and corrected, or not at all.
 
-use signal_gateway::core::can::mark::DriverMark;
+use can_signal::can::mark::DriverMark;
 
 use super::car::{Car, Ending};
 use super::lights::{Lights, Stalk, State};

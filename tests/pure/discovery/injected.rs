@@ -2,15 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::link::BusIndex;
-use signal_gateway::core::can::mark::DriverMark;
-use signal_gateway::core::discovery::capture::Capture;
-use signal_gateway::core::discovery::findings::{Certainty, DiscoveryFindings};
-use signal_gateway::core::discovery::timeline::{ActionTimeline, DriverAction};
-use signal_gateway::core::time::MonoTime;
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::link::BusIndex;
+use can_signal::can::mark::DriverMark;
+use gateway_base::time::MonoTime;
 use signal_gateway::io::can::formats::EntryContent;
 use signal_gateway::io::can::log::Log;
+use vehicle_bringup::discovery::capture::Capture;
+use vehicle_bringup::discovery::findings::{Certainty, DiscoveryFindings};
+use vehicle_bringup::discovery::timeline::{ActionTimeline, DriverAction};
 
 use crate::support::prerequisite::{require, shared_data};
 

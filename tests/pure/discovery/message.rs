@@ -2,9 +2,9 @@
 
 use super::lights::{Lights, Shows};
 use super::random::Random;
-use signal_gateway::core::can::frame::{CanId, Frame, MAX_DATA};
-use signal_gateway::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
-use signal_gateway::core::validation::integrity::checksum::{
+use can_signal::can::frame::{CanId, Frame, MAX_DATA};
+use can_signal::dbc::codec::{ByteOrder, Layout, SignalCodec};
+use can_signal::validation::integrity::checksum::{
     Checksum, ChecksumRule, CrcParameters, CrcRule, Extra, Sum,
 };
 

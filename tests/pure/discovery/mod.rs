@@ -15,9 +15,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use signal_gateway::config::Settings;
 use signal_gateway::config::draft::{VehicleDraft, VehicleFiles};
-use signal_gateway::core::discovery::findings::DiscoveryFindings;
-use signal_gateway::core::discovery::machine::Discovery;
 use signal_gateway::desk::proven_draft::{Refutation, proven_files};
+use vehicle_bringup::discovery::findings::DiscoveryFindings;
+use vehicle_bringup::discovery::machine::Discovery;
 
 use crate::support::files::MemoryFiles;
 

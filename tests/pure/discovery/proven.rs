@@ -4,11 +4,11 @@ use std::ops::Range;
 use std::sync::Mutex;
 
 use signal_gateway::config::Settings;
-use signal_gateway::core::discovery::capture::Capture;
-use signal_gateway::core::discovery::proof::ReportedState;
-use signal_gateway::core::discovery::timeline::DriverAction;
 use signal_gateway::desk::proven_draft::{Refutation, reported};
 use signal_gateway::report::discovery::result;
+use vehicle_bringup::discovery::capture::Capture;
+use vehicle_bringup::discovery::proof::ReportedState;
+use vehicle_bringup::discovery::timeline::DriverAction;
 
 use super::car::Car;
 use super::driver::Driver;

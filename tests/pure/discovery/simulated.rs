@@ -3,17 +3,17 @@
 use std::fmt::Write as _;
 use std::time::Duration;
 
+use can_signal::can::mark::DriverMark;
+use gateway_base::time::{MonoTime, WallStamp};
+use gateway_core::command::Turn;
+use gateway_core::vehicle_lights::binding::TurnBinding;
 use signal_gateway::config::Settings;
-use signal_gateway::core::can::mark::DriverMark;
-use signal_gateway::core::command::Turn;
-use signal_gateway::core::discovery::findings::DiscoveryFindings;
-use signal_gateway::core::discovery::machine::{Discovery, DiscoveryEvent};
-use signal_gateway::core::discovery::session::{DriverRequest, SessionSettings};
-use signal_gateway::core::simulated_vehicle::request::SimulationRequest;
-use signal_gateway::core::simulated_vehicle::{SimulatedVehicle, SimulationSettings, VehicleOutput};
-use signal_gateway::core::time::{MonoTime, WallStamp};
-use signal_gateway::core::vehicle_lights::binding::TurnBinding;
 use signal_gateway::report::vehicle::CandumpLog;
+use vehicle_bringup::discovery::findings::DiscoveryFindings;
+use vehicle_bringup::discovery::machine::{Discovery, DiscoveryEvent};
+use vehicle_bringup::discovery::session::{DriverRequest, SessionSettings};
+use vehicle_bringup::simulated_vehicle::request::SimulationRequest;
+use vehicle_bringup::simulated_vehicle::{SimulatedVehicle, SimulationSettings, VehicleOutput};
 
 use super::{proven, settings};
 use crate::pure::vehicles::playback::play_log;

@@ -4,16 +4,16 @@ use std::fmt::Write as _;
 use std::ops::Range;
 use std::sync::Mutex;
 
-use signal_gateway::core::can::frame::Frame;
-use signal_gateway::core::can::link::BusIndex;
-use signal_gateway::core::dbc::codec::SignalCodec;
-use signal_gateway::core::discovery::ResponseShape;
-use signal_gateway::core::discovery::candidate::{FoundSignal, HazardForm, Switch, TurnForm};
-use signal_gateway::core::discovery::findings::{Certainty, DiscoveryFindings, Doubt};
-use signal_gateway::core::discovery::machine::{Discovery, DiscoveryEvent};
-use signal_gateway::core::discovery::session::{DriverRequest, SessionSettings};
-use signal_gateway::core::discovery::timeline::DriverAction;
-use signal_gateway::core::time::MonoTime;
+use can_signal::can::frame::Frame;
+use can_signal::can::link::BusIndex;
+use can_signal::dbc::codec::SignalCodec;
+use gateway_base::time::MonoTime;
+use vehicle_bringup::discovery::ResponseShape;
+use vehicle_bringup::discovery::candidate::{FoundSignal, HazardForm, Switch, TurnForm};
+use vehicle_bringup::discovery::findings::{Certainty, DiscoveryFindings, Doubt};
+use vehicle_bringup::discovery::machine::{Discovery, DiscoveryEvent};
+use vehicle_bringup::discovery::session::{DriverRequest, SessionSettings};
+use vehicle_bringup::discovery::timeline::DriverAction;
 
 use super::car::Car;
 use super::driver::Driver;

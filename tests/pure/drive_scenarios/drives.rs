@@ -7,16 +7,16 @@ use std::time::Duration;
 
 use signal_gateway::config::drive::{DriveFile, read};
 use signal_gateway::config::files::Disk;
-use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
-use signal_gateway::core::turn_signal::compat::DeciderCompat::{Improved, PathGenerator, Upstream};
-use signal_gateway::core::turn_signal::decision::Basis;
-use signal_gateway::core::turn_signal::min_duration::MinDurations;
-use signal_gateway::core::turn_signal::resolve::{CandidateOutcome, EvaluatedCandidate};
-use signal_gateway::core::turn_signal::side::Side;
 use signal_gateway::desk::drive::run::DriveRun;
 use signal_gateway::desk::drive::simulation::DriveSimulation;
 use signal_gateway::desk::drive::verdict::DriveVerdicts;
 use signal_gateway::report::drive::Verdict;
+use turn_signal::compat::DeciderCompat::{Improved, PathGenerator, Upstream};
+use turn_signal::decision::Basis;
+use turn_signal::light_command::{HazardCommand, TurnCommand};
+use turn_signal::min_duration::MinDurations;
+use turn_signal::resolve::{CandidateOutcome, EvaluatedCandidate};
+use turn_signal::side::Side;
 
 use super::coverage::{CONFLICTS, MANOEUVRES, ONLY_A_GAP, WEAKNESSES};
 

@@ -5,10 +5,10 @@ use std::path::Path;
 
 use signal_gateway::config::drive::read;
 use signal_gateway::config::files::{Disk, Files};
-use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
-use signal_gateway::core::turn_signal::side::Side;
 use signal_gateway::desk::drive::run::DriveRun;
 use signal_gateway::desk::drive::simulation::DriveSimulation;
+use turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
+use turn_signal::side::Side;
 
 /// The files on disk: the drive over the helix from another start, and its map without heights, if so.
 struct Changed {

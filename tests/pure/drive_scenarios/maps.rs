@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use signal_gateway::core::map::geometry::Point;
-use signal_gateway::core::map::lane_network::{LaneNetwork, Lanelet, TurnDirection};
-use signal_gateway::core::map::light_map::{LampSource, LightMap};
-use signal_gateway::core::map::osm;
-use signal_gateway::core::map::points::Points;
-use signal_gateway::core::map::projector::Projector;
+use lanelet2_map::geometry::Point;
+use lanelet2_map::lane_network::{LaneNetwork, Lanelet, TurnDirection};
+use lanelet2_map::light_map::{LampSource, LightMap};
+use lanelet2_map::osm;
+use lanelet2_map::points::Points;
+use lanelet2_map::projector::Projector;
 
 #[path = "../../../examples/maps/mod.rs"]
 mod generator;

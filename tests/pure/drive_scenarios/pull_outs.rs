@@ -6,15 +6,15 @@ use std::sync::Arc;
 
 use signal_gateway::config::drive::read;
 use signal_gateway::config::files::Disk;
-use signal_gateway::core::light_command::TurnCommand;
-use signal_gateway::core::turn_signal::compat::DeciderCompat;
-use signal_gateway::core::turn_signal::decider::{Decider, DeciderSettings};
-use signal_gateway::core::turn_signal::factors::{FactorContext, Factors, manoeuvres};
-use signal_gateway::core::turn_signal::inputs::{Inputs, Timed};
-use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
-use signal_gateway::core::turn_signal::planner_input::{ControlPoint, FactorTopic, PlanningFactor};
 use signal_gateway::desk::drive::run::DriveRun;
 use signal_gateway::desk::drive::simulation::{DriveCycle, DriveSimulation};
+use turn_signal::compat::DeciderCompat;
+use turn_signal::decider::{Decider, DeciderSettings};
+use turn_signal::factors::{FactorContext, Factors, manoeuvres};
+use turn_signal::inputs::{Inputs, Timed};
+use turn_signal::light_command::TurnCommand;
+use turn_signal::manoeuvre::Manoeuvre;
+use turn_signal::planner_input::{ControlPoint, FactorTopic, PlanningFactor};
 
 /// Changes of the command lie this near to each other, metres.
 const NEAR_M: f64 = 1.5;

@@ -1,8 +1,8 @@
 //! A vehicle made of a few lines of profile, driven on virtual time.
 
-use signal_gateway::core::can::frame::CanId;
-use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::gateway::GatewaySettings;
+use can_signal::can::frame::CanId;
+use gateway_base::diagnostics::Level;
+use gateway_core::gateway::GatewaySettings;
 
 use crate::support::files::MemoryFiles;
 use crate::support::virtual_gateway::{StatusChange, VirtualGateway};

@@ -1,8 +1,8 @@
 //! Lamps that blink, in messages of every speed.
 
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::diagnostics::Level;
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
+use gateway_base::diagnostics::Level;
 
 use crate::pure::lamp_reports::car::{
     ALIVE, BOTH, DARK, LAMPS, LEFT, NOT_VISIBLE, RIGHT, car, lamp_keys, settings,

@@ -1,6 +1,6 @@
 //! Several sources of one state.
 
-use signal_gateway::core::diagnostics::Level;
+use gateway_base::diagnostics::Level;
 
 use crate::pure::lamp_reports::car::{
     BODY, BOTH, DARK, LAMPS, LEFT, PANEL, STALK, STALK_KEYS, STATE_KEYS, car, lamp_keys,

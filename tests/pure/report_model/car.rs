@@ -1,7 +1,7 @@
 //! Random vehicles: every form a profile can have, over two buses that share identifiers.
 
+use gateway_core::gateway::GatewaySettings;
 use proptest::prelude::*;
-use signal_gateway::core::gateway::GatewaySettings;
 
 use crate::support::files::MemoryFiles;
 

@@ -1,12 +1,12 @@
 //! Everything that happened on a vehicle's buses.
 
+use can_signal::can::controller::ControllerReport;
+use can_signal::can::error_frame::{ControllerState, ErrorFrame};
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
+use gateway_base::time::WallStamp;
 use proptest::prelude::*;
-use signal_gateway::core::can::controller::ControllerReport;
-use signal_gateway::core::can::error_frame::{ControllerState, ErrorFrame};
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::time::WallStamp;
 
 /// One event on a bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -10,15 +10,15 @@ mod model;
 
 use std::collections::BTreeMap;
 
+use can_signal::can::link::LinkState;
+use gateway_base::diagnostics::{Level, Status};
+use gateway_core::gateway::Gateway;
+use gateway_core::gateway::event::Input;
+use gateway_core::gateway::event::Output;
+use gateway_core::vehicle_lights::output::VehicleLightsOutput;
+use gateway_core::vehicle_report::Step;
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseError;
-use signal_gateway::core::can::link::LinkState;
-use signal_gateway::core::diagnostics::{Level, Status};
-use signal_gateway::core::gateway::Gateway;
-use signal_gateway::core::gateway::event::Input;
-use signal_gateway::core::gateway::event::Output;
-use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
-use signal_gateway::core::vehicle_report::Step;
 
 use crate::support::clock::at_ns;
 use crate::support::property::for_all;

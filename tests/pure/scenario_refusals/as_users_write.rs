@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use signal_gateway::config::scenario::{ReadOptions, ScenarioFile, read};
-use signal_gateway::core::compat::Compat;
-use signal_gateway::core::traffic_light::scenario::{Action, Edge, Test};
+use traffic_lights::compat::Compat;
+use traffic_lights::scenario::{Action, Edge, Test};
 
 use super::open_scenario::{A, condition, document, light_action};
 use super::{accepted, read_as, read_text, shown};

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use proptest::test_runner::Config;
-use signal_gateway::core::compat::Compat;
+use traffic_lights::compat::Compat;
 
 use crate::pure::scenario_refusals::read_as;
 

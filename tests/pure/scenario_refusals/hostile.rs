@@ -4,7 +4,7 @@ use std::path::Path;
 
 use signal_gateway::config::files::Disk;
 use signal_gateway::config::scenario::read;
-use signal_gateway::core::compat::Compat;
+use traffic_lights::compat::Compat;
 
 use crate::pure::scenario_refusals::{accepted, read_as};
 

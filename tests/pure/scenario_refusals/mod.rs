@@ -15,7 +15,7 @@ use std::path::Path;
 
 use signal_gateway::config::Problem;
 use signal_gateway::config::scenario::{ScenarioFile, read};
-use signal_gateway::core::compat::Compat;
+use traffic_lights::compat::Compat;
 
 use crate::support::cases::{self, Case};
 use crate::support::files::MemoryFiles;

@@ -1,6 +1,6 @@
 //! Documents of OpenSCENARIO in parts.
 
-use signal_gateway::core::compat::Compat;
+use traffic_lights::compat::Compat;
 
 use crate::pure::scenario_refusals::accepted;
 

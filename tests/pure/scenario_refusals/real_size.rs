@@ -1,7 +1,7 @@
 //! A scenario like those of test tracks: an ego, a crossing car, a pedestrian, weather, and lights.
 
-use signal_gateway::core::compat::Compat;
-use signal_gateway::core::traffic_light::scenario::Action;
+use traffic_lights::compat::Compat;
+use traffic_lights::scenario::Action;
 
 use crate::pure::scenario_refusals::accepted;
 

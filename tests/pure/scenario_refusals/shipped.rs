@@ -1,7 +1,7 @@
 //! The scenarios in `config/scenarios`.
 
-use signal_gateway::core::compat::Compat;
-use signal_gateway::core::map::light_map::{GroupEntry, LightMap};
+use lanelet2_map::light_map::{GroupEntry, LightMap};
+use traffic_lights::compat::Compat;
 
 use crate::pure::scenario_refusals::{accepted, read_text, shown};
 

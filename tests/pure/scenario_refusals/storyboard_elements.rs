@@ -1,6 +1,6 @@
 //! States of stories, groups of maneuvers and maneuvers.
 
-use signal_gateway::core::compat::Compat::{Improved, Upstream};
+use traffic_lights::compat::Compat::{Improved, Upstream};
 
 use super::variables::starts;
 use super::{read_text, shown};

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use signal_gateway::core::compat::Compat;
-use signal_gateway::core::traffic_light::scenario::{Action, Rule, Test};
+use traffic_lights::compat::Compat;
+use traffic_lights::scenario::{Action, Rule, Test};
 
 use crate::pure::scenario_refusals::open_scenario::{A, by_value, document, light_action};
 use crate::pure::scenario_refusals::{accepted, read_as, read_text, shown};

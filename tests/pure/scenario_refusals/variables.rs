@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
+use lanelet2_map::light_map::{GroupEntry, LightMap};
 use signal_gateway::config::scenario::read;
-use signal_gateway::core::compat::Compat::{self, Improved, Upstream};
-use signal_gateway::core::map::light_map::{GroupEntry, LightMap};
-use signal_gateway::core::traffic_light::engine::LightsSettings;
-use signal_gateway::core::traffic_light::event_log::ScenarioEvent;
 use signal_gateway::desk::lights::run::ScenarioRun;
+use traffic_lights::compat::Compat::{self, Improved, Upstream};
+use traffic_lights::engine::LightsSettings;
+use traffic_lights::event_log::ScenarioEvent;
 
 use crate::support::files::MemoryFiles;
 

@@ -2,16 +2,16 @@
 
 use std::time::Duration;
 
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
+use gateway_base::time::{MonoTime, Now, WallStamp};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::{Color, Modifier};
 use signal_gateway::check::live_messages::LiveMessages;
 use signal_gateway::config::built_in::BuiltIn;
 use signal_gateway::config::files::Disk;
 use signal_gateway::config::load_profile;
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 use signal_gateway::report::terminal::message_table::{MessageRow, MessageTable, Order};
 use signal_gateway::report::terminal::view_model::{KeyRequest, Model};
 

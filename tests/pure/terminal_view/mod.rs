@@ -7,24 +7,24 @@ mod svg;
 use std::path::Path;
 use std::time::Duration;
 
+use can_signal::can::error_frame::ErrorFrame;
+use can_signal::can::frame::CanId;
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
+use gateway_base::diagnostics::Level;
+use gateway_core::gateway::snapshot::{ProcessSnapshot, RosSnapshot, TopicSnapshot};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::Color;
 use signal_gateway::config::files::{DEMO_CONFIG, Embedded};
 use signal_gateway::config::{Overrides, load};
-use signal_gateway::core::can::error_frame::ErrorFrame;
-use signal_gateway::core::can::frame::CanId;
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::gateway::snapshot::{ProcessSnapshot, RosSnapshot, TopicSnapshot};
-use signal_gateway::core::traffic_light::bulb::Color::{Green, Red};
-use signal_gateway::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus};
 use signal_gateway::report::terminal::draw::draw;
 use signal_gateway::report::terminal::line_text;
 use signal_gateway::report::terminal::picture::{Function, Lamp, Mark, More, Picture};
 use signal_gateway::report::terminal::view_model::{KeyRequest, Keys, Model};
+use traffic_lights::bulb::Color::{Green, Red};
+use traffic_lights::bulb::{Bulb, BulbShape, BulbStatus};
 
 use crate::support::virtual_gateway::VirtualGateway;
 

@@ -8,11 +8,11 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use signal_gateway::core::map::light_map::{GroupEntry, LightMap};
-use signal_gateway::core::time::WallStamp;
-use signal_gateway::core::traffic_light::arbiter::{Arbiter, ArbiterSettings, ArbiterStamp, Priority};
-use signal_gateway::core::traffic_light::emission::{GroupElement, GroupState, Groups, Prediction};
-use signal_gateway::core::traffic_light::text::parse_bulb;
+use gateway_base::time::WallStamp;
+use lanelet2_map::light_map::{GroupEntry, LightMap};
+use traffic_lights::arbiter::{Arbiter, ArbiterSettings, ArbiterStamp, Priority};
+use traffic_lights::emission::{GroupElement, GroupState, Groups, Prediction};
+use traffic_lights::text::parse_bulb;
 
 /// An input of the arbiter.
 enum Step {

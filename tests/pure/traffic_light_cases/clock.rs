@@ -3,20 +3,18 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use signal_gateway::core::compat::Compat::{Improved, Upstream};
-use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::time::{MonoTime, Now, WallStamp};
-use signal_gateway::core::traffic_light::arbiter::ArbiterSettings;
-use signal_gateway::core::traffic_light::emission::{
-    Emission, GroupElement, GroupState, LightsContent, LightsTopic,
-};
-use signal_gateway::core::traffic_light::engine::LightsSettings;
-use signal_gateway::core::traffic_light::flow::{LightsFlowSettings, TrafficLightFlow};
-use signal_gateway::core::traffic_light::input::TrafficLightInput;
-use signal_gateway::core::traffic_light::output::TrafficLightOutput;
-use signal_gateway::core::traffic_light::scenario::Scenario;
-use signal_gateway::core::traffic_light::text::parse_bulb;
-use signal_gateway::core::traffic_light::v2i_reception::binding::V2iBinding;
+use gateway_base::diagnostics::Level;
+use gateway_base::time::{MonoTime, Now, WallStamp};
+use traffic_lights::arbiter::ArbiterSettings;
+use traffic_lights::compat::Compat::{Improved, Upstream};
+use traffic_lights::emission::{Emission, GroupElement, GroupState, LightsContent, LightsTopic};
+use traffic_lights::engine::LightsSettings;
+use traffic_lights::flow::{LightsFlowSettings, TrafficLightFlow};
+use traffic_lights::input::TrafficLightInput;
+use traffic_lights::output::TrafficLightOutput;
+use traffic_lights::scenario::Scenario;
+use traffic_lights::text::parse_bulb;
+use traffic_lights::v2i_reception::binding::V2iBinding;
 
 use super::scene::{controller, settings, small_map};
 use crate::support::clock::at_ms;
@@ -84,7 +82,7 @@ impl Bench {
     }
 
     fn phase(&self) -> Option<usize> {
-        self.flow.engine().phase(signal_gateway::core::traffic_light::scenario::ControllerIndex(0))
+        self.flow.engine().phase(traffic_lights::scenario::ControllerIndex(0))
     }
 
     /// Level and message of the scenario's status.

@@ -2,14 +2,14 @@
 
 use std::time::Duration;
 
-use signal_gateway::core::compat::Compat;
-use signal_gateway::core::diagnostics::{Level, Status};
-use signal_gateway::core::traffic_light::emission::{LightsContent, LightsTopic};
-use signal_gateway::core::traffic_light::engine::{LightObservation, LightsSettings, TrafficLights};
-use signal_gateway::core::traffic_light::refusal::ActionRefusal;
-use signal_gateway::core::traffic_light::scenario::{Action, ControllerIndex, Scenario, StateText};
-use signal_gateway::core::traffic_light::target::{LightChannel, StoreId, StoreLayer};
-use signal_gateway::core::traffic_light::text::parse_bulbs;
+use gateway_base::diagnostics::{Level, Status};
+use traffic_lights::compat::Compat;
+use traffic_lights::emission::{LightsContent, LightsTopic};
+use traffic_lights::engine::{LightObservation, LightsSettings, TrafficLights};
+use traffic_lights::refusal::ActionRefusal;
+use traffic_lights::scenario::{Action, ControllerIndex, Scenario, StateText};
+use traffic_lights::target::{LightChannel, StoreId, StoreLayer};
+use traffic_lights::text::parse_bulbs;
 
 use super::scene::{BOTH, SECOND, controller, set, small_map, target};
 use crate::support::clock::at_ns;

@@ -1,9 +1,9 @@
 //! Group M: the lights of a map. Even numbers are our own neighbours of the listed cases.
 
-use signal_gateway::core::map::light_map::{LampColor, LampSource, LightMap};
-use signal_gateway::core::map::osm;
-use signal_gateway::core::map::points::Points;
-use signal_gateway::core::map::projector::Projector;
+use lanelet2_map::light_map::{LampColor, LampSource, LightMap};
+use lanelet2_map::osm;
+use lanelet2_map::points::Points;
+use lanelet2_map::projector::Projector;
 
 const STANDARD: &str = include_str!("../../maps/standard.osm");
 const CROSSROADS: &str = include_str!("../../maps/crossroads.osm");

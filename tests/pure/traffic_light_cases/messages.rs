@@ -1,18 +1,18 @@
 //! Groups K (contents) and N, with every neighbour; and architectures.
 
-use signal_gateway::core::compat::Compat;
-use signal_gateway::core::map::light_map::{LampColor, MapLamp};
-use signal_gateway::core::time::WallStamp;
-use signal_gateway::core::traffic_light::architecture::{Architecture, ArchitectureError};
-use signal_gateway::core::traffic_light::bulb::{Bulb, BulbShape, BulbStatus, Color};
-use signal_gateway::core::traffic_light::emission::{
-    Emission, GroupElement, GroupState, LampMarker, LightState, LightsContent, LightsTopic,
-};
+use gateway_base::time::WallStamp;
+use lanelet2_map::light_map::{LampColor, MapLamp};
 use signal_gateway::io::ros::messages::autoware_perception_msgs::{
     TrafficLightElement, TrafficSignalElement,
 };
 use signal_gateway::io::ros::messages::builtin_interfaces::Time;
 use signal_gateway::io::ros::messages::{LightsMessage, LightsType};
+use traffic_lights::architecture::{Architecture, ArchitectureError};
+use traffic_lights::bulb::{Bulb, BulbShape, BulbStatus, Color};
+use traffic_lights::compat::Compat;
+use traffic_lights::emission::{
+    Emission, GroupElement, GroupState, LampMarker, LightState, LightsContent, LightsTopic,
+};
 
 const BOTH: [Compat; 2] = [Compat::Improved, Compat::Upstream];
 const NOW: WallStamp = WallStamp::from_nanos(12_345_000_000_678);

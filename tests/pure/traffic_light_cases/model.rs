@@ -6,11 +6,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use proptest::prelude::*;
 use proptest::sample::select;
-use signal_gateway::core::compat::Compat::{self, Improved, Upstream};
-use signal_gateway::core::traffic_light::bulb::{Bulb, BulbSet};
-use signal_gateway::core::traffic_light::emission::{LightsContent, LightsTopic};
-use signal_gateway::core::traffic_light::scenario::{Action, Scenario, StateText, TrafficSignalController};
-use signal_gateway::core::traffic_light::target::{SignalTarget, StoreId, StoreLayer};
+use traffic_lights::bulb::{Bulb, BulbSet};
+use traffic_lights::compat::Compat::{self, Improved, Upstream};
+use traffic_lights::emission::{LightsContent, LightsTopic};
+use traffic_lights::scenario::{Action, Scenario, StateText, TrafficSignalController};
+use traffic_lights::target::{SignalTarget, StoreId, StoreLayer};
 
 use super::scene::{Scene, controller, script, settings, small_map};
 

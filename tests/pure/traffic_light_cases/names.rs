@@ -3,10 +3,10 @@
 use std::fmt::Debug;
 use std::str::FromStr;
 
-use signal_gateway::core::traffic_light::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
-use signal_gateway::core::traffic_light::signal_id::{SignalIdError, parse_id};
-use signal_gateway::core::traffic_light::target::{LightChannel, SignalTarget, StoreId, StoreLayer};
-use signal_gateway::core::traffic_light::text::{TextError, TextErrorKind, parse_bulb, parse_bulbs};
+use traffic_lights::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
+use traffic_lights::signal_id::{SignalIdError, parse_id};
+use traffic_lights::target::{LightChannel, SignalTarget, StoreId, StoreLayer};
+use traffic_lights::text::{TextError, TextErrorKind, parse_bulb, parse_bulbs};
 
 /// The number of a case; 0 for a neighbour.
 type Case = u32;

@@ -5,28 +5,24 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
+use gateway_base::diagnostics::Level;
+use gateway_base::time::WallStamp;
+use gateway_core::gateway::Gateway;
+use gateway_core::gateway::event::{Input, Output};
+use lanelet2_map::light_map::{GroupEntry, LampColor, LightMap, MapLamp};
 use signal_gateway::config::{Overrides, load};
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::compat::Compat;
-use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::gateway::Gateway;
-use signal_gateway::core::gateway::event::{Input, Output};
-use signal_gateway::core::map::light_map::{GroupEntry, LampColor, LightMap, MapLamp};
-use signal_gateway::core::time::WallStamp;
-use signal_gateway::core::traffic_light::emission::{
-    GroupElement, GroupState, LightsContent, LightsTopic, Prediction,
-};
-use signal_gateway::core::traffic_light::engine::{LightsSettings, TrafficLights};
-use signal_gateway::core::traffic_light::output::TrafficLightOutput;
-use signal_gateway::core::traffic_light::received::ReceivedState;
-use signal_gateway::core::traffic_light::refusal::ActionRefusal;
-use signal_gateway::core::traffic_light::scenario::{
-    Act, Condition, Edge, Scenario, StateText, Test, Trigger,
-};
-use signal_gateway::core::traffic_light::target::{LightChannel, StoreId, StoreLayer};
-use signal_gateway::core::traffic_light::text::parse_bulbs;
+use traffic_lights::compat::Compat;
+use traffic_lights::emission::{GroupElement, GroupState, LightsContent, LightsTopic, Prediction};
+use traffic_lights::engine::{LightsSettings, TrafficLights};
+use traffic_lights::output::TrafficLightOutput;
+use traffic_lights::received::ReceivedState;
+use traffic_lights::refusal::ActionRefusal;
+use traffic_lights::scenario::{Act, Condition, Edge, Scenario, StateText, Test, Trigger};
+use traffic_lights::target::{LightChannel, StoreId, StoreLayer};
+use traffic_lights::text::parse_bulbs;
 
 use super::scene::{BOTH, event, set, target};
 use crate::support::clock::{EPOCH_NS, at_ms};

@@ -2,18 +2,14 @@
 
 use std::sync::Arc;
 
-use signal_gateway::core::compat::Compat::{self, Improved, Upstream};
-use signal_gateway::core::map::light_map::{GroupEntry, LightMap};
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::traffic_light::bulb::{BulbSet, BulbShape, BulbStatus, Color};
-use signal_gateway::core::traffic_light::emission::{
-    Emission, GroupState, LightsContent, LightsTopic, Prediction,
-};
-use signal_gateway::core::traffic_light::engine::{LightsSettings, TrafficLights};
-use signal_gateway::core::traffic_light::event_log::{
-    ActionSource, LoggedEvent, ScenarioEvent, ScenarioOutcome,
-};
-use signal_gateway::core::traffic_light::scenario::{Act, Action, Rule, Scenario};
+use gateway_base::time::MonoTime;
+use lanelet2_map::light_map::{GroupEntry, LightMap};
+use traffic_lights::bulb::{BulbSet, BulbShape, BulbStatus, Color};
+use traffic_lights::compat::Compat::{self, Improved, Upstream};
+use traffic_lights::emission::{Emission, GroupState, LightsContent, LightsTopic, Prediction};
+use traffic_lights::engine::{LightsSettings, TrafficLights};
+use traffic_lights::event_log::{ActionSource, LoggedEvent, ScenarioEvent, ScenarioOutcome};
+use traffic_lights::scenario::{Act, Action, Rule, Scenario};
 
 use super::scene::{BOTH, SECOND, controller, event, set, time_condition};
 use crate::support::clock::{EPOCH_NS, at, at_ns};

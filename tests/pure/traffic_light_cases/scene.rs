@@ -7,20 +7,20 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use signal_gateway::core::compat::Compat;
-use signal_gateway::core::map::light_map::{GroupEntry, LightMap};
-use signal_gateway::core::traffic_light::bulb::Bulb;
-use signal_gateway::core::traffic_light::emission::{Emission, GroupState, LightsContent, LightsTopic};
-use signal_gateway::core::traffic_light::engine::{LightsSettings, TrafficLights};
-use signal_gateway::core::traffic_light::event_log::{LoggedEvent, ScenarioEvent, ScenarioOutcome};
-use signal_gateway::core::traffic_light::periodic_timer::Rate;
-use signal_gateway::core::traffic_light::scenario::{
+use lanelet2_map::light_map::{GroupEntry, LightMap};
+use traffic_lights::bulb::Bulb;
+use traffic_lights::compat::Compat;
+use traffic_lights::emission::{Emission, GroupState, LightsContent, LightsTopic};
+use traffic_lights::engine::{LightsSettings, TrafficLights};
+use traffic_lights::event_log::{LoggedEvent, ScenarioEvent, ScenarioOutcome};
+use traffic_lights::periodic_timer::Rate;
+use traffic_lights::scenario::{
     Act, Action, Condition, ControllerIndex, Edge, Event, Phase, PhaseEntry, Reference, Rule, Scenario,
     StateText, Test, TrafficSignalController, Trigger,
 };
 
 use crate::support::clock::{EPOCH_NS, at_ns};
-use signal_gateway::core::traffic_light::target::{LightChannel, SignalTarget, StoreId, StoreLayer};
+use traffic_lights::target::{LightChannel, SignalTarget, StoreId, StoreLayer};
 
 pub(crate) const BOTH: [Compat; 2] = [Compat::Improved, Compat::Upstream];
 pub(crate) const SECOND: u64 = 1_000_000_000;

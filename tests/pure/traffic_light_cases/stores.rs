@@ -3,13 +3,13 @@
 
 use std::sync::Arc;
 
-use signal_gateway::core::compat::Compat;
-use signal_gateway::core::map::light_map::{GroupEntry, LightMap};
-use signal_gateway::core::traffic_light::bulb::{BulbSet, BulbStatus, Color};
-use signal_gateway::core::traffic_light::refusal::ActionRefusal;
-use signal_gateway::core::traffic_light::store::{Expected, LightChange, Stores};
-use signal_gateway::core::traffic_light::target::{LightChannel, SignalTarget, StoreId};
-use signal_gateway::core::traffic_light::text::{parse_bulb, parse_bulbs};
+use lanelet2_map::light_map::{GroupEntry, LightMap};
+use traffic_lights::bulb::{BulbSet, BulbStatus, Color};
+use traffic_lights::compat::Compat;
+use traffic_lights::refusal::ActionRefusal;
+use traffic_lights::store::{Expected, LightChange, Stores};
+use traffic_lights::target::{LightChannel, SignalTarget, StoreId};
+use traffic_lights::text::{parse_bulb, parse_bulbs};
 
 use super::scene::{BOTH, Scene, target};
 

@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use signal_gateway::core::compat::Compat::{self, Improved, Upstream};
-use signal_gateway::core::traffic_light::event_log::{ScenarioEvent, ScenarioOutcome};
-use signal_gateway::core::traffic_light::refusal::ActionRefusal;
-use signal_gateway::core::traffic_light::scenario::{
+use traffic_lights::compat::Compat::{self, Improved, Upstream};
+use traffic_lights::event_log::{ScenarioEvent, ScenarioOutcome};
+use traffic_lights::refusal::ActionRefusal;
+use traffic_lights::scenario::{
     Act, Action, Condition, ControllerIndex, Edge, ElementState, Event, Rule, Scenario, StateText, Test,
     Trigger,
 };

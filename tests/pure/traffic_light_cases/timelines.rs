@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use signal_gateway::config::scenario::read;
-use signal_gateway::core::compat::Compat::Improved;
-use signal_gateway::core::traffic_light::scenario::Scenario;
+use traffic_lights::compat::Compat::Improved;
+use traffic_lights::scenario::Scenario;
 
 use super::scene::{BOTH, Scene, controller, following, script, set, settings, small_map};
 use crate::support::cases;

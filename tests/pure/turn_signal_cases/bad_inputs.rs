@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
+use gateway_base::diagnostics::Level;
+use gateway_base::time::WallStamp;
+use lanelet2_map::geometry::Pose;
 use proptest::prelude::*;
-use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::light_command::{EnumOrUnknown, TurnCommand};
-use signal_gateway::core::map::geometry::Pose;
-use signal_gateway::core::time::WallStamp;
-use signal_gateway::core::turn_signal::planner_input::{
+use turn_signal::light_command::{EnumOrUnknown, TurnCommand};
+use turn_signal::planner_input::{
     ControlPoint, FactorTopic, Odometry, OperationMode, PlannedPathPoint, PlannerInput, PlannerRoute,
     PlanningFactor,
 };

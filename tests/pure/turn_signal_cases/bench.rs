@@ -4,13 +4,13 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use signal_gateway::core::gateway::event::{Input, Output};
-use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
-use signal_gateway::core::map::geometry::Pose;
-use signal_gateway::core::time::{MonoTime, WallStamp};
-use signal_gateway::core::turn_signal::decision::Decision;
-use signal_gateway::core::turn_signal::output::TurnSignalOutput;
-use signal_gateway::core::turn_signal::planner_input::{
+use gateway_base::time::{MonoTime, WallStamp};
+use gateway_core::gateway::event::{Input, Output};
+use lanelet2_map::geometry::Pose;
+use turn_signal::decision::Decision;
+use turn_signal::light_command::{HazardCommand, TurnCommand};
+use turn_signal::output::TurnSignalOutput;
+use turn_signal::planner_input::{
     ControlPoint, Odometry, PlannedPathPoint, PlannerInput, PlannerRoute, PlanningFactor,
 };
 

@@ -1,10 +1,10 @@
 //! docs/spec/turn-signal-decider.md, "Joining records": the record of a manoeuvre joined with that of the one before it.
 
-use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
-use signal_gateway::core::map::geometry::path::PathFrame;
-use signal_gateway::core::turn_signal::chain::{overwrite, pairwise_prior};
-use signal_gateway::core::turn_signal::section::Section;
-use signal_gateway::core::turn_signal::side::Side;
+use lanelet2_map::geometry::path::PathFrame;
+use turn_signal::chain::{overwrite, pairwise_prior};
+use turn_signal::light_command::{HazardCommand, TurnCommand};
+use turn_signal::section::Section;
+use turn_signal::side::Side;
 
 use super::line::{FRONT_M, NEAREST, at, line, record};
 

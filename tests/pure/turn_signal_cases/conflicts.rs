@@ -1,12 +1,10 @@
 //! docs/spec/turn-signal-decider.md, "Conflict patterns": conflicts of two and three records over a whole drive,
 //! improved and as upstream.
 
-use signal_gateway::core::light_command::TurnCommand;
-use signal_gateway::core::turn_signal::resolve::{
-    CandidateOutcome, CandidateSource, Candidates, Case, PairwiseRules,
-};
-use signal_gateway::core::turn_signal::section::Section;
-use signal_gateway::core::turn_signal::side::Side::{self, Left, Right};
+use turn_signal::light_command::TurnCommand;
+use turn_signal::resolve::{CandidateOutcome, CandidateSource, Candidates, Case, PairwiseRules};
+use turn_signal::section::Section;
+use turn_signal::side::Side::{self, Left, Right};
 
 use super::line::{record, resolve_at};
 

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use signal_gateway::config::country::{built_in, country};
 use signal_gateway::config::files::Embedded;
-use signal_gateway::core::turn_signal::country::{Country, CountryRule, RULES, RuleValue};
-use signal_gateway::core::turn_signal::side::Side;
+use turn_signal::country::{Country, CountryRule, RULES, RuleValue};
+use turn_signal::side::Side;
 
 const BEGIN: &str = "<!-- begin countries, made by `UPDATE_DOCS=1 cargo test --test pure countries` -->\n";
 const END: &str = "<!-- end countries -->";

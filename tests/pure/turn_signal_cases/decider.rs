@@ -2,25 +2,25 @@
 
 use std::time::Duration;
 
+use gateway_base::time::MonoTime;
+use lanelet2_map::geometry::path::PathError;
+use lanelet2_map::geometry::{Point, Pose};
+use lanelet2_map::lane_network::{LaneNetwork, Lanelet};
 use proptest::prelude::*;
-use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
-use signal_gateway::core::map::geometry::path::PathError;
-use signal_gateway::core::map::geometry::{Point, Pose};
-use signal_gateway::core::map::lane_network::{LaneNetwork, Lanelet};
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
-use signal_gateway::core::turn_signal::compat::DeciderQuirks;
-use signal_gateway::core::turn_signal::decider::{Decider, DeciderSettings};
-use signal_gateway::core::turn_signal::decision::{Basis, Decision};
-use signal_gateway::core::turn_signal::distance_path::DistancePath;
-use signal_gateway::core::turn_signal::inputs::{InputFinding, Inputs, Timed};
-use signal_gateway::core::turn_signal::manoeuvre::{Manoeuvre, ManoeuvreKind};
-use signal_gateway::core::turn_signal::parameters::DeciderParameters;
-use signal_gateway::core::turn_signal::planner_input::Odometry;
-use signal_gateway::core::turn_signal::resolve::CandidateSource;
-use signal_gateway::core::turn_signal::route::Route;
-use signal_gateway::core::turn_signal::side::Side;
 use signal_gateway::report::decision::reasons;
+use turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
+use turn_signal::compat::DeciderQuirks;
+use turn_signal::decider::{Decider, DeciderSettings};
+use turn_signal::decision::{Basis, Decision};
+use turn_signal::distance_path::DistancePath;
+use turn_signal::inputs::{InputFinding, Inputs, Timed};
+use turn_signal::light_command::{HazardCommand, TurnCommand};
+use turn_signal::manoeuvre::{Manoeuvre, ManoeuvreKind};
+use turn_signal::parameters::DeciderParameters;
+use turn_signal::planner_input::Odometry;
+use turn_signal::resolve::CandidateSource;
+use turn_signal::route::Route;
+use turn_signal::side::Side;
 
 use super::drive::{inputs, lane_change, route_from, straight_lane};
 use super::line::at;

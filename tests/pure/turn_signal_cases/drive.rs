@@ -3,23 +3,23 @@
 
 use std::time::Duration;
 
-use signal_gateway::core::light_command::TurnCommand;
-use signal_gateway::core::map::geometry::path::{Path, PathFrame};
-use signal_gateway::core::map::geometry::{Point, Pose};
-use signal_gateway::core::map::lane_network::{LaneNetwork, Lanelet, TurnDirection};
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::turn_signal::compat::{DeciderCompat, DeciderQuirks};
-use signal_gateway::core::turn_signal::decider::{Decider, DeciderSettings, Observed};
-use signal_gateway::core::turn_signal::decision::{Basis, Decision};
-use signal_gateway::core::turn_signal::decision_context::DecisionContext;
-use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
-use signal_gateway::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
-use signal_gateway::core::turn_signal::min_duration::MinDurations;
-use signal_gateway::core::turn_signal::parameters::DeciderParameters;
-use signal_gateway::core::turn_signal::route::Route;
-use signal_gateway::core::turn_signal::section::Section;
-use signal_gateway::core::turn_signal::side::Side;
-use signal_gateway::core::turn_signal::turn_lane::TurnLane;
+use gateway_base::time::MonoTime;
+use lanelet2_map::geometry::path::{Path, PathFrame};
+use lanelet2_map::geometry::{Point, Pose};
+use lanelet2_map::lane_network::{LaneNetwork, Lanelet, TurnDirection};
+use turn_signal::compat::{DeciderCompat, DeciderQuirks};
+use turn_signal::decider::{Decider, DeciderSettings, Observed};
+use turn_signal::decision::{Basis, Decision};
+use turn_signal::decision_context::DecisionContext;
+use turn_signal::light_command::TurnCommand;
+use turn_signal::manoeuvre::Manoeuvre;
+use turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
+use turn_signal::min_duration::MinDurations;
+use turn_signal::parameters::DeciderParameters;
+use turn_signal::route::Route;
+use turn_signal::section::Section;
+use turn_signal::side::Side;
+use turn_signal::turn_lane::TurnLane;
 
 pub(crate) use crate::pure::drive_scenarios::random_drives::drives::drawn_road::{
     HALF_WIDTH_M, inputs, route_from, segments,

@@ -4,12 +4,12 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
+use lanelet2_map::geometry::Point;
+use lanelet2_map::geometry::required_end::first_aligned;
+use lanelet2_map::lane_network::TurnDirection;
 use proptest::prelude::*;
 use signal_gateway::config::files::Disk;
 use signal_gateway::config::map::read_lane_network;
-use signal_gateway::core::map::geometry::Point;
-use signal_gateway::core::map::geometry::required_end::first_aligned;
-use signal_gateway::core::map::lane_network::TurnDirection;
 
 use crate::support::prerequisite::{public_maps, require};
 

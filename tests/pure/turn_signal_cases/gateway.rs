@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::gateway::event::Output;
-use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::turn_signal::output::TurnSignalOutput;
-use signal_gateway::core::turn_signal::planner_input::{FactorTopic, PlannerInput, PlanningFactor};
+use gateway_base::diagnostics::Level;
+use gateway_base::time::MonoTime;
+use gateway_core::gateway::event::Output;
 use signal_gateway::io::ros::topics::Topics;
 use signal_gateway::report::gateway::JsonTimeline;
+use turn_signal::light_command::{HazardCommand, TurnCommand};
+use turn_signal::output::TurnSignalOutput;
+use turn_signal::planner_input::{FactorTopic, PlannerInput, PlanningFactor};
 
 use super::bench::{PERIOD, announcing, decider, factor, path, route};
 

@@ -4,19 +4,17 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
+use gateway_base::time::MonoTime;
+use lanelet2_map::geometry::path::PathFrame;
+use lanelet2_map::lane_network::TurnDirection;
 use proptest::prelude::*;
-use signal_gateway::core::light_command::TurnCommand;
-use signal_gateway::core::map::geometry::path::PathFrame;
-use signal_gateway::core::map::lane_network::TurnDirection;
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
-use signal_gateway::core::turn_signal::finished::FinishedMemory;
-use signal_gateway::core::turn_signal::min_duration::{Held, MinDurationFilter, MinDurations};
-use signal_gateway::core::turn_signal::resolve::{
-    CandidateOutcome, CandidateSource, Candidates, PairwiseRules, Resolution,
-};
-use signal_gateway::core::turn_signal::section::Section;
-use signal_gateway::core::turn_signal::side::Side;
+use turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
+use turn_signal::finished::FinishedMemory;
+use turn_signal::light_command::TurnCommand;
+use turn_signal::min_duration::{Held, MinDurationFilter, MinDurations};
+use turn_signal::resolve::{CandidateOutcome, CandidateSource, Candidates, PairwiseRules, Resolution};
+use turn_signal::section::Section;
+use turn_signal::side::Side;
 
 use super::conflicts::cases;
 use super::drive::{Drive, turn, turn_of};

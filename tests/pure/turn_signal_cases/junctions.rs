@@ -4,16 +4,16 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use signal_gateway::core::light_command::TurnCommand;
-use signal_gateway::core::map::geometry::Pose;
-use signal_gateway::core::map::lane_network::{LaneNetwork, Lanelet, TurnDirection};
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
-use signal_gateway::core::turn_signal::country::Country;
-use signal_gateway::core::turn_signal::decider::{Decider, DeciderSettings};
-use signal_gateway::core::turn_signal::decision::Decision;
-use signal_gateway::core::turn_signal::inputs::Timed;
-use signal_gateway::core::turn_signal::planner_input::Odometry;
+use gateway_base::time::MonoTime;
+use lanelet2_map::geometry::Pose;
+use lanelet2_map::lane_network::{LaneNetwork, Lanelet, TurnDirection};
+use turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
+use turn_signal::country::Country;
+use turn_signal::decider::{Decider, DeciderSettings};
+use turn_signal::decision::Decision;
+use turn_signal::inputs::Timed;
+use turn_signal::light_command::TurnCommand;
+use turn_signal::planner_input::Odometry;
 
 use super::drive::{HALF_WIDTH_M, inputs, route_from, straight_lane};
 use super::line::at;

@@ -1,16 +1,14 @@
 //! Laws for any records at any position: symmetries of the resolver, and of measuring.
 
+use lanelet2_map::geometry::path::{NearestLimits, Path, PathFrame};
+use lanelet2_map::geometry::polyline::nearest;
+use lanelet2_map::geometry::{Point, Pose};
 use proptest::prelude::*;
-use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
-use signal_gateway::core::map::geometry::path::{NearestLimits, Path, PathFrame};
-use signal_gateway::core::map::geometry::polyline::nearest;
-use signal_gateway::core::map::geometry::{Point, Pose};
-use signal_gateway::core::turn_signal::resolve::{
-    CandidateOutcome, CandidateSource, Candidates, PairwiseRules, resolve,
-};
-use signal_gateway::core::turn_signal::section::Section;
-use signal_gateway::core::turn_signal::side::Side;
-use signal_gateway::core::turn_signal::subject::SignalSubject;
+use turn_signal::light_command::{HazardCommand, TurnCommand};
+use turn_signal::resolve::{CandidateOutcome, CandidateSource, Candidates, PairwiseRules, resolve};
+use turn_signal::section::Section;
+use turn_signal::side::Side;
+use turn_signal::subject::SignalSubject;
 
 use super::line::{at, line, resolve_at};
 
@@ -225,7 +223,7 @@ fn beyond_the_ends_a_path_goes_on_straight() {
 
 #[test]
 fn poses_that_are_not_a_path_are_refused() {
-    use signal_gateway::core::map::geometry::path::PathError::{NotFinite, TooShort};
+    use lanelet2_map::geometry::path::PathError::{NotFinite, TooShort};
     for (poses, error) in [
         (vec![], TooShort),
         (vec![at(0.0)], TooShort),

@@ -7,20 +7,18 @@ use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 use std::time::Duration;
 
-use signal_gateway::core::light_command::TurnCommand;
-use signal_gateway::core::map::geometry::{Point, Pose};
-use signal_gateway::core::map::lane_network::{LaneId, LaneNetwork, Lanelet, TurnDirection};
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::turn_signal::compat::DeciderCompat;
-use signal_gateway::core::turn_signal::decider::DeciderSettings;
-use signal_gateway::core::turn_signal::flow::{DeciderRole, TurnSignalFlow, TurnSignalSettings};
-use signal_gateway::core::turn_signal::planner_input::{
-    Odometry, PlannerInput, PlannerRoute, TrajectoryPoint,
-};
-use signal_gateway::core::turn_signal::route::Segment;
-use signal_gateway::core::turn_signal::side::Side;
-use signal_gateway::core::turn_signal::signal_judge::{VerdictCounts, VerdictKind};
-use signal_gateway::core::turn_signal::vehicle_state::{VehicleState, VehicleUse};
+use gateway_base::time::MonoTime;
+use lanelet2_map::geometry::{Point, Pose};
+use lanelet2_map::lane_network::{LaneId, LaneNetwork, Lanelet, TurnDirection};
+use turn_signal::compat::DeciderCompat;
+use turn_signal::decider::DeciderSettings;
+use turn_signal::flow::{DeciderRole, TurnSignalFlow, TurnSignalSettings};
+use turn_signal::light_command::TurnCommand;
+use turn_signal::planner_input::{Odometry, PlannerInput, PlannerRoute, TrajectoryPoint};
+use turn_signal::route::Segment;
+use turn_signal::side::Side;
+use turn_signal::signal_judge::{VerdictCounts, VerdictKind};
+use turn_signal::vehicle_state::{VehicleState, VehicleUse};
 
 use super::line::FRONT_M;
 use crate::support::clock::at;

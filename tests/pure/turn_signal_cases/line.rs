@@ -2,12 +2,12 @@
 
 use std::sync::OnceLock;
 
-use signal_gateway::core::light_command::TurnCommand;
-use signal_gateway::core::map::geometry::Pose;
-use signal_gateway::core::map::geometry::path::{NearestLimits, Path, PathFrame};
-use signal_gateway::core::turn_signal::resolve::{Candidates, PairwiseRules, Resolution, resolve};
-use signal_gateway::core::turn_signal::section::Section;
-use signal_gateway::core::turn_signal::side::Side;
+use lanelet2_map::geometry::Pose;
+use lanelet2_map::geometry::path::{NearestLimits, Path, PathFrame};
+use turn_signal::light_command::TurnCommand;
+use turn_signal::resolve::{Candidates, PairwiseRules, Resolution, resolve};
+use turn_signal::section::Section;
+use turn_signal::side::Side;
 
 /// The front of the sample vehicle, metres before its rear axle.
 pub(crate) const FRONT_M: f64 = 3.79;

@@ -1,9 +1,9 @@
 //! Routes that meet themselves: around a block, through a teardrop, back over a place that was passed; some random ones.
 //! `cargo test --test random_drives -- --loops 10000` drives as many as wanted.
 
-use signal_gateway::core::light_command::TurnCommand;
-use signal_gateway::core::map::lane_network::LaneId;
-use signal_gateway::core::map::lane_network::TurnDirection::{Left, None as Untagged, Right};
+use lanelet2_map::lane_network::LaneId;
+use lanelet2_map::lane_network::TurnDirection::{Left, None as Untagged, Right};
+use turn_signal::light_command::TurnCommand;
 
 use crate::pure::drive_scenarios::random_drives::drives::drawn_road::DrawnRoad;
 use crate::pure::drive_scenarios::random_drives::drives::drawn_road::Piece::{Arc, Straight};

@@ -1,21 +1,21 @@
 //! L1 to L3, P-2 to P-5 and combinations of manoeuvres with turns: whole drives with manoeuvres of the planner.
 
-use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
-use signal_gateway::core::map::geometry::Pose;
-use signal_gateway::core::map::lane_network::{LaneNetwork, TurnDirection};
-use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
-use signal_gateway::core::turn_signal::decider::Observed;
-use signal_gateway::core::turn_signal::decision::Basis;
-use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
-use signal_gateway::core::turn_signal::manoeuvre::avoidance::{Avoidance, AvoidanceLine};
-use signal_gateway::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
-use signal_gateway::core::turn_signal::manoeuvre::pull_out::PullOut;
-use signal_gateway::core::turn_signal::manoeuvre::pull_over::{Decided, PullOver, Undecided};
-use signal_gateway::core::turn_signal::parameters::CandidatePolicy;
-use signal_gateway::core::turn_signal::resolve::{CandidateSource, Case};
-use signal_gateway::core::turn_signal::shift::ShiftedPath;
-use signal_gateway::core::turn_signal::side::Side;
-use signal_gateway::core::turn_signal::side::Side::{Left, Right};
+use lanelet2_map::geometry::Pose;
+use lanelet2_map::lane_network::{LaneNetwork, TurnDirection};
+use turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
+use turn_signal::decider::Observed;
+use turn_signal::decision::Basis;
+use turn_signal::light_command::{HazardCommand, TurnCommand};
+use turn_signal::manoeuvre::Manoeuvre;
+use turn_signal::manoeuvre::avoidance::{Avoidance, AvoidanceLine};
+use turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
+use turn_signal::manoeuvre::pull_out::PullOut;
+use turn_signal::manoeuvre::pull_over::{Decided, PullOver, Undecided};
+use turn_signal::parameters::CandidatePolicy;
+use turn_signal::resolve::{CandidateSource, Case};
+use turn_signal::shift::ShiftedPath;
+use turn_signal::side::Side;
+use turn_signal::side::Side::{Left, Right};
 
 use super::drive::{self, Drive, straight_lane, turn};
 use super::line::{at, blinking, samples};

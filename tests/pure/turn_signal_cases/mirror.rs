@@ -2,21 +2,21 @@
 
 use std::time::Duration;
 
+use gateway_base::time::MonoTime;
+use lanelet2_map::geometry::polyline::{at_arc, headed};
+use lanelet2_map::geometry::{Point, Pose};
+use lanelet2_map::lane_network::{LaneNetwork, Lanelet, TurnDirection};
 use proptest::prelude::*;
-use signal_gateway::core::light_command::TurnCommand;
-use signal_gateway::core::map::geometry::polyline::{at_arc, headed};
-use signal_gateway::core::map::geometry::{Point, Pose};
-use signal_gateway::core::map::lane_network::{LaneNetwork, Lanelet, TurnDirection};
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
-use signal_gateway::core::turn_signal::decider::{Decider, DeciderSettings};
-use signal_gateway::core::turn_signal::inputs::{Inputs, Timed};
-use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
-use signal_gateway::core::turn_signal::manoeuvre::avoidance::{Avoidance, AvoidanceLine};
-use signal_gateway::core::turn_signal::manoeuvre::lane_change::LaneChange;
-use signal_gateway::core::turn_signal::planner_input::Odometry;
-use signal_gateway::core::turn_signal::shift::{ShiftLine, ShiftedPath};
-use signal_gateway::core::turn_signal::side::Side;
+use turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
+use turn_signal::decider::{Decider, DeciderSettings};
+use turn_signal::inputs::{Inputs, Timed};
+use turn_signal::light_command::TurnCommand;
+use turn_signal::manoeuvre::Manoeuvre;
+use turn_signal::manoeuvre::avoidance::{Avoidance, AvoidanceLine};
+use turn_signal::manoeuvre::lane_change::LaneChange;
+use turn_signal::planner_input::Odometry;
+use turn_signal::shift::{ShiftLine, ShiftedPath};
+use turn_signal::side::Side;
 
 use super::drive::{inputs, lane_change, route_from};
 use super::path_generator::{ROUTE, consecutive_turn};

@@ -1,19 +1,19 @@
 //! P1 to P7: the smaller decider of upstream's path generator, on two turns of a test map.
 
-use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
-use signal_gateway::core::map::geometry::polyline::{at_arc, headed, length_m};
-use signal_gateway::core::map::geometry::{Point, Pose};
-use signal_gateway::core::map::lane_network::{LaneNetwork, Lanelet, TurnDirection};
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::turn_signal::compat::DeciderCompat;
-use signal_gateway::core::turn_signal::decider::{Decider, DeciderSettings};
-use signal_gateway::core::turn_signal::decision::Basis;
-use signal_gateway::core::turn_signal::inputs::{InputFinding, Inputs, Timed};
-use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
-use signal_gateway::core::turn_signal::parameters::DeciderParameters;
-use signal_gateway::core::turn_signal::path_generator::TaggedLanelet;
-use signal_gateway::core::turn_signal::planner_input::Odometry;
-use signal_gateway::core::turn_signal::side::Side;
+use gateway_base::time::MonoTime;
+use lanelet2_map::geometry::polyline::{at_arc, headed, length_m};
+use lanelet2_map::geometry::{Point, Pose};
+use lanelet2_map::lane_network::{LaneNetwork, Lanelet, TurnDirection};
+use turn_signal::compat::DeciderCompat;
+use turn_signal::decider::{Decider, DeciderSettings};
+use turn_signal::decision::Basis;
+use turn_signal::inputs::{InputFinding, Inputs, Timed};
+use turn_signal::light_command::{HazardCommand, TurnCommand};
+use turn_signal::manoeuvre::Manoeuvre;
+use turn_signal::parameters::DeciderParameters;
+use turn_signal::path_generator::TaggedLanelet;
+use turn_signal::planner_input::Odometry;
+use turn_signal::side::Side;
 
 use super::drive::{inputs, lane_change, route_from};
 

@@ -3,9 +3,9 @@
 
 use proptest::strategy::Strategy;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
-use signal_gateway::core::turn_signal::resolve::{CandidateSource, Candidates, PairwiseRules};
-use signal_gateway::core::turn_signal::section::Section;
-use signal_gateway::core::turn_signal::side::Side;
+use turn_signal::resolve::{CandidateSource, Candidates, PairwiseRules};
+use turn_signal::section::Section;
+use turn_signal::side::Side;
 
 use super::laws::any_candidates;
 use super::line::resolve_at;

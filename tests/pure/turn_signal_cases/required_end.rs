@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
+use lanelet2_map::geometry::polyline::length_m;
+use lanelet2_map::geometry::required_end::{first_aligned, required_end};
+use lanelet2_map::geometry::{Point, wrapped};
 use proptest::prelude::*;
-use signal_gateway::core::map::geometry::polyline::length_m;
-use signal_gateway::core::map::geometry::required_end::{first_aligned, required_end};
-use signal_gateway::core::map::geometry::{Point, wrapped};
 
 const TOLERANCE_M: f64 = 1e-6;
 

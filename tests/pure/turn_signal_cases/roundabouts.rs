@@ -1,13 +1,13 @@
 //! R1 to R11: into a roundabout and out of it, improved and as upstream.
 
-use signal_gateway::core::map::lane_network::{LaneNetwork, Lanelet, Roundabout};
-use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
-use signal_gateway::core::turn_signal::compat::DeciderQuirks;
-use signal_gateway::core::turn_signal::parameters::DeciderParameters;
-use signal_gateway::core::turn_signal::roundabout::RoundaboutMemory;
-use signal_gateway::core::turn_signal::roundabout::backward::backward_length_m;
-use signal_gateway::core::turn_signal::roundabout::legs::{RoundaboutLegs, legs};
-use signal_gateway::core::turn_signal::side::Side::{self, Left, Right};
+use lanelet2_map::lane_network::{LaneNetwork, Lanelet, Roundabout};
+use turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
+use turn_signal::compat::DeciderQuirks;
+use turn_signal::parameters::DeciderParameters;
+use turn_signal::roundabout::RoundaboutMemory;
+use turn_signal::roundabout::backward::backward_length_m;
+use turn_signal::roundabout::legs::{RoundaboutLegs, legs};
+use turn_signal::side::Side::{self, Left, Right};
 
 use super::drive::{Drive, straight_lane};
 use super::line::{at, blinking, samples};

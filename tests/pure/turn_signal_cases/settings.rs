@@ -4,9 +4,9 @@ use std::path::Path;
 
 use signal_gateway::config::country::{NoCountry, built_in, country};
 use signal_gateway::config::files::Disk;
-use signal_gateway::core::turn_signal::parameters::table::{PARAMETERS, ParameterError};
-use signal_gateway::core::turn_signal::parameters::{CandidatePolicy, DeciderParameters};
-use signal_gateway::core::turn_signal::side::Side::{Left, Right};
+use turn_signal::parameters::table::{PARAMETERS, ParameterError};
+use turn_signal::parameters::{CandidatePolicy, DeciderParameters};
+use turn_signal::side::Side::{Left, Right};
 
 /// The fourteen documented parameters: name, a value, what it makes of the defaults.
 type Row = (&'static str, &'static str, fn(&mut DeciderParameters));

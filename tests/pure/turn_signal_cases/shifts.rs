@@ -1,16 +1,14 @@
 //! docs/spec/turn-signal-decider.md, "Shift rule": the rule for all that moves sideways, step by step; S1 to S11; P-1.
 
-use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
-use signal_gateway::core::map::geometry::Pose;
-use signal_gateway::core::map::lane_network::{LaneNetwork, Lanelet, Roadside};
-use signal_gateway::core::turn_signal::compat::DeciderCompat::Upstream;
-use signal_gateway::core::turn_signal::shift::ShiftVerdict::{
+use lanelet2_map::geometry::Pose;
+use lanelet2_map::lane_network::{LaneNetwork, Lanelet, Roadside};
+use turn_signal::compat::DeciderCompat::Upstream;
+use turn_signal::light_command::{HazardCommand, TurnCommand};
+use turn_signal::shift::ShiftVerdict::{
     HatchedSide, NearBound, NearlyDone, OffPath, Signalled, StandsBeforeReturn, StaysInLane,
     SwervingIsSilent, TooEarly, TooSmall,
 };
-use signal_gateway::core::turn_signal::shift::{
-    Shift, ShiftKind, ShiftLine, ShiftOutcome, ShiftVerdict, ShiftedPath, judge,
-};
+use turn_signal::shift::{Shift, ShiftKind, ShiftLine, ShiftOutcome, ShiftVerdict, ShiftedPath, judge};
 
 use super::drive::{Drive, straight_lane};
 

@@ -1,10 +1,10 @@
 //! U01 to U69: three ready-made records, one position each; and the positions between them.
 
-use signal_gateway::core::light_command::TurnCommand;
-use signal_gateway::core::map::geometry::path::{NearestLimits, PathFrame};
-use signal_gateway::core::turn_signal::resolve::{Candidates, PairwiseRules, resolve};
-use signal_gateway::core::turn_signal::section::Section;
-use signal_gateway::core::turn_signal::side::Side;
+use lanelet2_map::geometry::path::{NearestLimits, PathFrame};
+use turn_signal::light_command::TurnCommand;
+use turn_signal::resolve::{Candidates, PairwiseRules, resolve};
+use turn_signal::section::Section;
+use turn_signal::side::Side;
 
 use super::line::{at, line, record};
 

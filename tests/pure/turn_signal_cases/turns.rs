@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use signal_gateway::core::light_command::TurnCommand;
-use signal_gateway::core::map::lane_network::{LaneId, LaneNetwork, Lanelet, TurnDirection};
-use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
-use signal_gateway::core::turn_signal::distance_path::DistancePath;
-use signal_gateway::core::turn_signal::intersection::turns;
+use lanelet2_map::lane_network::{LaneId, LaneNetwork, Lanelet, TurnDirection};
+use turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
+use turn_signal::distance_path::DistancePath;
+use turn_signal::intersection::turns;
+use turn_signal::light_command::TurnCommand;
 
 use super::drive::{Drive, straight_lane, turn};
 use super::line::{at, blinking, line, samples};
@@ -17,7 +17,7 @@ fn with_left_turn(compat: DeciderCompat) -> Drive {
     drive
 }
 
-fn none(_: f64) -> Vec<signal_gateway::core::turn_signal::manoeuvre::Manoeuvre> {
+fn none(_: f64) -> Vec<turn_signal::manoeuvre::Manoeuvre> {
     Vec::new()
 }
 

@@ -1,8 +1,8 @@
 //! The decider with the vehicle's own signals: hazard lights by gear and doors, and its speed.
 
-use signal_gateway::core::can::frame::CanId;
-use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
-use signal_gateway::core::time::MonoTime;
+use can_signal::can::frame::CanId;
+use gateway_base::time::MonoTime;
+use turn_signal::light_command::{HazardCommand, TurnCommand};
 
 use super::bench::route;
 use crate::support::files::MemoryFiles;

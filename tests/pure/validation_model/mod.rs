@@ -8,13 +8,13 @@
 mod model;
 mod sender;
 
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
+use gateway_base::time::MonoTime;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{TestCaseError, TestRunner};
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::time::MonoTime;
 
 use crate::support::clock::MS;
 use crate::support::property::for_all;

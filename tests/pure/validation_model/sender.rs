@@ -2,8 +2,8 @@
 
 use std::sync::OnceLock;
 
+use gateway_core::gateway::GatewaySettings;
 use proptest::prelude::*;
-use signal_gateway::core::gateway::GatewaySettings;
 
 use crate::support::files::MemoryFiles;
 

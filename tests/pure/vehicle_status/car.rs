@@ -1,15 +1,15 @@
 //! A car whose whole status is on the bus: a bicycle model, the frames that it sends, and a gateway that listens.
 
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
+use gateway_base::diagnostics::Level;
+use gateway_base::time::{MonoTime, Now, WallStamp};
+use gateway_core::gateway::Gateway;
+use gateway_core::gateway::event::{Input, Output};
+use gateway_core::vehicle_status::StatusReport;
+use gateway_core::vehicle_status::output::VehicleStatusOutput;
 use signal_gateway::config::Settings;
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::gateway::Gateway;
-use signal_gateway::core::gateway::event::{Input, Output};
-use signal_gateway::core::time::{MonoTime, Now, WallStamp};
-use signal_gateway::core::vehicle_status::StatusReport;
-use signal_gateway::core::vehicle_status::output::VehicleStatusOutput;
 
 use crate::support::clock::{at, millis};
 use crate::support::files::MemoryFiles;
@@ -379,7 +379,7 @@ impl Listener {
     /// Stamp of each velocity that was published since the beginning.
     pub(crate) fn velocity_stamps(&self) -> Vec<WallStamp> {
         let stamp = |(_, output): &(MonoTime, VehicleStatusOutput)| match output {
-            VehicleStatusOutput::Velocity(signal_gateway::core::vehicle_report::Step::Publish(_, stamp)) => {
+            VehicleStatusOutput::Velocity(gateway_core::vehicle_report::Step::Publish(_, stamp)) => {
                 Some(*stamp)
             }
             _ => None,

@@ -1,24 +1,24 @@
 //! A simulated vehicle drives, its frames reach the gateway, and each report is compared with what the vehicle did.
 
+use can_signal::can::input::CanInput;
+use can_signal::can::link::LinkState;
+use can_signal::validation::meaning::Meaning;
+use gateway_base::diagnostics::Level;
+use gateway_base::time::MonoTime;
+use gateway_core::control_mode::ControlMode;
+use gateway_core::gateway::Gateway;
+use gateway_core::gateway::event::{Input, Output};
+use gateway_core::vehicle_report::Step;
+use gateway_core::vehicle_status::StatusReport;
+use gateway_core::vehicle_status::binding::StatusBinding;
+use gateway_core::vehicle_status::control_mode::ControlModeSource;
+use gateway_core::vehicle_status::doors::DoorState;
+use gateway_core::vehicle_status::gear::{Gear, GearCode};
+use gateway_core::vehicle_status::output::VehicleStatusOutput;
+use gateway_core::vehicle_status::settings::{VehicleGeometry, WheelToTire};
+use gateway_core::vehicle_status::steering::TireAngle;
+use gateway_core::vehicle_status::velocity::binding::{HeadingRateSource, SpeedSignals};
 use signal_gateway::config::Settings;
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::LinkState;
-use signal_gateway::core::control_mode::ControlMode;
-use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::gateway::Gateway;
-use signal_gateway::core::gateway::event::{Input, Output};
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::validation::meaning::Meaning;
-use signal_gateway::core::vehicle_report::Step;
-use signal_gateway::core::vehicle_status::StatusReport;
-use signal_gateway::core::vehicle_status::binding::StatusBinding;
-use signal_gateway::core::vehicle_status::control_mode::ControlModeSource;
-use signal_gateway::core::vehicle_status::doors::DoorState;
-use signal_gateway::core::vehicle_status::gear::{Gear, GearCode};
-use signal_gateway::core::vehicle_status::output::VehicleStatusOutput;
-use signal_gateway::core::vehicle_status::settings::{VehicleGeometry, WheelToTire};
-use signal_gateway::core::vehicle_status::steering::TireAngle;
-use signal_gateway::core::vehicle_status::velocity::binding::{HeadingRateSource, SpeedSignals};
 
 use super::car::settings;
 use crate::pure::vehicles::{profile_names, read_profile};

@@ -1,10 +1,10 @@
 //! Faults in the middle of drives: what is wrong is not published for longer than the window of its check, what is healthy
 //! stays, and a healthy drive raises no alarm.
 
-use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::vehicle_report::Step;
-use signal_gateway::core::vehicle_status::StatusReport;
-use signal_gateway::core::vehicle_status::output::VehicleStatusOutput;
+use gateway_base::diagnostics::Level;
+use gateway_core::vehicle_report::Step;
+use gateway_core::vehicle_status::StatusReport;
+use gateway_core::vehicle_status::output::VehicleStatusOutput;
 
 use super::car::{Car, Listener, RawFrame, settings};
 use super::{DRIVE, PARK, REVERSE};

@@ -3,16 +3,16 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::Path;
 
+use gateway_base::time::MonoTime;
+use gateway_core::vehicle_status::kinematics::finding::{KinematicFinding, findings};
+use gateway_core::vehicle_status::kinematics::survey::{KinematicSurvey, MotionSample};
+use gateway_core::vehicle_status::kinematics::{Kinematics, Rate, RatioEstimate};
+use gateway_core::vehicle_status::settings::{GeometryKey, VehicleGeometry, WheelToTire};
+use gateway_core::vehicle_status::steering::AngleOf;
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng as _;
 use signal_gateway::check::{CheckReport, Layout, recording};
 use signal_gateway::config::{Overrides, load};
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::vehicle_status::kinematics::finding::{KinematicFinding, findings};
-use signal_gateway::core::vehicle_status::kinematics::survey::{KinematicSurvey, MotionSample};
-use signal_gateway::core::vehicle_status::kinematics::{Kinematics, Rate, RatioEstimate};
-use signal_gateway::core::vehicle_status::settings::{GeometryKey, VehicleGeometry, WheelToTire};
-use signal_gateway::core::vehicle_status::steering::AngleOf;
 use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 

@@ -17,14 +17,14 @@ mod truth;
 mod views;
 mod wheels;
 
-use signal_gateway::core::control_mode::ControlMode;
-use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::vehicle_report::Step;
-use signal_gateway::core::vehicle_status::StatusReport;
-use signal_gateway::core::vehicle_status::doors::DoorState;
-use signal_gateway::core::vehicle_status::gear::Gear;
-use signal_gateway::core::vehicle_status::output::VehicleStatusOutput;
+use gateway_base::diagnostics::Level;
+use gateway_base::time::MonoTime;
+use gateway_core::control_mode::ControlMode;
+use gateway_core::vehicle_report::Step;
+use gateway_core::vehicle_status::StatusReport;
+use gateway_core::vehicle_status::doors::DoorState;
+use gateway_core::vehicle_status::gear::Gear;
+use gateway_core::vehicle_status::output::VehicleStatusOutput;
 
 use car::{Car, Listener, RawFrame, settings};
 

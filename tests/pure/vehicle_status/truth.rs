@@ -5,12 +5,12 @@ use std::io::Read as _;
 use std::path::Path;
 
 use flate2::read::GzDecoder;
+use gateway_base::diagnostics::Level;
+use gateway_core::gateway::event::Output;
+use gateway_core::vehicle_report::Step;
+use gateway_core::vehicle_status::output::VehicleStatusOutput;
+use gateway_core::vehicle_status::plausibility::alarm::ALARMS;
 use signal_gateway::config::{Overrides, load};
-use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::gateway::event::Output;
-use signal_gateway::core::vehicle_report::Step;
-use signal_gateway::core::vehicle_status::output::VehicleStatusOutput;
-use signal_gateway::core::vehicle_status::plausibility::alarm::ALARMS;
 use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 

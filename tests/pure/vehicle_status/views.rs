@@ -2,10 +2,10 @@
 
 use std::io::Cursor;
 
+use gateway_base::time::MonoTime;
+use gateway_core::gateway::snapshot::Snapshot;
 use serde_json::{Value, json};
 use signal_gateway::config::Settings;
-use signal_gateway::core::gateway::snapshot::Snapshot;
-use signal_gateway::core::time::MonoTime;
 use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 use signal_gateway::report::live_view::Feed;

@@ -4,12 +4,12 @@ mod drives;
 
 use std::fmt::Write as _;
 
+use gateway_base::diagnostics::Level;
+use gateway_core::vehicle_report::Step;
+use gateway_core::vehicle_status::StatusReport;
+use gateway_core::vehicle_status::output::VehicleStatusOutput;
 use signal_gateway::config::files::Disk;
 use signal_gateway::config::{Overrides, load};
-use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::vehicle_report::Step;
-use signal_gateway::core::vehicle_status::StatusReport;
-use signal_gateway::core::vehicle_status::output::VehicleStatusOutput;
 
 use super::car::{Car, Listener, PROFILE, RawFrame, settings};
 use super::{DRIVE, NEUTRAL, assert_near};

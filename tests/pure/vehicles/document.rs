@@ -2,12 +2,12 @@
 
 use std::fs;
 
+use can_signal::validation::integrity::Protection;
+use gateway_core::provenance::{FactSource, Provenance, Verification};
+use gateway_core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use signal_gateway::config::Settings;
 use signal_gateway::config::car_models::models;
-use signal_gateway::core::car_model::{CarModel, ModelProfile};
-use signal_gateway::core::provenance::{FactSource, Provenance, Verification};
-use signal_gateway::core::validation::integrity::Protection;
-use signal_gateway::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
+use vehicle_bringup::car_model::{CarModel, ModelProfile};
 
 use crate::pure::vehicles::{profile, profile_names, project};
 

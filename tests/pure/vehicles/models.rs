@@ -5,7 +5,7 @@ use std::process::Command;
 
 use serde::Deserialize;
 use signal_gateway::config::car_models::models;
-use signal_gateway::core::car_model::{CarModel, ListedDimensions, ModelProfile, ModelVerdict, find};
+use vehicle_bringup::car_model::{CarModel, ListedDimensions, ModelProfile, ModelVerdict, find};
 
 use crate::pure::vehicles::{profile, profile_names, project};
 use crate::support::prerequisite::{opendbc_python, require};

@@ -1,6 +1,6 @@
 //! Frames written bit by bit, as a second opinion on what the gateway's own decoder reads.
 
-use signal_gateway::core::can::frame::{CanId, Frame};
+use can_signal::can::frame::{CanId, Frame};
 
 /// The frame of `ID LENGTH start|length@order=value…`, e.g. `614 8 29|2@0=3`: three hexadecimal
 /// digits make a standard identifier, eight an extended one; bits as in a DBC.

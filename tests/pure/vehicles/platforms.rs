@@ -3,18 +3,18 @@
 
 use std::collections::BTreeSet;
 
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::link::BusIndex;
+use gateway_base::time::WallStamp;
 use signal_gateway::check;
 use signal_gateway::check::identify::Identifier;
 use signal_gateway::config::fingerprints;
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::link::BusIndex;
-use signal_gateway::core::plausibility::evidence::ProfileEvidence;
-use signal_gateway::core::plausibility::fingerprint::PlatformList;
-use signal_gateway::core::plausibility::fit::FitVerdict;
-use signal_gateway::core::time::WallStamp;
 use signal_gateway::io::can::formats::EntryContent;
 use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
+use vehicle_bringup::plausibility::evidence::ProfileEvidence;
+use vehicle_bringup::plausibility::fingerprint::PlatformList;
+use vehicle_bringup::plausibility::fit::FitVerdict;
 
 use crate::pure::discovery::random::Random;
 use crate::pure::vehicles::{profile, profile_names};

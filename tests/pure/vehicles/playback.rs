@@ -4,16 +4,16 @@ use std::collections::BTreeSet;
 use std::io::Cursor;
 use std::path::Path;
 
+use can_signal::can::link::BusIndex;
+use can_signal::validation::integrity::IntegrityCounts;
+use can_signal::validation::table::MessageIndex;
+use gateway_base::diagnostics::{Level, Status};
+use gateway_base::time::MonoTime;
+use gateway_core::gateway::event::Output;
+use gateway_core::vehicle_lights::output::VehicleLightsOutput;
+use gateway_core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+use gateway_core::vehicle_status::output::VehicleStatusOutput;
 use signal_gateway::config::Settings;
-use signal_gateway::core::can::link::BusIndex;
-use signal_gateway::core::diagnostics::{Level, Status};
-use signal_gateway::core::gateway::event::Output;
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::validation::integrity::IntegrityCounts;
-use signal_gateway::core::validation::table::MessageIndex;
-use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
-use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
-use signal_gateway::core::vehicle_status::output::VehicleStatusOutput;
 use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 

@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use signal_gateway::core::diagnostics::{Level, Status};
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::vehicle_lights::binding::TurnBinding;
+use gateway_base::diagnostics::{Level, Status};
+use gateway_base::time::MonoTime;
+use gateway_core::vehicle_lights::binding::TurnBinding;
 
 use crate::pure::vehicles::payload::frame;
 use crate::pure::vehicles::playback::{HAZARD, TURN};

@@ -3,9 +3,9 @@
 
 use std::collections::BTreeSet;
 
-use signal_gateway::core::can::frame::Frame;
-use signal_gateway::core::validation::integrity::Protection;
-use signal_gateway::core::validation::table::MessageIndex;
+use can_signal::can::frame::Frame;
+use can_signal::validation::integrity::Protection;
+use can_signal::validation::table::MessageIndex;
 
 use crate::pure::vehicles::payload::{frame, put};
 use crate::pure::vehicles::{profile, profile_names};

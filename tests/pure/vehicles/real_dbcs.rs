@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use signal_gateway::core::can::frame::MAX_DATA;
-use signal_gateway::core::dbc::model::{Database, Message, Signal};
-use signal_gateway::core::dbc::parse;
+use can_signal::can::frame::MAX_DATA;
+use can_signal::dbc::model::{Database, Message, Signal};
+use can_signal::dbc::parse;
 
 use crate::pure::vehicles::project;
 use crate::support::prerequisite::{require, shared_data};

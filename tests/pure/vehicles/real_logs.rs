@@ -3,9 +3,9 @@
 use std::io::Read;
 use std::path::Path;
 
+use can_signal::validation::integrity::IntegrityCounts;
 use flate2::read::MultiGzDecoder;
-use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::validation::integrity::IntegrityCounts;
+use gateway_base::diagnostics::Level;
 
 use crate::pure::vehicles::playback::{Playback, TURN, play_file, play_interface, play_text};
 use crate::pure::vehicles::profile;

@@ -5,15 +5,15 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use can_signal::can::link::BusIndex;
 use signal_gateway::check::identify::Identifier;
 use signal_gateway::check::{self, CheckReport};
-use signal_gateway::core::can::link::BusIndex;
-use signal_gateway::core::plausibility::evidence::ProfileEvidence;
-use signal_gateway::core::plausibility::finding::{FindingKind, Severity, findings};
-use signal_gateway::core::plausibility::fit::FitVerdict;
 use signal_gateway::io::can::formats::EntryContent;
 use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
+use vehicle_bringup::plausibility::evidence::ProfileEvidence;
+use vehicle_bringup::plausibility::finding::{FindingKind, Severity, findings};
+use vehicle_bringup::plausibility::fit::FitVerdict;
 
 use crate::pure::vehicles::{profile, profile_names, project};
 use crate::support::prerequisite::{require, shared_data};

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use signal_gateway::core::diagnostics::Level;
+use gateway_base::diagnostics::Level;
 
 use crate::pure::vehicles::payload::frame;
 use crate::pure::vehicles::playback::{HAZARD, Playback, TURN, play_text};

@@ -4,13 +4,13 @@
 use std::fmt::Write;
 use std::time::Duration;
 
+use gateway_base::time::WallStamp;
+use gateway_core::vehicle_lights::binding::{HazardSource, LightsBinding, TurnBinding};
 use signal_gateway::config::Settings;
-use signal_gateway::core::simulated_vehicle::SimulationSettings;
-use signal_gateway::core::simulated_vehicle::request;
-use signal_gateway::core::time::WallStamp;
-use signal_gateway::core::vehicle_lights::binding::{HazardSource, LightsBinding, TurnBinding};
 use signal_gateway::desk;
 use signal_gateway::report::vehicle::CandumpLog;
+use vehicle_bringup::simulated_vehicle::SimulationSettings;
+use vehicle_bringup::simulated_vehicle::request;
 
 use crate::pure::vehicles::playback::{Playback, TURN, play_log};
 use crate::pure::vehicles::{profile, profile_names, read_profile};

@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use signal_gateway::core::can::frame::{Frame, MAX_DATA};
-use signal_gateway::core::can::link::BusIndex;
-use signal_gateway::core::gateway::GatewaySettings;
-use signal_gateway::core::gateway::event::Output;
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::validation::table::BoundMessage;
-use signal_gateway::core::vehicle_status::binding::StatusBinding;
-use signal_gateway::core::vehicle_status::output::VehicleStatusOutput;
-use signal_gateway::core::vehicle_status::settings::{VehicleGeometry, WheelToTire};
+use can_signal::can::frame::{Frame, MAX_DATA};
+use can_signal::can::link::BusIndex;
+use can_signal::validation::table::BoundMessage;
+use gateway_base::time::MonoTime;
+use gateway_core::gateway::GatewaySettings;
+use gateway_core::gateway::event::Output;
+use gateway_core::vehicle_status::binding::StatusBinding;
+use gateway_core::vehicle_status::output::VehicleStatusOutput;
+use gateway_core::vehicle_status::settings::{VehicleGeometry, WheelToTire};
 
 use crate::pure::vehicles::payload::frame;
 use crate::pure::vehicles::{profile, profile_names};

@@ -1,16 +1,16 @@
 //! The profile of a V2X unit: frames written bit by bit, and the traffic-light states that are used.
 
-use signal_gateway::core::can::bus::Bus;
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::id_match::IdMatch;
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::{BusIndex, LinkState};
-use signal_gateway::core::diagnostics::{Level, Status};
-use signal_gateway::core::gateway::Gateway;
-use signal_gateway::core::gateway::event::Output;
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::traffic_light::v2i_reception::{Settled, V2iReception};
-use signal_gateway::core::validation::table::MessageIndex;
+use can_signal::can::bus::Bus;
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::id_match::IdMatch;
+use can_signal::can::input::CanInput;
+use can_signal::can::link::{BusIndex, LinkState};
+use can_signal::validation::table::MessageIndex;
+use gateway_base::diagnostics::{Level, Status};
+use gateway_base::time::MonoTime;
+use gateway_core::gateway::Gateway;
+use gateway_core::gateway::event::Output;
+use traffic_lights::v2i_reception::{Settled, V2iReception};
 
 use crate::pure::vehicles::payload::frame;
 use crate::pure::vehicles::profile;

@@ -8,8 +8,8 @@ use std::time::Duration;
 use serde_json::Value;
 use signal_gateway::config::drive::{DriveFile, read};
 use signal_gateway::config::files::Disk;
-use signal_gateway::core::turn_signal::parameters::DeciderParameters;
 use signal_gateway::desk::drive::simulation::DriveSimulation;
+use turn_signal::parameters::DeciderParameters;
 
 use super::recording::{BusTime, RecordedFrame, Recording};
 use super::vehicles::{Change, PACMOD};

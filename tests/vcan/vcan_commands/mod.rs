@@ -19,11 +19,11 @@ mod round_trip;
 mod stops;
 pub(crate) mod vehicles;
 
-use signal_gateway::core::gateway::event::Output;
-use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
-use signal_gateway::core::time::WallStamp;
-use signal_gateway::core::turn_signal::output::TurnSignalOutput;
+use gateway_base::time::WallStamp;
+use gateway_core::gateway::event::Output;
 use signal_gateway::io::ros::session::{OutgoingTopic, RosSession, RosSettings, Topics};
+use turn_signal::light_command::{HazardCommand, TurnCommand};
+use turn_signal::output::TurnSignalOutput;
 
 use crate::support::command_vehicle::{DBC, MODE, PROFILE, request_text};
 use crate::support::peer::domain;

@@ -2,7 +2,7 @@
 
 use std::process::Stdio;
 
-use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
+use turn_signal::light_command::{HazardCommand, TurnCommand};
 
 use super::recording::{BusTime, Recording};
 use super::{AUTONOMOUS, Commander, STATE, folder, requests, wait_for};

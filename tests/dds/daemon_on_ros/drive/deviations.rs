@@ -1,6 +1,6 @@
 //! Drives that come out otherwise over ROS, and why.
 
-use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
+use turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
 
 use crate::support::drive_script::COMPATS;
 

@@ -3,11 +3,11 @@
 use std::cell::Cell;
 use std::time::Duration;
 
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::LinkState;
-use signal_gateway::core::command::input::CommandInput;
-use signal_gateway::core::time::MonoTime;
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::input::CanInput;
+use can_signal::can::link::LinkState;
+use gateway_base::time::MonoTime;
+use gateway_core::command::input::CommandInput;
 
 use super::{BUS, Desk, Reported};
 use crate::support::clock::at_ms;

@@ -1,10 +1,10 @@
 //! Reports of every kind of source, and their bus.
 
-use signal_gateway::core::can::controller::ControllerReport;
-use signal_gateway::core::can::error_frame::{ControllerState, ErrorCounters, ErrorFrame};
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::LinkState;
+use can_signal::can::controller::ControllerReport;
+use can_signal::can::error_frame::{ControllerState, ErrorCounters, ErrorFrame};
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::input::CanInput;
+use can_signal::can::link::LinkState;
 
 use super::{BUS, Desk, LOSSES, Reported};
 use crate::pure::lamp_reports::car::{

@@ -2,15 +2,13 @@
 
 use std::sync::Arc;
 
+use lanelet2_map::geometry::Pose;
 use signal_gateway::config::drive;
 use signal_gateway::config::files::Disk;
-use signal_gateway::core::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
-use signal_gateway::core::map::geometry::Pose;
-use signal_gateway::core::turn_signal::planner_input::{
-    FactorTopic, Odometry, PlannerInput, PlannerRoute, PlanningFactor,
-};
-use signal_gateway::core::turn_signal::route::Segment;
 use signal_gateway::desk::drive::simulation::DriveSimulation;
+use turn_signal::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
+use turn_signal::planner_input::{FactorTopic, Odometry, PlannerInput, PlannerRoute, PlanningFactor};
+use turn_signal::route::Segment;
 
 use super::{Desk, Reported};
 use crate::pure::diagnostics_doc::project;

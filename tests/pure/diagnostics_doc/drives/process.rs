@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use signal_gateway::core::gateway::configuration::{ConfigurationState, EffectiveConfiguration};
-use signal_gateway::core::gateway::confinement::Confinement;
-use signal_gateway::core::gateway::network::{Burden, NetworkFailure, NetworkState, SharedTopic, ZenohLinks};
-use signal_gateway::core::gateway::process_status::{LogState, McapState, RecorderState};
-use signal_gateway::core::time::WallStamp;
+use gateway_base::time::WallStamp;
+use gateway_core::gateway::configuration::{ConfigurationState, EffectiveConfiguration};
+use gateway_core::gateway::confinement::Confinement;
+use gateway_core::gateway::network::{Burden, NetworkFailure, NetworkState, SharedTopic, ZenohLinks};
+use gateway_core::gateway::process_status::{LogState, McapState, RecorderState};
 
 use super::Reported;
 

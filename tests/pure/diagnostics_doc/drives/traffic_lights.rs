@@ -1,17 +1,17 @@
 //! Traffic lights from a scenario, from topics and from a V2X unit.
 
-use signal_gateway::core::can::error_frame::ErrorFrame;
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::input::CanInput;
-use signal_gateway::core::can::link::LinkState;
-use signal_gateway::core::compat::Compat;
-use signal_gateway::core::time::WallStamp;
-use signal_gateway::core::traffic_light::engine::{LightObservation, LightsSettings};
-use signal_gateway::core::traffic_light::flow::{LightsFlowSettings, TrafficLightFlow};
-use signal_gateway::core::traffic_light::input::TrafficLightInput;
-use signal_gateway::core::traffic_light::scenario::{Act, Scenario};
-use signal_gateway::core::traffic_light::text::parse_bulbs;
-use signal_gateway::core::traffic_light::v2i_reception::binding::V2iBinding;
+use can_signal::can::error_frame::ErrorFrame;
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::input::CanInput;
+use can_signal::can::link::LinkState;
+use gateway_base::time::WallStamp;
+use traffic_lights::compat::Compat;
+use traffic_lights::engine::{LightObservation, LightsSettings};
+use traffic_lights::flow::{LightsFlowSettings, TrafficLightFlow};
+use traffic_lights::input::TrafficLightInput;
+use traffic_lights::scenario::{Act, Scenario};
+use traffic_lights::text::parse_bulbs;
+use traffic_lights::v2i_reception::binding::V2iBinding;
 
 use super::{BUS, Desk, LOSSES, Reported};
 use crate::pure::traffic_light_cases::scene::{controller, script, set, small_map, target};

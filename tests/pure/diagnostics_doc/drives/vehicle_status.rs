@@ -1,7 +1,7 @@
 //! The reports on the vehicle's status, in everything that can be wrong with them.
 
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::can::input::CanInput;
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::can::input::CanInput;
 
 use super::{BUS, Desk, Reported};
 use crate::pure::vehicle_status::car::{CYCLES, Car, PROFILE, RawFrame, files};

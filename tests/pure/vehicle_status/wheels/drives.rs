@@ -1,9 +1,9 @@
 //! Whole drives with a lock, a spin, a dead wheel or a dead axle, each report judged by what the vehicle did.
 
-use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::vehicle_report::Step;
-use signal_gateway::core::vehicle_status::StatusReport;
-use signal_gateway::core::vehicle_status::output::VehicleStatusOutput;
+use gateway_base::diagnostics::Level;
+use gateway_core::vehicle_report::Step;
+use gateway_core::vehicle_status::StatusReport;
+use gateway_core::vehicle_status::output::VehicleStatusOutput;
 
 use super::{Variant, changes, kmh, listener, variants, with};
 use crate::pure::vehicle_status::car::{Car, Listener, TREAD_M, WHEEL_BASE_M};

@@ -2,12 +2,12 @@
 
 use std::fmt::Write as _;
 
+use can_signal::can::frame::{CanId, Frame};
+use can_signal::validation::integrity::Protection;
+use can_signal::validation::integrity::checksum::Checksum;
 use serde_json::json;
 use signal_gateway::config::files::Disk;
 use signal_gateway::config::load_profile;
-use signal_gateway::core::can::frame::{CanId, Frame};
-use signal_gateway::core::validation::integrity::Protection;
-use signal_gateway::core::validation::integrity::checksum::Checksum;
 
 use super::ask;
 use crate::pure::vehicles::project;

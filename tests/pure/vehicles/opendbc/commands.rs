@@ -1,11 +1,11 @@
 //! The frames that command Hyundai and Kia on CAN FD, byte for byte against opendbc: those of its own function for the two sides, and
 //! its packer's for the hazard lights, which that function never requests.
 
+use gateway_base::time::MonoTime;
+use gateway_core::command::Turn;
+use gateway_core::command::arbitration::VehicleRequest;
+use gateway_core::command::sender::Sender;
 use serde_json::{Value, json};
-use signal_gateway::core::command::Turn;
-use signal_gateway::core::command::arbitration::VehicleRequest;
-use signal_gateway::core::command::sender::Sender;
-use signal_gateway::core::time::MonoTime;
 
 use super::ask;
 use crate::pure::vehicles::profile;

@@ -10,8 +10,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use can_signal::can::frame::{CanId, Frame};
 use serde_json::{Map, Value, json};
-use signal_gateway::core::can::frame::{CanId, Frame};
 
 use crate::pure::vehicles::playback::{Playback, play_text};
 use crate::pure::vehicles::protection::protect;

@@ -1,0 +1,483 @@
+//! State of one CAN bus: its link, its silence, its losses.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::can::controller::{Controller, ControllerReport, is_sound};
+use crate::can::error_frame::{self, ControllerState, ErrorFrame};
+use crate::can::id_match::IdMatch;
+use crate::can::link::LinkState;
+use gateway_base::diagnostics::Level;
+use gateway_base::names::display_by_name;
+use gateway_base::time::{MonoTime, WallStamp, deadline_after};
+
+/// Settings of one bus.
+#[derive(Debug, Clone)]
+pub struct BusSettings {
+    /// Name in the vehicle profile, e.g. `body`.
+    pub name: String,
+    /// SocketCAN interface, e.g. `can0`; also the name in recordings.
+    pub interface: String,
+    /// Messages besides the bound ones that prove the bus alive; kernel filters hide all others.
+    pub heartbeat_messages: Vec<IdMatch>,
+    /// Longest silence of bound and heartbeat messages on a bus that is awake.
+    pub alive_timeout: Duration,
+    /// Longest time after a sleep until all bound messages are received again.
+    pub wake_up_timeout: Duration,
+    /// True if the vehicle may let the whole bus fall asleep.
+    pub may_sleep: bool,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Sleep {
+    /// Last frame before it.
+    fell_asleep: MonoTime,
+    /// First frame after it.
+    woke_up: MonoTime,
+}
+
+/// Time for which a loss or an error on the wire keeps the bus at WARN.
+pub const LOSS_MEMORY: Duration = Duration::from_secs(10);
+
+/// State and counters of one bus.
+#[derive(Debug, Clone)]
+pub struct Bus {
+    settings: BusSettings,
+    link: LinkState,
+    controller: Controller,
+    last_frame: Option<MonoTime>,
+    /// Last loss, unreadable record or error on the wire.
+    last_disturbance: Option<MonoTime>,
+    /// Last error frame or unsound controller state, after which silence is not sleep.
+    last_error: Option<MonoTime>,
+    last_sleep: Option<Sleep>,
+    /// Number of events since start, by kind.
+    pub counts: BusCounts,
+}
+
+/// Number of events on a bus since start.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct BusCounts {
+    /// Frames of bound and heartbeat messages. This is not the bus load: kernel filters hide all other frames.
+    pub frames: u64,
+    /// Frames dropped by the kernel or by our own queue.
+    pub drops: u64,
+    /// Error frames of any class.
+    pub error_frames: u64,
+    /// Number of times the link was lost.
+    pub link_losses: u64,
+    /// Unreadable records of a recording.
+    pub bad_records: u64,
+    /// Number of error frames for each `CAN_ERR_*` class bit received.
+    pub error_classes: BTreeMap<u32, u64>,
+}
+
+/// Condition of a bus; diagnostics are published when it changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BusFinding {
+    /// The link is not up.
+    NoLink(LinkState),
+    /// The controller has left the bus, so nothing can be received.
+    BusOff {
+        /// Time to an automatic restart in ms, 0 = manual restart; `None` = unknown.
+        restart_ms: Option<u32>,
+    },
+    /// The controller does not work, so nothing can be received.
+    Stopped,
+    /// The controller reports many errors.
+    Disturbed(ControllerState, BusReception),
+    /// The controller is sound, unknown or without a link.
+    Sound(BusReception),
+}
+
+/// Reception over a bus whose link is up, worst first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum BusReception {
+    /// The link is up, but no frame has been received yet.
+    NothingYet,
+    /// The link is up, but no frame has been received within the timeout.
+    Silent,
+    /// The same on a bus that may sleep, with a sound controller and no error frame.
+    Asleep,
+    /// Frames were dropped, or error frames or unreadable records received, within [`LOSS_MEMORY`].
+    Losing,
+    /// Frames are received without losses.
+    Receiving,
+}
+
+display_by_name!(BusReception);
+
+impl BusReception {
+    /// Returns how bad it is by itself.
+    pub fn level(self) -> Level {
+        match self {
+            Self::NothingYet | Self::Silent | Self::Losing => Level::Warn,
+            Self::Asleep | Self::Receiving => Level::Ok,
+        }
+    }
+}
+
+impl Bus {
+    /// Creates a bus that has received no frame.
+    pub fn new(settings: BusSettings, link: LinkState) -> Self {
+        Self {
+            settings,
+            link,
+            controller: Controller::default(),
+            last_frame: None,
+            last_disturbance: None,
+            last_error: None,
+            last_sleep: None,
+            counts: BusCounts::default(),
+        }
+    }
+
+    /// Returns the settings of the bus.
+    pub fn settings(&self) -> &BusSettings {
+        &self.settings
+    }
+
+    /// Replaces the settings of the same bus; what happened on it stays.
+    pub fn reconfigure(&mut self, settings: BusSettings) {
+        self.settings = settings;
+    }
+
+    /// Returns the state of the link as last reported.
+    pub fn link(&self) -> LinkState {
+        self.link
+    }
+
+    /// Returns the controller of the bus.
+    pub fn controller(&self) -> &Controller {
+        &self.controller
+    }
+
+    /// Sets the link state. Returns `true` when the link was lost, so that earlier frames no longer count.
+    pub fn set_link(&mut self, link: LinkState) -> bool {
+        let lost = self.link == LinkState::Up && link != LinkState::Up;
+        self.link = link;
+        if lost {
+            self.counts.link_losses += 1;
+            self.last_frame = None;
+            self.last_sleep = None;
+            self.controller.forget();
+        }
+        lost
+    }
+
+    /// Records a frame that proves the bus alive. Returns `false` when the frame must not be used, because it was still queued
+    /// when the link was lost.
+    pub fn frame_arrived(&mut self, now: MonoTime) -> bool {
+        let up = self.other_frame_arrived(now);
+        if up {
+            if let Some(fell_asleep) = self.last_frame.filter(|_| self.is_asleep(now)) {
+                self.last_sleep = Some(Sleep { fell_asleep, woke_up: now });
+            }
+            self.last_frame = Some(now);
+        }
+        up
+    }
+
+    /// Records a frame of a bound message that does not prove the bus alive. Returns as [`Self::frame_arrived`].
+    pub fn other_frame_arrived(&mut self, now: MonoTime) -> bool {
+        let up = self.link == LinkState::Up;
+        if up {
+            self.counts.frames += 1;
+            self.controller.frame_arrived(now);
+        }
+        up
+    }
+
+    /// Records `count` dropped frames.
+    pub fn frames_dropped(&mut self, count: u32, now: MonoTime) {
+        self.counts.drops += u64::from(count);
+        self.last_disturbance = Some(now);
+    }
+
+    /// Records an error frame. Without a link it was queued before and reveals nothing of the controller.
+    pub fn error_frame(&mut self, error: ErrorFrame, now: MonoTime) {
+        self.counts.error_frames += 1;
+        for bit in error_frame::bits(error.class()) {
+            *self.counts.error_classes.entry(bit).or_default() += 1;
+        }
+        if !error.is_state_alone() {
+            self.last_disturbance = Some(now);
+        }
+        if self.link == LinkState::Up {
+            self.last_error = Some(now);
+            self.controller.error_frame(error, now);
+        }
+    }
+
+    /// Records the state of the controller as the kernel reports it; ignored while the link is not up.
+    pub fn controller_reported(&mut self, report: ControllerReport, now: MonoTime) {
+        if self.link == LinkState::Up {
+            if !is_sound(self.controller.state()) || !is_sound(Some(report.state)) {
+                self.last_error = Some(now);
+            }
+            self.controller.report(report, now);
+        }
+    }
+
+    /// Records `count` unreadable records of a recording.
+    pub fn bad_records(&mut self, count: u32, now: MonoTime) {
+        self.counts.bad_records += u64::from(count);
+        self.last_disturbance = Some(now);
+    }
+
+    /// Returns true if the link is up and a frame was received within the timeout.
+    pub fn is_alive(&self, now: MonoTime) -> bool {
+        self.link == LinkState::Up
+            && self.last_frame.is_some_and(|last| now.is_within(self.settings.alive_timeout, last))
+    }
+
+    /// Returns the time since the last frame; `None` before the first.
+    pub fn silence(&self, now: MonoTime) -> Option<Duration> {
+        self.last_frame.map(|last| now.since(last))
+    }
+
+    /// Returns true if the bus is silent as permitted and no error suggests that it is dead.
+    fn is_asleep(&self, now: MonoTime) -> bool {
+        self.permitted_silence(now).is_some_and(|last| now.since(last) > self.settings.alive_timeout)
+    }
+
+    /// Returns true if nothing has been received since `since`, and the silence may become a permitted sleep.
+    pub fn may_be_falling_asleep(&self, since: MonoTime, now: MonoTime) -> bool {
+        self.is_alive(now) && self.permitted_silence(now).is_some_and(|last| last <= since)
+    }
+
+    /// Returns the last frame, if the bus may sleep and no error suggests that it is dead.
+    fn permitted_silence(&self, now: MonoTime) -> Option<MonoTime> {
+        let limit = self.settings.alive_timeout;
+        let undisturbed = |last: &MonoTime| self.last_error.is_none_or(|at| last.since(at) > limit);
+        let may_sleep = self.settings.may_sleep && self.link == LinkState::Up;
+        let last = self.last_frame.filter(|_| may_sleep).filter(undisturbed);
+        last.filter(|_| is_sound(self.controller.shown(now)))
+    }
+
+    /// Returns the receive time of the last frame before the current sleep, or before the latest one while
+    /// messages are still expected to return; `None` otherwise.
+    pub fn fell_asleep(&self, now: MonoTime) -> Option<MonoTime> {
+        if self.is_asleep(now) {
+            return self.last_frame;
+        }
+        let is_waking = |sleep: &Sleep| now.since(sleep.woke_up) <= self.settings.wake_up_timeout;
+        self.last_sleep.filter(is_waking).map(|sleep| sleep.fell_asleep)
+    }
+
+    /// Returns the condition of the bus now.
+    pub fn finding(&self, now: MonoTime) -> BusFinding {
+        if self.link != LinkState::Up {
+            return BusFinding::NoLink(self.link);
+        }
+        let reception = self.reception(now);
+        match self.controller.shown(now) {
+            Some(ControllerState::BusOff) => BusFinding::BusOff { restart_ms: self.controller.restart_ms },
+            Some(ControllerState::Stopped) => BusFinding::Stopped,
+            Some(
+                state @ (ControllerState::Warning | ControllerState::Passive | ControllerState::Restarted),
+            ) => BusFinding::Disturbed(state, reception),
+            Some(ControllerState::ErrorActive) | None => BusFinding::Sound(reception),
+        }
+    }
+
+    fn reception(&self, now: MonoTime) -> BusReception {
+        if self.last_frame.is_none() {
+            BusReception::NothingYet
+        } else if self.is_asleep(now) {
+            BusReception::Asleep
+        } else if !self.is_alive(now) {
+            BusReception::Silent
+        } else if self.last_disturbance.is_some_and(|at| now.is_within(LOSS_MEMORY, at)) {
+            BusReception::Losing
+        } else {
+            BusReception::Receiving
+        }
+    }
+
+    /// Returns the next instant at which [`Self::finding`] or [`Self::fell_asleep`] may change without an event.
+    pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
+        let silent = self.last_frame.map(|last| deadline_after(last, self.settings.alive_timeout));
+        let loss_forgotten = self.last_disturbance.map(|at| deadline_after(at, LOSS_MEMORY));
+        let shown = self.controller.next_deadline(now);
+        let awake = self.last_sleep.map(|sleep| deadline_after(sleep.woke_up, self.settings.wake_up_timeout));
+        [silent, loss_forgotten, shown, awake].into_iter().flatten().filter(|at| *at > now).min()
+    }
+}
+
+/// Receive time of a frame, monotonic and as a stamp.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ReceiveTime {
+    /// Monotonic time, which decides age and order.
+    pub at: MonoTime,
+    /// Stamp for the published message.
+    pub stamp: WallStamp,
+}
+
+impl ReceiveTime {
+    /// Returns the later of the two; `self` when both are equal.
+    pub fn newest(self, other: Self) -> Self {
+        if other.at > self.at { other } else { self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bus() -> Bus {
+        let settings = BusSettings {
+            name: "body".into(),
+            interface: "can0".into(),
+            heartbeat_messages: vec![],
+            alive_timeout: Duration::from_millis(100),
+            wake_up_timeout: Duration::from_millis(100),
+            may_sleep: false,
+        };
+        Bus::new(settings, LinkState::Missing)
+    }
+
+    fn sleeping_bus() -> Bus {
+        let mut bus = bus();
+        bus.settings.may_sleep = true;
+        bus.set_link(LinkState::Up);
+        bus.frame_arrived(at(10));
+        bus
+    }
+
+    fn at(millis: u64) -> MonoTime {
+        MonoTime::from_millis(millis)
+    }
+
+    fn report(state: ControllerState) -> ControllerReport {
+        ControllerReport { state, counters: None, restart_ms: None }
+    }
+
+    #[test]
+    fn silence_and_lost_link_are_distinguished() {
+        let mut bus = bus();
+        assert_eq!(bus.finding(at(0)), BusFinding::NoLink(LinkState::Missing));
+        bus.set_link(LinkState::Up);
+        assert_eq!(bus.reception(at(0)), BusReception::NothingYet);
+        bus.frame_arrived(at(10));
+        assert_eq!(bus.reception(at(110)), BusReception::Receiving);
+        let deadline = bus.next_deadline(at(110)).unwrap();
+        assert_eq!(bus.reception(deadline), BusReception::Silent);
+        assert!(bus.set_link(LinkState::Down), "frames from before no longer count");
+        assert_eq!(bus.finding(deadline), BusFinding::NoLink(LinkState::Down));
+        bus.set_link(LinkState::Up);
+        assert_eq!(bus.reception(deadline), BusReception::NothingYet);
+        assert_eq!(bus.counts.link_losses, 1);
+    }
+
+    #[test]
+    fn loss_is_shown_for_loss_memory_and_counted() {
+        let mut bus = bus();
+        bus.set_link(LinkState::Up);
+        bus.frame_arrived(MonoTime::ZERO);
+        bus.frames_dropped(3, MonoTime::ZERO);
+        assert_eq!(bus.reception(MonoTime::ZERO), BusReception::Losing);
+        let later = deadline_after(MonoTime::ZERO, LOSS_MEMORY);
+        bus.frame_arrived(later);
+        assert_eq!(bus.reception(later), BusReception::Receiving);
+        assert_eq!(bus.counts.drops, 3);
+    }
+
+    #[test]
+    fn bus_that_may_sleep_falls_asleep_and_wakes_up() {
+        let mut bus = sleeping_bus();
+        assert_eq!((bus.reception(at(110)), bus.fell_asleep(at(110))), (BusReception::Receiving, None));
+        let deadline = bus.next_deadline(at(110)).unwrap();
+        assert_eq!(
+            (bus.reception(deadline), bus.fell_asleep(deadline)),
+            (BusReception::Asleep, Some(at(10)))
+        );
+        bus.frame_arrived(at(60_000));
+        assert_eq!(bus.reception(at(60_000)), BusReception::Receiving);
+        assert_eq!(bus.fell_asleep(at(60_000)), Some(at(10)), "the last frame before the sleep");
+        bus.frame_arrived(at(60_090));
+        assert_eq!(bus.fell_asleep(at(60_100)), Some(at(10)), "still waking up");
+        let awake = bus.next_deadline(at(60_100)).unwrap();
+        assert_eq!(
+            (awake, bus.fell_asleep(awake)),
+            (deadline_after(at(60_000), Duration::from_millis(100)), None)
+        );
+    }
+
+    #[test]
+    fn bus_may_be_falling_asleep_while_nothing_is_received_and_no_error_is() {
+        let mut bus = sleeping_bus();
+        assert!(bus.may_be_falling_asleep(at(10), at(60)));
+        assert!(!bus.may_be_falling_asleep(at(9), at(60)), "a frame has come since");
+        assert!(!bus.may_be_falling_asleep(at(10), at(111)), "it sleeps");
+        bus.error_frame(ErrorFrame::new(0x88, &[]), at(70));
+        assert!(!bus.may_be_falling_asleep(at(10), at(80)), "an error");
+        let mut bus = sleeping_bus();
+        bus.settings.may_sleep = false;
+        assert!(!bus.may_be_falling_asleep(at(10), at(60)), "not permitted");
+    }
+
+    type Failure<'a> = (&'a str, &'a dyn Fn(&mut Bus));
+
+    #[test]
+    fn silent_bus_with_errors_is_not_asleep() {
+        let error_on_the_wire = ErrorFrame::new(0x88, &[]);
+        let failures: [Failure<'_>; 7] = [
+            ("an error just before", &|bus| {
+                bus.error_frame(error_on_the_wire, at(15));
+                bus.frame_arrived(at(20));
+            }),
+            ("an error during the silence", &|bus| bus.error_frame(error_on_the_wire, at(150))),
+            ("bus-off", &|bus| bus.error_frame(ErrorFrame::new(0x40, &[]), at(30))),
+            ("bus-off and a restart without frames", &|bus| {
+                bus.controller_reported(report(ControllerState::BusOff), at(30));
+                bus.controller_reported(report(ControllerState::ErrorActive), at(40));
+            }),
+            ("error-warning", &|bus| bus.controller_reported(report(ControllerState::Warning), at(5_000))),
+            ("error-warning that was announced long ago", &|bus| {
+                bus.error_frame(ErrorFrame::new(0x204, &[0, 8]), at(15));
+                bus.frame_arrived(at(200));
+                bus.frame_arrived(at(300));
+            }),
+            ("a controller that stopped", &|bus| {
+                bus.controller_reported(report(ControllerState::Stopped), at(30));
+            }),
+        ];
+        for (name, fail) in failures {
+            let mut bus = sleeping_bus();
+            fail(&mut bus);
+            assert_eq!(bus.reception(at(6_000)), BusReception::Silent, "{name}");
+            bus.frame_arrived(at(6_000));
+            assert_eq!(bus.fell_asleep(at(6_000)), None, "{name}");
+        }
+        let mut bus = sleeping_bus();
+        bus.set_link(LinkState::Down);
+        assert_eq!(bus.finding(at(6_000)), BusFinding::NoLink(LinkState::Down));
+        bus.set_link(LinkState::Up);
+        assert_eq!(bus.reception(at(6_000)), BusReception::NothingYet);
+    }
+
+    #[test]
+    fn error_long_before_last_frame_does_not_prevent_sleep() {
+        let mut bus = sleeping_bus();
+        bus.error_frame(ErrorFrame::new(0x88, &[]), at(15));
+        bus.frame_arrived(at(100));
+        bus.frame_arrived(at(116));
+        assert_eq!(bus.reception(at(300)), BusReception::Asleep);
+    }
+
+    #[test]
+    fn past_controller_state_is_not_a_loss() {
+        let mut bus = sleeping_bus();
+        bus.error_frame(ErrorFrame::new(0x204, &[0, 0x20, 0, 0, 0, 0, 130, 0]), at(20));
+        let passive = BusFinding::Disturbed(ControllerState::Passive, BusReception::Receiving);
+        assert_eq!(bus.finding(at(20)), passive);
+        bus.error_frame(ErrorFrame::new(0x204, &[0, 0x40]), at(2_000));
+        bus.frame_arrived(at(2_000));
+        assert_eq!(bus.finding(at(2_000)), BusFinding::Sound(BusReception::Receiving));
+    }
+}

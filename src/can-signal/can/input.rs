@@ -1,0 +1,82 @@
+//! Events on a CAN bus.
+
+use super::controller::ControllerReport;
+use super::error_frame::ErrorFrame;
+use super::frame::Frame;
+use super::link::{BusIndex, LinkState};
+use gateway_base::time::WallStamp;
+
+/// One event on a CAN bus.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum CanInput {
+    /// A data frame arrived.
+    Frame {
+        /// Bus of the event.
+        bus: BusIndex,
+        /// The frame as received.
+        frame: Frame,
+        /// Receive time of the kernel or stamp of the recording.
+        stamp: WallStamp,
+    },
+    /// The link below a bus changed.
+    Link {
+        /// Bus above the link.
+        bus: BusIndex,
+        /// New state of the link.
+        state: LinkState,
+    },
+    /// The kernel dropped frames because the receive queue was full.
+    Drops {
+        /// Bus of the event.
+        bus: BusIndex,
+        /// Number of frames dropped since the last report.
+        lost: u32,
+    },
+    /// The controller or driver sent an error frame.
+    ErrorFrame {
+        /// Bus of the event.
+        bus: BusIndex,
+        /// The error frame as received.
+        error: ErrorFrame,
+    },
+    /// The kernel reported the state of the controller on request, changed or not.
+    Controller {
+        /// Bus of the controller.
+        bus: BusIndex,
+        /// Report of the kernel.
+        report: ControllerReport,
+    },
+    /// Records of a recording could not be read.
+    BadRecords {
+        /// Bus to which they are attributed.
+        bus: BusIndex,
+        /// Number of unreadable records since the last report.
+        count: u32,
+    },
+}
+
+impl CanInput {
+    /// Returns the bus of the event.
+    pub fn bus(&self) -> BusIndex {
+        match *self {
+            Self::Frame { bus, .. }
+            | Self::Link { bus, .. }
+            | Self::Drops { bus, .. }
+            | Self::ErrorFrame { bus, .. }
+            | Self::Controller { bus, .. }
+            | Self::BadRecords { bus, .. } => bus,
+        }
+    }
+
+    /// Returns the receive time of a frame; `None` for other events, which happen when they are read.
+    pub fn stamp(&self) -> Option<WallStamp> {
+        match *self {
+            Self::Frame { stamp, .. } => Some(stamp),
+            Self::Link { .. }
+            | Self::Drops { .. }
+            | Self::ErrorFrame { .. }
+            | Self::Controller { .. }
+            | Self::BadRecords { .. } => None,
+        }
+    }
+}

@@ -1,0 +1,26 @@
+//! CAN frames and buses, DBC files, and whether a received signal may be believed.
+//!
+//! - [`can`]: a bus with its frames, its link, its controller and its condition;
+//! - [`dbc`]: DBC files, parsed statement by statement, and the codecs of their signals;
+//! - [`validation`]: integrity, age and meaning of what was received.
+//!
+//! ```
+//! use can_signal::can::frame::MAX_DATA;
+//!
+//! let text = "BO_ 291 LIGHTS: 2 BCM\n SG_ Turn : 8|2@1+ (1,0) [0|3] \"\" DASH\nVAL_ 291 Turn 1 \"left\" 2 \"right\" ;\n";
+//! let database = can_signal::dbc::parse(text.as_bytes());
+//! let message = database.message("LIGHTS").ok_or("no such message")?;
+//! let turn = message.signal("Turn").ok_or("no such signal")?;
+//!
+//! let mut data = [0; MAX_DATA];
+//! data[1] = 0b10;
+//! assert_eq!((turn.codec.value(&data), &*turn.values[1].1), (2, "right"));
+//! # Ok::<(), &str>(())
+//! ```
+//!
+//! Nothing here opens a socket or reads a clock: frames and times are arguments. It stands on `gateway_base`; every flow
+//! of the vehicle stands on it.
+
+pub mod can;
+pub mod dbc;
+pub mod validation;

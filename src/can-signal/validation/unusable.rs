@@ -1,0 +1,90 @@
+//! A signal without a value that may be used: why, and what kind of failure that is.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::catalogue;
+use super::display::{missing_reason_message, raw_text};
+use super::meaning::Meaning;
+use super::observation::{MissingReason, Observations, Reading};
+use super::table::{Role, SignalIndex, SignalTable};
+use crate::can::{Bus, ReceiveTime};
+use gateway_base::diagnostics::MessagePart;
+use gateway_base::time::MonoTime;
+
+/// Kind of failure of a report (docs/spec/vehicle-interface.md, "Unknown, invalid, hardware fault").
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FaultKind {
+    /// There is no valid value.
+    Unknown,
+    /// The value has no meaning in the profile.
+    Invalid,
+    /// The vehicle reports a fault.
+    HardwareFault,
+}
+
+/// Reason why a signal has no value that may be used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unusable {
+    /// The signal has no valid value.
+    Absent(SignalIndex, MissingReason),
+    /// The signal reports "not available" with this raw value.
+    NotAvailable(SignalIndex, i128),
+    /// The signal has a raw value without a meaning.
+    Undefined(SignalIndex, i128),
+    /// The signal reports a fault with this raw value.
+    Fault(SignalIndex, i128),
+}
+
+impl Unusable {
+    /// True for a permitted sleep of the bus, which is no failure.
+    pub fn is_sleep(self) -> bool {
+        matches!(self, Self::Absent(_, reason) if reason.is_sleep())
+    }
+
+    /// Kind of failure that this reason causes.
+    pub fn kind(self) -> FaultKind {
+        match self {
+            Self::Fault(..) => FaultKind::HardwareFault,
+            Self::Undefined(..) => FaultKind::Invalid,
+            Self::Absent(..) | Self::NotAvailable(..) => FaultKind::Unknown,
+        }
+    }
+
+    /// The reason in words, without its kind.
+    pub fn message(self, table: &SignalTable, buses: &[Bus]) -> MessagePart {
+        let name = |signal: SignalIndex| &table.signals[signal.0].name;
+        match self {
+            Self::Absent(signal, reason) => missing_reason_message(table, buses, signal, reason),
+            Self::NotAvailable(signal, raw) => catalogue::not_available(name(signal), raw_text(raw)),
+            Self::Undefined(signal, raw) => catalogue::undefined(name(signal), raw_text(raw)),
+            Self::Fault(signal, raw) => catalogue::fault(name(signal), raw_text(raw)),
+        }
+    }
+}
+
+impl Observations {
+    /// The defined value of a signal with its receive time.
+    ///
+    /// # Errors
+    /// The reason why there is none that may be used.
+    pub fn defined<T: Copy>(
+        &self,
+        table: &SignalTable,
+        role: &Role<T>,
+        buses: &[Bus],
+        now: MonoTime,
+    ) -> Result<(T, ReceiveTime), Unusable> {
+        let signal = role.signal;
+        match self.read(table, role, buses, now) {
+            Reading::Missing(reason) => Err(Unusable::Absent(signal, reason)),
+            Reading::Observed { meaning, raw, received } => match meaning {
+                Meaning::Defined(value) => Ok((value, received)),
+                Meaning::NotAvailable => Err(Unusable::NotAvailable(signal, raw)),
+                Meaning::Undefined => Err(Unusable::Undefined(signal, raw)),
+                Meaning::Fault => Err(Unusable::Fault(signal, raw)),
+            },
+        }
+    }
+}

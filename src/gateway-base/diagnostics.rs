@@ -1,0 +1,161 @@
+//! Diagnostic statuses with levels and values (`diagnostic_msgs`; docs/spec/vehicle-interface.md, "Diagnostics").
+
+mod message;
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::names::display_by_name;
+use crate::time::MonoTime;
+use message::joined;
+pub use message::messages;
+pub use message::{MessagePart, MessageRow, Section};
+
+/// Severity of a status, `DiagnosticStatus.level` of ROS.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "UPPERCASE")]
+#[repr(u8)]
+pub enum Level {
+    /// Works without a problem (0).
+    #[default]
+    Ok = 0,
+    /// Works with a problem (1).
+    Warn = 1,
+    /// Does not work at all (2).
+    Error = 2,
+    /// Not refreshed (3); set by aggregators, never by this gateway.
+    Stale = 3,
+}
+
+display_by_name!(Level);
+
+/// One `DiagnosticStatus` without the hardware id, which is common to all.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Status {
+    /// What the status is about, e.g. `turn_indicators` or an interface.
+    pub task: String,
+    /// Severity of the status.
+    pub level: Level,
+    /// Short text, which changes only with the condition.
+    pub message: String,
+    /// Keys and values with details in a fixed order.
+    pub values: Vec<(&'static str, String)>,
+    /// Signals of the vehicle that it is about, `MESSAGE.SIGNAL` of the DBC.
+    pub signals: Vec<String>,
+    /// What to do; empty if nothing is to be done.
+    pub remedy: String,
+    /// Rows of its messages and of their reasons.
+    pub rows: Vec<&'static MessageRow>,
+    /// The kind of the status, with all its messages.
+    pub section: &'static Section,
+}
+
+impl Status {
+    /// Creates the status of a task, which is about no signal. It has the level of the worst part of its message, and the remedies of
+    /// all parts that are not OK.
+    pub fn new(
+        section: &'static Section,
+        task: impl Into<String>,
+        parts: &[MessagePart],
+        values: Vec<(&'static str, String)>,
+    ) -> Self {
+        let bad = parts.iter().filter(|part| part.level() > Level::Ok);
+        Self {
+            task: task.into(),
+            level: parts.iter().map(MessagePart::level).max().unwrap_or_default(),
+            message: texts(parts),
+            values,
+            signals: Vec::new(),
+            remedy: joined(bad.map(|part| part.remedy.as_str())),
+            rows: parts.iter().flat_map(|part| part.rows.iter().copied()).collect(),
+            section,
+        }
+    }
+
+    /// Returns where its messages and keys are documented, see [`Section::document`]; `None` while it is OK.
+    pub fn document(&self) -> Option<String> {
+        (!self.remedy.is_empty()).then(|| self.section.document())
+    }
+
+    /// Returns its keys and values, as they are published. While it is not OK, what to do and where to read more come last.
+    pub fn published_values(&self) -> impl Iterator<Item = (&'static str, String)> {
+        let remedy = (!self.remedy.is_empty()).then(|| ("remedy", self.remedy.clone()));
+        let document = self.document().map(|document| ("document", document));
+        self.values.iter().cloned().chain(remedy).chain(document)
+    }
+}
+
+/// Joins the texts of all parts of a message.
+pub fn texts(parts: &[MessagePart]) -> String {
+    parts.iter().map(|part| part.text.as_str()).collect::<Vec<_>>().join("; ")
+}
+
+/// Statuses that are published together.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Diagnostics {
+    /// ROS node name, which begins the name of each status: `<node>: <task>`.
+    pub node: String,
+    /// The statuses, in a fixed order.
+    pub statuses: Vec<Status>,
+    /// True for a refresh of all tasks; false for those that have changed.
+    pub refresh: bool,
+}
+
+/// Measures a rate over the latest refreshes.
+#[derive(Debug, Clone, Default)]
+pub struct RateMeter {
+    samples: VecDeque<(MonoTime, u64)>,
+}
+
+impl RateMeter {
+    /// Long enough for a 1 Hz message to show about 1 Hz.
+    pub const WINDOW: Duration = Duration::from_secs(5);
+    /// Bounds memory when refreshes come often.
+    const MAX_SAMPLES: usize = 64;
+
+    /// Samples the current count.
+    pub fn sample(&mut self, count: u64, now: MonoTime) {
+        self.samples.push_back((now, count));
+        let old = |samples: &VecDeque<(MonoTime, u64)>| {
+            samples.len() > Self::MAX_SAMPLES
+                || samples.get(1).is_some_and(|(at, _)| now.since(*at) >= Self::WINDOW)
+        };
+        while old(&self.samples) {
+            self.samples.pop_front();
+        }
+    }
+
+    /// Rate in events per second up to now; 0 before the first sample.
+    #[allow(clippy::cast_precision_loss)] // counts within a window are far below 2^52
+    pub fn rate_hz(&self, count: u64, now: MonoTime) -> f64 {
+        self.samples.front().map_or(0.0, |(since, before)| {
+            let seconds = now.since(*since).as_secs_f64();
+            if seconds > 0.0 { count.saturating_sub(*before) as f64 / seconds } else { 0.0 }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rate_is_measured_over_window() {
+        let mut meter = RateMeter::default();
+        for half_second in 0..=20_u64 {
+            meter.sample(half_second * 50, MonoTime::from_millis(half_second * 500));
+        }
+        let now = MonoTime::from_millis(10_000);
+        assert!((meter.rate_hz(1_000, now) - 100.0).abs() < 1e-9);
+        // Silence empties the window.
+        for half_second in 21..=40_u64 {
+            meter.sample(1_000, MonoTime::from_millis(half_second * 500));
+        }
+        assert!(meter.rate_hz(1_000, MonoTime::from_millis(20_000)).abs() < 1e-9);
+    }
+}

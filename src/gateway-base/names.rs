@@ -1,0 +1,58 @@
+//! Names of variants as serde writes them: JSON, labels, texts and files take them from one derive.
+
+use serde::de::IntoDeserializer as _;
+use serde::de::value::{Error, StrDeserializer};
+use serde::{Deserialize, Serialize};
+
+/// Returns the name of a variant, without its content; empty if the type is not an enum.
+pub fn variant_name(value: &impl Serialize) -> &'static str {
+    serde_variant::to_variant_name(value).unwrap_or_default()
+}
+
+/// Returns the variant with this name; `None` if there is none, or if it has content.
+pub fn variant<'a, T: Deserialize<'a>>(name: &'a str) -> Option<T> {
+    let name: StrDeserializer<'a, Error> = name.into_deserializer();
+    T::deserialize(name).ok()
+}
+
+/// Returns the name of a variant with blanks between its words.
+pub fn words(value: &impl Serialize) -> String {
+    variant_name(value).replace('_', " ")
+}
+
+/// Implements `Display` by [`variant_name`].
+#[macro_export]
+macro_rules! display_by_name {
+    ($($type:ty),+) => {$(
+        impl std::fmt::Display for $type {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.pad($crate::names::variant_name(self))
+            }
+        }
+    )+};
+}
+pub use display_by_name;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    enum Kind {
+        NoContent,
+        Number(i32),
+    }
+    display_by_name!(Kind);
+
+    #[test]
+    fn names_are_written_and_read_as_in_json() {
+        assert_eq!(
+            (variant_name(&Kind::NoContent), variant_name(&Kind::Number(3))),
+            ("no_content", "number")
+        );
+        assert_eq!(variant("no_content"), Some(Kind::NoContent));
+        assert_eq!((variant::<Kind>("number"), variant::<Kind>("nothing")), (None, None));
+        assert_eq!(format!("{:<12}|", Kind::NoContent), "no_content  |");
+    }
+}

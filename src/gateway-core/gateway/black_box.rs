@@ -1,0 +1,353 @@
+//! The last inputs and decisions, kept so that a fault on the road can be replayed on a desk.
+//!
+//! A change to ERROR opens a window; some time later everything from before it until then is handed
+//! out as a candump log with the decisions beside it. A replay of the log takes the same decisions,
+//! once it has seen as much of the bus as the gateway had. Outputs are kept as well, for a recording in another format.
+
+use std::collections::VecDeque;
+use std::fmt::Write as _;
+use std::time::Duration;
+
+use crate::gateway::event::Output;
+use can_signal::can::{CanInput, LinkState, LogNote};
+use gateway_base::time::{MonoTime, Now, WallStamp};
+
+/// The limits of what is kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BlackBoxSettings {
+    /// Time before the change to ERROR.
+    pub before: Duration,
+    /// Time kept after a change to ERROR.
+    pub after: Duration,
+    /// Most inputs kept, whatever time they cover; one needs about 100 bytes.
+    pub most_inputs: usize,
+    /// Most outputs that are kept; one needs some hundred bytes, one with all statuses some 10,000.
+    pub most_outputs: usize,
+}
+
+/// The inputs and decisions kept so far.
+#[derive(Debug, Clone)]
+pub struct BlackBox {
+    settings: BlackBoxSettings,
+    interfaces: Vec<String>,
+    inputs: VecDeque<(CanInput, Now)>,
+    /// Link of each bus before the first kept input.
+    links: Vec<LinkState>,
+    decisions: VecDeque<(MonoTime, String)>,
+    outputs: VecDeque<(Output, Now)>,
+    /// The change to ERROR that opened the window.
+    fault: Option<Now>,
+}
+
+/// A window that has closed: what was kept, from which the texts of its two files are made elsewhere, since that
+/// takes longer than the frame loop may wait.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recording {
+    /// The change to ERROR that it is about.
+    pub fault: Now,
+    interfaces: Vec<String>,
+    /// Link of each bus before the first input.
+    links: Vec<LinkState>,
+    inputs: Vec<(CanInput, Now)>,
+    decisions: Vec<(MonoTime, String)>,
+    outputs: Vec<(Output, Now)>,
+}
+
+impl BlackBox {
+    /// An empty box for buses on these interfaces, with their links.
+    pub fn new(settings: BlackBoxSettings, interfaces: Vec<String>, links: Vec<LinkState>) -> Self {
+        let (inputs, decisions, outputs) = (VecDeque::new(), VecDeque::new(), VecDeque::new());
+        Self { settings, interfaces, inputs, links, decisions, outputs, fault: None }
+    }
+
+    /// Changes the limits. A longer time before a change to ERROR is covered once it has passed.
+    pub fn reconfigure(&mut self, settings: BlackBoxSettings) {
+        self.settings = settings;
+    }
+
+    /// Keeps an input at the time it is handled.
+    pub fn keep(&mut self, input: CanInput, at: Now) {
+        self.inputs.push_back((input, at));
+        self.forget_before(at.mono);
+    }
+
+    /// Keeps a decision, as a line without its time; `fault` marks a change to ERROR.
+    pub fn decided(&mut self, line: String, fault: bool, at: Now) {
+        if fault && self.fault.is_none() {
+            self.fault = Some(at);
+        }
+        self.decisions.push_back((at.mono, line));
+        self.forget_before(at.mono);
+    }
+
+    /// Keeps an output at the time it is given out.
+    pub fn given_out(&mut self, output: Output, at: Now) {
+        self.outputs.push_back((output, at));
+        self.forget_before(at.mono);
+    }
+
+    /// The window that closes now, if one does.
+    pub fn take(&mut self, now: Now) -> Option<Recording> {
+        let fault = self.fault.take_if(|fault| now.mono >= fault.mono.after(self.settings.after))?;
+        self.forget_before(now.mono);
+        Some(self.recording(fault))
+    }
+
+    /// The open window, if one is, closed before its time because the gateway stops.
+    pub fn flush(&mut self) -> Option<Recording> {
+        self.fault.take().map(|fault| self.recording(fault))
+    }
+
+    fn recording(&self, fault: Now) -> Recording {
+        Recording {
+            fault,
+            interfaces: self.interfaces.clone(),
+            links: self.links.clone(),
+            inputs: self.inputs.iter().copied().collect(),
+            decisions: self.decisions.iter().cloned().collect(),
+            outputs: self.outputs.iter().cloned().collect(),
+        }
+    }
+
+    /// Drops what no window that is open at `now` or later can cover, inputs and decisions alike.
+    fn forget_before(&mut self, now: MonoTime) {
+        let (kept, most) = (self.settings.before + self.settings.after, self.settings.most_inputs);
+        let is_old = |at: MonoTime| now.since(at) > kept;
+        while self.inputs.len() > most || self.inputs.front().is_some_and(|(_, at)| is_old(at.mono)) {
+            self.drop_first();
+        }
+        while self.decisions.len() > most || self.decisions.front().is_some_and(|(at, _)| is_old(*at)) {
+            self.decisions.pop_front();
+        }
+        let most = self.settings.most_outputs;
+        while self.outputs.len() > most || self.outputs.front().is_some_and(|(_, at)| is_old(at.mono)) {
+            self.outputs.pop_front();
+        }
+    }
+
+    fn drop_first(&mut self) {
+        if let Some((CanInput::Link { bus, state }, _)) = self.inputs.pop_front()
+            && let Some(link) = self.links.get_mut(usize::from(bus.0))
+        {
+            *link = state;
+        }
+    }
+}
+
+impl Recording {
+    /// A candump log. Lines that begin with `#` are notes of events for which candump has no line.
+    pub fn log(&self) -> String {
+        let start = self.start();
+        let mut log = String::new();
+        for (interface, link) in self.interfaces.iter().zip(&self.links) {
+            if *link != LinkState::Up {
+                write_note(&mut log, start, start, interface, LogNote::Link(*link));
+            }
+        }
+        for (input, at) in &self.inputs {
+            self.write_input(&mut log, start, input, *at);
+        }
+        log
+    }
+
+    /// A decision a line, as `replay` prints them; `line` writes one with its time since the first input.
+    pub fn decisions(&self, line: impl Fn(MonoTime, &str) -> String) -> String {
+        let start = self.start().mono;
+        let since = |at: MonoTime| MonoTime::from_nanos(at.as_nanos().saturating_sub(start.as_nanos()));
+        let covered = self.decisions.iter().filter(|(at, _)| *at >= start);
+        covered.map(|(at, text)| line(since(*at), text) + "\n").collect()
+    }
+
+    /// The inputs in their order, with the stamps that they have in [`Self::log`].
+    pub fn inputs(&self) -> impl Iterator<Item = (&CanInput, WallStamp)> {
+        let start = self.start();
+        self.inputs.iter().map(move |(input, at)| (input, wall(start, *at)))
+    }
+
+    /// Returns the outputs from the first input on.
+    pub fn outputs(&self) -> impl Iterator<Item = (&Output, WallStamp)> {
+        let start = self.start();
+        let covered = self.outputs.iter().filter(move |(_, at)| at.mono >= start.mono);
+        covered.map(move |(output, at)| (output, wall(start, *at)))
+    }
+
+    /// Returns the time of the first input, with which the log begins; without one, the time of the fault.
+    pub fn start(&self) -> Now {
+        self.inputs.first().map_or(self.fault, |(_, at)| *at)
+    }
+
+    fn write_input(&self, log: &mut String, start: Now, input: &CanInput, at: Now) {
+        let interface = |bus: &can_signal::can::link::BusIndex| {
+            self.interfaces.get(usize::from(bus.0)).map_or("unknown", String::as_str)
+        };
+        match input {
+            CanInput::Frame { bus, frame, .. } => {
+                // Writing to a String cannot fail.
+                let _ = writeln!(log, "({}) {} {frame}", stamp(start, at), interface(bus));
+            }
+            CanInput::ErrorFrame { bus, error } => {
+                let _ = writeln!(log, "({}) {} {}", stamp(start, at), interface(bus), error.log_text());
+            }
+            CanInput::Link { .. } | CanInput::Controller { .. } | CanInput::Drops { .. } => {
+                if let Some((bus, note)) = LogNote::of(input) {
+                    write_note(log, start, at, interface(&bus), note);
+                }
+            }
+            CanInput::BadRecords { .. } => {}
+        }
+    }
+}
+
+fn write_note(log: &mut String, start: Now, at: Now, interface: &str, note: LogNote) {
+    let _ = writeln!(log, "# ({}) {interface} {note}", stamp(start, at));
+}
+
+/// Seconds and microseconds of [`wall`].
+fn stamp(start: Now, at: Now) -> String {
+    wall(start, at).candump_text()
+}
+
+/// A time on the time line that decided, which the wall clock's steps leave alone.
+fn wall(start: Now, at: Now) -> WallStamp {
+    start.wall.after(at.mono.since(start.mono))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vehicle_lights::output::VehicleLightsOutput;
+    use crate::vehicle_report::Step;
+    use can_signal::can::{BusIndex, CanId, Frame};
+
+    const BUS: BusIndex = BusIndex(0);
+
+    fn at(millis: u64) -> Now {
+        let wall =
+            WallStamp::from_nanos(1_700_000_000_000_000_000 + i64::try_from(millis).unwrap() * 1_000_000);
+        Now { mono: MonoTime::from_millis(5_000 + millis), wall }
+    }
+
+    fn frame(byte: u8, millis: u64) -> CanInput {
+        let frame = Frame::classic(CanId::Standard(0x123), &[byte]).unwrap();
+        CanInput::Frame { bus: BUS, frame, stamp: at(millis).wall }
+    }
+
+    fn black_box(most_inputs: usize) -> BlackBox {
+        let settings = BlackBoxSettings {
+            before: Duration::from_millis(100),
+            after: Duration::from_millis(50),
+            most_inputs,
+            most_outputs: most_inputs,
+        };
+        BlackBox::new(settings, vec!["can0".into()], vec![LinkState::Up])
+    }
+
+    fn output() -> Output {
+        Output::VehicleLights(VehicleLightsOutput::HazardLights(Step::Withdraw))
+    }
+
+    fn line(at: MonoTime, text: &str) -> String {
+        format!("{} {text}", at.as_nanos() / 1_000_000)
+    }
+
+    #[test]
+    fn a_fault_hands_out_what_was_before_and_after_it() {
+        let mut black_box = black_box(1000);
+        black_box.keep(CanInput::Link { bus: BUS, state: LinkState::Down }, at(0));
+        black_box.keep(CanInput::Link { bus: BUS, state: LinkState::Up }, at(10));
+        for step in 0..40_u8 {
+            let millis = u64::from(step) * 10;
+            black_box.keep(frame(step, millis), at(millis));
+            if step == 30 {
+                black_box.decided("ERROR turn".into(), true, at(millis));
+                black_box.decided("ERROR hazard".into(), true, at(millis + 1));
+            }
+            assert_eq!(black_box.take(at(millis)).is_some(), step == 35, "{step}");
+            if step == 34 {
+                let mut early = black_box.clone();
+                let recording = early.take(at(350)).unwrap();
+                assert_eq!(recording.log().lines().next(), Some("(1700000000.200000) can0 123#14"));
+                assert_eq!(recording.log().lines().count(), 15);
+                assert_eq!(recording.decisions(line), "100 ERROR turn\n101 ERROR hazard\n");
+            }
+        }
+    }
+
+    #[test]
+    fn what_candump_has_no_line_for_stands_behind_a_hash() {
+        let mut black_box = black_box(2);
+        black_box.keep(CanInput::Link { bus: BUS, state: LinkState::Down }, at(0));
+        black_box.keep(CanInput::Drops { bus: BUS, lost: 3 }, at(1));
+        black_box.keep(CanInput::Link { bus: BUS, state: LinkState::Up }, at(2));
+        black_box.decided("ERROR".into(), true, at(2));
+        let recording = black_box.take(at(60)).unwrap();
+        assert_eq!(
+            recording.log(),
+            "# (1700000000.001000) can0 link down\n# (1700000000.001000) can0 drops 3\n\
+             # (1700000000.002000) can0 link up\n",
+            "the link before the first kept input comes first"
+        );
+    }
+
+    #[test]
+    fn log_and_decisions_cover_the_same_time_however_long_no_frame_came() {
+        let mut black_box = black_box(1000);
+        for millis in [0, 90] {
+            black_box.keep(frame(1, millis), at(millis));
+            black_box.decided(format!("seen at {millis}"), false, at(millis));
+        }
+        black_box.decided("ERROR stale".into(), true, at(150));
+        let recording = black_box.take(at(200)).unwrap();
+        assert_eq!(recording.log(), "(1700000000.090000) can0 123#01\n");
+        assert_eq!(recording.decisions(line), "0 seen at 90\n60 ERROR stale\n");
+        assert_eq!(recording.fault, at(150));
+        black_box.decided("ERROR again".into(), true, at(900));
+        let silent = black_box.take(at(960)).unwrap();
+        assert_eq!((silent.log(), silent.decisions(line)), (String::new(), "0 ERROR again\n".to_owned()));
+    }
+
+    #[test]
+    fn open_window_is_handed_out_early_when_the_gateway_stops() {
+        let mut black_box = black_box(1000);
+        black_box.keep(frame(1, 0), at(0));
+        assert_eq!(black_box.flush(), None, "no fault, no recording");
+        black_box.decided("ERROR turn".into(), true, at(10));
+        let recording = black_box.flush().unwrap();
+        assert_eq!((recording.log().lines().count(), recording.fault), (1, at(10)));
+        assert_eq!(recording.decisions(line), "10 ERROR turn\n");
+        assert_eq!(
+            (black_box.flush(), black_box.take(at(900))),
+            (None, None),
+            "each window is handed out once"
+        );
+    }
+
+    #[test]
+    fn outputs_are_handed_out_from_the_first_input_on_with_its_time_line() {
+        let mut black_box = black_box(1000);
+        black_box.given_out(output(), at(5));
+        black_box.keep(frame(1, 10), at(10));
+        // The wall clock was set back meanwhile; a time line is not.
+        black_box.given_out(output(), Now { wall: at(0).wall, ..at(20) });
+        black_box.decided("ERROR".into(), true, at(20));
+        let recording = black_box.take(at(80)).unwrap();
+        let stamps: Vec<_> = recording.outputs().map(|(_, at)| at).collect();
+        assert_eq!(stamps, [at(20).wall]);
+        assert_eq!(recording.inputs().map(|(_, at)| at).collect::<Vec<_>>(), [at(10).wall]);
+        black_box.decided("ERROR".into(), true, at(900));
+        assert_eq!(black_box.take(at(960)).unwrap().outputs().count(), 0, "what is old is forgotten");
+    }
+
+    #[test]
+    fn memory_is_bounded_by_count_as_well() {
+        let mut black_box = black_box(5);
+        for step in 0..50 {
+            black_box.keep(frame(0, 0), at(0));
+            black_box.decided(step.to_string(), false, at(0));
+            black_box.given_out(output(), at(0));
+        }
+        let lengths = [black_box.inputs.len(), black_box.decisions.len(), black_box.outputs.len()];
+        assert_eq!(lengths, [5, 5, 5]);
+        assert_eq!(black_box.take(at(1000)), None, "nothing without a fault");
+    }
+}

@@ -1,0 +1,123 @@
+//! Handles reports that are decided late, because the process was stopped or the machine was busy.
+//!
+//! Inputs of that time are decided in the order of their stamps, as in a recording. The reports are out of date when
+//! they are decided, so only the last one of each topic is published.
+
+use std::mem::{Discriminant, discriminant};
+use std::time::Duration;
+
+use super::event::Output;
+use crate::vehicle_lights::output::VehicleLightsOutput;
+use crate::vehicle_status::output::VehicleStatusOutput;
+
+/// Maximum lag of a report behind its decision. Later reports wait until everything that is due has been decided.
+const MAX_REPORT_LAG: Duration = Duration::from_millis(200);
+
+/// The newest late output of each report topic.
+#[derive(Debug, Default)]
+pub(super) struct LateReports {
+    held: Vec<(Report, Output)>,
+}
+
+/// What the outputs of a report topic have in common.
+#[derive(Debug, PartialEq)]
+enum Report {
+    Lights(Discriminant<VehicleLightsOutput>),
+    Status(Discriminant<VehicleStatusOutput>),
+}
+
+impl Report {
+    /// The report that an output publishes; `None` for other outputs.
+    fn of(output: &Output) -> Option<Self> {
+        match output {
+            Output::VehicleLights(output) => Some(Self::Lights(discriminant(output))),
+            Output::VehicleStatus(output) => Some(Self::Status(discriminant(output))),
+            Output::TrafficLights(_)
+            | Output::TurnSignal(_)
+            | Output::Command(_)
+            | Output::Diagnostics { .. } => None,
+        }
+    }
+}
+
+impl LateReports {
+    /// Keeps a report that is `lag` late, and returns true, if that is too late. A report in time replaces the kept
+    /// one of its topic.
+    pub(super) fn holds(&mut self, output: &Output, lag: Duration) -> bool {
+        let Some(report) = Report::of(output) else { return false };
+        let is_late = lag > MAX_REPORT_LAG;
+        self.held.retain(|(held, _)| *held != report);
+        if is_late {
+            self.held.push((report, output.clone()));
+        }
+        is_late
+    }
+
+    /// Takes the kept reports. Call it when everything that is due has been decided.
+    pub(super) fn take(&mut self) -> impl Iterator<Item = Output> + use<> {
+        std::mem::take(&mut self.held).into_iter().map(|(_, output)| output)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+    use crate::vehicle_report::Step;
+    use crate::vehicle_status::steering::TireAngle;
+    use gateway_base::time::WallStamp;
+
+    const LATE: Duration = Duration::from_millis(201);
+
+    fn turn(turn: TurnIndicators, second: i64) -> Output {
+        let stamp = WallStamp::from_nanos(second * 1_000_000_000);
+        Output::VehicleLights(VehicleLightsOutput::TurnIndicators(Step::Publish(turn, stamp)))
+    }
+
+    fn steering(angle_rad: f64, second: i64) -> Output {
+        let stamp = WallStamp::from_nanos(second * 1_000_000_000);
+        Output::VehicleStatus(VehicleStatusOutput::Steering(Step::Publish(TireAngle(angle_rad), stamp)))
+    }
+
+    #[test]
+    fn only_the_newest_of_several_late_reports_is_published() {
+        let mut late = LateReports::default();
+        let hazard = Output::VehicleLights(VehicleLightsOutput::HazardLights(Step::Withdraw));
+        let gear = Output::VehicleStatus(VehicleStatusOutput::Gear(Step::Withdraw));
+        let newest = [hazard, gear, turn(TurnIndicators::EnableRight, 2), steering(0.2, 2)];
+        let older = [turn(TurnIndicators::EnableLeft, 1), steering(0.1, 1)];
+        for output in older.iter().chain(&newest) {
+            assert!(late.holds(output, LATE));
+        }
+        assert_eq!(late.take().collect::<Vec<_>>(), newest);
+        assert_eq!(late.take().count(), 0);
+    }
+
+    #[test]
+    fn a_late_report_is_dropped_when_a_later_decision_withdraws_it() {
+        let mut late = LateReports::default();
+        let withdrawn = Output::VehicleLights(VehicleLightsOutput::TurnIndicators(Step::Withdraw));
+        assert!(late.holds(&turn(TurnIndicators::EnableLeft, 1), LATE));
+        assert!(late.holds(&withdrawn, LATE));
+        assert_eq!(late.take().collect::<Vec<_>>(), [withdrawn]);
+    }
+
+    #[test]
+    fn a_report_in_time_is_published_at_once_and_replaces_a_late_one() {
+        let mut late = LateReports::default();
+        let hazard =
+            VehicleLightsOutput::HazardLights(Step::Publish(HazardLights::Enable, WallStamp::default()));
+        let hazard = Output::VehicleLights(hazard);
+        let in_time = Duration::from_millis(200);
+        for (output, lag, is_held) in [
+            (turn(TurnIndicators::EnableLeft, 1), LATE, true),
+            (steering(0.1, 1), LATE, true),
+            (hazard.clone(), LATE, true),
+            (turn(TurnIndicators::Disable, 2), in_time, false),
+            (steering(0.2, 2), in_time, false),
+        ] {
+            assert_eq!(late.holds(&output, lag), is_held);
+        }
+        assert_eq!(late.take().collect::<Vec<_>>(), [hazard]);
+    }
+}

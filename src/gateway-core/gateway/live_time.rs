@@ -1,0 +1,112 @@
+//! Live inputs on the time line that a recording of them would have.
+//!
+//! A replay knows a frame only by its stamp. So that a drive and its recording decide alike, live
+//! frames are placed by their kernel stamps as well, to the microsecond that a log keeps, and
+//! deadlines wait a little for frames that were received before them but not yet read.
+
+use std::time::Duration;
+
+use gateway_base::time::{MonoTime, Now, WallStamp};
+
+/// The time a deadline waits for frames that were received before it; batches are 5 ms apart.
+pub const LAG: Duration = Duration::from_millis(20);
+
+/// A difference between stamps and the monotonic clock that changes by more than this is a step
+/// of the wall clock.
+const STEP: i64 = 1_000_000;
+
+/// Places live inputs in time.
+#[derive(Debug, Clone)]
+pub struct LiveTime {
+    /// Monotonic minus wall time, ns; whole microseconds.
+    offset: i64,
+    /// Nothing is placed before this.
+    reached: MonoTime,
+}
+
+impl LiveTime {
+    /// Creates a time that begins at `now`.
+    pub fn starting_at(now: Now) -> Self {
+        Self { offset: offset(now), reached: whole_micros(now.mono) }
+    }
+
+    /// When an input with this stamp, read at `read`, happened, in whole microseconds: not before inputs and
+    /// deadlines already placed, not after it was read.
+    pub fn arrival(&mut self, stamp: WallStamp, read: Now) -> Now {
+        if offset(read).saturating_sub(self.offset).saturating_abs() > STEP {
+            self.offset = offset(read);
+        }
+        let placed = stamp.as_nanos().saturating_add(self.offset);
+        let placed = MonoTime::from_nanos(u64::try_from(placed).unwrap_or(0));
+        // Behind a deadline that was handled, up to the next microsecond: read from a log, it must not come
+        // before that deadline.
+        self.reached = next_whole_micros(whole_micros(placed.min(read.mono)).max(self.reached));
+        self.now(self.reached)
+    }
+
+    /// The time of a deadline that is handled now.
+    pub fn deadline(&mut self, at: MonoTime) -> Now {
+        self.reached = self.reached.max(at);
+        self.now(at)
+    }
+
+    /// A monotonic time with the wall time that belongs to it.
+    pub fn now(&self, mono: MonoTime) -> Now {
+        let nanos = i64::try_from(mono.as_nanos()).unwrap_or(i64::MAX);
+        Now { mono, wall: WallStamp::from_nanos(nanos.saturating_sub(self.offset)) }
+    }
+}
+
+fn offset(now: Now) -> i64 {
+    let mono = i64::try_from(now.mono.as_nanos()).unwrap_or(i64::MAX);
+    mono.saturating_sub(now.wall.as_nanos()).div_euclid(1000).saturating_mul(1000)
+}
+
+fn whole_micros(at: MonoTime) -> MonoTime {
+    MonoTime::from_nanos(at.as_nanos() / 1000 * 1000)
+}
+
+fn next_whole_micros(at: MonoTime) -> MonoTime {
+    MonoTime::from_nanos(at.as_nanos().div_ceil(1000).saturating_mul(1000))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WALL: i64 = 1_700_000_000_000_000_000;
+
+    fn at(micros: u64) -> Now {
+        Now {
+            mono: MonoTime::from_nanos(micros * 1000 + 7),
+            wall: WallStamp::from_nanos(WALL + i64::try_from(micros).unwrap() * 1000 + 7),
+        }
+    }
+
+    fn arrival(live: &mut LiveTime, stamp_micros: u64, read_micros: u64) -> u64 {
+        live.arrival(at(stamp_micros).wall, at(read_micros)).mono.as_nanos()
+    }
+
+    #[test]
+    fn frames_are_placed_when_they_were_received_whenever_they_were_read() {
+        let mut live = LiveTime::starting_at(at(0));
+        assert_eq!(arrival(&mut live, 1_000, 4_000), 1_000_000);
+        let second = live.arrival(at(1_250).wall, at(4_000));
+        assert_eq!((second.mono.as_nanos(), second.wall.as_nanos()), (1_250_000, WALL + 1_250_000));
+        assert_eq!(live.deadline(MonoTime::from_nanos(1_300_001)).mono.as_nanos(), 1_300_001);
+        assert_eq!(arrival(&mut live, 1_290, 4_100), 1_301_000, "what was handled stays handled");
+        assert_eq!(arrival(&mut live, 9_000, 5_000), 5_000_000, "nothing comes from the future");
+    }
+
+    #[test]
+    fn a_step_of_the_wall_clock_does_not_make_frames_old_or_new() {
+        let mut live = LiveTime::starting_at(at(0));
+        let stepped = |micros: u64| {
+            let now = at(micros);
+            Now { wall: WallStamp::from_nanos(now.wall.as_nanos() + 3_600_000_000_000), ..now }
+        };
+        let placed = live.arrival(stepped(2_000).wall, stepped(5_000));
+        assert_eq!(placed.mono.as_nanos(), 2_000_000);
+        assert_eq!(arrival(&mut live, 6_000, 7_000), 6_000_000, "and back");
+    }
+}

@@ -1,0 +1,407 @@
+//! Perception: what is received of vehicle, road and planner in; reports, traffic lights and decisions out.
+//!
+//! It runs in the order of stamps: the same inputs give the same outputs byte for byte.
+
+use std::time::Duration;
+
+use super::GatewaySettings;
+use crate::control_mode::ControlMode;
+use crate::gateway::event::Output;
+use crate::vehicle_lights::{Task, VehicleLights};
+use crate::vehicle_status::doors::DoorStates;
+use crate::vehicle_status::gear::Gear;
+use crate::vehicle_status::{PublishedStatus, VehicleStatus};
+use can_signal::can::bus_status;
+use can_signal::can::{Bus, BusFinding, BusIndex, BusSnapshot, CanInput, Frame, IdMatch, IdTable, LinkState};
+use can_signal::validation::observation::Arrival;
+use can_signal::validation::table::{BoundMessage, MessageIndex};
+use gateway_base::diagnostics::{Level, RateMeter, Status};
+use gateway_base::time::timer_table::TimerTable;
+use gateway_base::time::{MonoTime, Now, WallStamp};
+use traffic_lights::flow::TrafficLightFlow;
+use turn_signal::flow::TurnSignalFlow;
+use turn_signal::vehicle_state::VehicleState;
+
+/// Buses, vehicle lights, vehicle status, traffic lights and decider.
+#[derive(Debug, Clone)]
+pub(super) struct Perception {
+    pub(super) node: String,
+    pub(super) buses: Vec<Bus>,
+    bus_findings: Vec<Option<BusFinding>>,
+    bus_rates: Vec<RateMeter>,
+    /// For each bus the relevant ids, with the messages bound to them.
+    routes: Vec<IdTable<Route>>,
+    pub(super) lights: VehicleLights,
+    pub(super) status: VehicleStatus,
+    pub(super) traffic_lights: Option<TrafficLightFlow>,
+    traffic_light_headlines: Headlines,
+    pub(super) turn_signal: Option<TurnSignalFlow>,
+    diagnostics_period: Duration,
+    timers: TimerTable<Timer>,
+    unsettled: Unsettled,
+}
+
+/// The deadlines of perception, each set when its part was settled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Timer {
+    VehicleLights,
+    VehicleStatus,
+    TrafficLights,
+    Decider,
+    Buses,
+    /// All statuses are refreshed.
+    Diagnostics,
+}
+
+/// The flows of the vehicle that an input concerns, since they were settled.
+#[derive(Debug, Clone, Copy)]
+struct Unsettled {
+    lights: bool,
+    status: bool,
+}
+
+impl Unsettled {
+    const NONE: Self = Self { lights: false, status: false };
+    const BOTH: Self = Self { lights: true, status: true };
+}
+
+/// The message of each flow that has an identifier.
+#[derive(Debug, Clone, Copy)]
+struct Route {
+    lights: Option<MessageIndex>,
+    status: Option<MessageIndex>,
+    v2i: Option<MessageIndex>,
+    /// A frame of it proves the bus alive.
+    is_life_sign: bool,
+}
+
+/// What an input of a bus changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Effect {
+    /// Nothing until the next deadline: a frame that shows again what is known.
+    Repetition,
+    /// Something is known now that was not before.
+    News,
+    /// Likewise, and the values of event messages are gone: the bus was silent before this frame.
+    EventsForgotten(BusIndex),
+    /// Everything received on the bus is gone: its link is lost.
+    BusForgotten(BusIndex),
+}
+
+/// The state of the vehicle as the decider takes it.
+fn vehicle_state(status: &VehicleStatus) -> VehicleState {
+    let PublishedStatus { velocity, gear, control_mode, doors } = status.published();
+    VehicleState {
+        speed_mps: velocity.map(|velocity| velocity.longitudinal_mps),
+        is_parked: gear.map(|gear| gear == Gear::Park),
+        is_in_reverse: gear.map(|gear| matches!(gear, Gear::Reverse | Gear::Reverse2)),
+        has_open_door: doors.as_ref().and_then(DoorStates::has_open),
+        is_manual: control_mode.map(|mode| mode == ControlMode::Manual),
+    }
+}
+
+/// Level and message of each status of a flow, as published last.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Headlines(Vec<(Level, String)>);
+
+impl Headlines {
+    /// The statuses whose level or message differs from the ones published last.
+    pub(super) fn changed(&mut self, mut statuses: Vec<Status>) -> Vec<Status> {
+        let now = statuses.iter().map(|status| (status.level, status.message.clone())).collect();
+        let mut before = std::mem::replace(&mut self.0, now).into_iter();
+        statuses.retain(|status| {
+            before.next().is_none_or(|(level, message)| level != status.level || message != status.message)
+        });
+        statuses
+    }
+}
+
+impl Perception {
+    /// Nothing received yet; `links` has the link of each bus; a bus without one starts as [`LinkState::Missing`].
+    pub(super) fn new(settings: GatewaySettings, links: &[LinkState], now: Now) -> Self {
+        let bus_count = settings.buses.len();
+        let links = links.iter().copied().chain(std::iter::repeat(LinkState::Missing));
+        let indices = (0..=u8::MAX).map(BusIndex).take(bus_count);
+        let mut timers = TimerTable::default();
+        timers.set(Timer::Diagnostics, now.mono);
+        Self {
+            routes: indices.map(|bus| routes(&settings, bus)).collect(),
+            node: settings.node,
+            buses: settings.buses.into_iter().zip(links).map(|(bus, link)| Bus::new(bus, link)).collect(),
+            bus_findings: vec![None; bus_count],
+            bus_rates: vec![RateMeter::default(); bus_count],
+            lights: VehicleLights::new(settings.lights, settings.publish),
+            status: VehicleStatus::new(settings.status, settings.status_settings, settings.publish),
+            traffic_lights: settings
+                .traffic_lights
+                .map(|flow| TrafficLightFlow::new(flow, settings.v2i, now)),
+            traffic_light_headlines: Headlines::default(),
+            turn_signal: settings.turn_signal.map(|flow| TurnSignalFlow::new(flow, now)),
+            diagnostics_period: settings.diagnostics_period,
+            timers,
+            unsettled: Unsettled::BOTH,
+        }
+    }
+
+    /// Continues with other settings of the same buses and flows, with the memory of all that both have. Settle
+    /// afterwards.
+    pub(super) fn reconfigure(&mut self, settings: GatewaySettings, now: Now) {
+        let indices = (0..=u8::MAX).map(BusIndex).take(settings.buses.len());
+        self.routes = indices.map(|bus| routes(&settings, bus)).collect();
+        for (bus, settings) in self.buses.iter_mut().zip(settings.buses) {
+            bus.reconfigure(settings);
+        }
+        self.lights.reconfigure(settings.lights, settings.publish, now.mono);
+        self.status.reconfigure(settings.status, settings.status_settings, settings.publish, now.mono);
+        if let (Some(flow), Some(lights)) = (&mut self.traffic_lights, settings.traffic_lights) {
+            flow.reconfigure(lights, settings.v2i, now);
+        }
+        if let (Some(flow), Some(decider)) = (&mut self.turn_signal, settings.turn_signal) {
+            flow.reconfigure(decider);
+        }
+        self.diagnostics_period = settings.diagnostics_period;
+        self.unsettled = Unsettled::BOTH;
+        self.timers.set(Timer::Diagnostics, now.mono);
+    }
+
+    /// When something has to be settled without an input.
+    pub(super) fn next_deadline(&self) -> MonoTime {
+        self.timers.next_deadline().unwrap_or(MonoTime::MAX)
+    }
+
+    /// Takes what happened on a bus; `None` when it changes nothing.
+    pub(super) fn handle_can(&mut self, input: &CanInput, now: Now) -> Option<Effect> {
+        if !matches!(input, CanInput::Frame { .. }) {
+            self.unsettled = Unsettled::BOTH;
+        }
+        let Some(known) = self.buses.get_mut(usize::from(input.bus().0)) else {
+            return (!matches!(input, CanInput::Frame { .. })).then_some(Effect::News);
+        };
+        match *input {
+            CanInput::Frame { bus, ref frame, stamp } => return self.handle_frame(bus, frame, stamp, now),
+            CanInput::Link { bus, state } => {
+                if known.set_link(state) {
+                    self.lights.forget_bus(bus);
+                    self.status.forget_bus(bus);
+                    if let Some(flow) = &mut self.traffic_lights {
+                        flow.reception().forget_bus(bus);
+                    }
+                    return Some(Effect::BusForgotten(bus));
+                }
+            }
+            CanInput::Drops { lost, .. } => known.frames_dropped(lost, now.mono),
+            CanInput::ErrorFrame { error, .. } => known.error_frame(error, now.mono),
+            CanInput::Controller { report, .. } => known.controller_reported(report, now.mono),
+            CanInput::BadRecords { count, .. } => known.bad_records(count, now.mono),
+        }
+        Some(Effect::News)
+    }
+
+    /// `None` when the frame is not relevant, or from before the link was lost.
+    fn handle_frame(&mut self, bus: BusIndex, frame: &Frame, stamp: WallStamp, now: Now) -> Option<Effect> {
+        let routes = self.routes.get(usize::from(bus.0))?;
+        let route = routes.get_merged(frame.id(), Route::or)?;
+        let known = &mut self.buses[usize::from(bus.0)];
+        let was_alive = known.is_alive(now.mono);
+        let is_usable = if route.is_life_sign {
+            known.frame_arrived(now.mono)
+        } else {
+            known.other_frame_arrived(now.mono)
+        };
+        if !is_usable {
+            return None;
+        }
+        // On a bus that may sleep, how long it was quiet is part of why a value is missing.
+        let mut is_news = known.settings().may_sleep
+            || self.bus_findings[usize::from(bus.0)] != Some(known.finding(now.mono))
+            || self.next_deadline() <= now.mono;
+        let is_revived = !was_alive && route.is_life_sign;
+        // What a bus is silent about, or has just said again, concerns both.
+        if is_revived || is_news {
+            self.unsettled = Unsettled::BOTH;
+        }
+        if is_revived {
+            self.lights.forget_events(bus);
+            self.status.forget_events(bus);
+            if let Some(flow) = &mut self.traffic_lights {
+                flow.reception().forget_events(bus);
+            }
+        }
+        if route.is_life_sign && self.lights.observe(bus, frame, was_alive, now.mono) {
+            (self.unsettled, is_news) = (Unsettled::BOTH, true);
+        }
+        if let Some(message) = route.lights {
+            let is_new = self.lights.frame_arrived(message, frame, stamp, now) == Arrival::News;
+            self.unsettled.lights |= is_new;
+            is_news |= is_new;
+        }
+        if let Some(message) = route.status {
+            let is_new = self.status.frame_arrived(message, frame, stamp, now) == Arrival::News;
+            self.unsettled.status |= is_new;
+            is_news |= is_new;
+        }
+        if let (Some(message), Some(flow)) = (route.v2i, &mut self.traffic_lights) {
+            flow.reception().frame_arrived(message, frame, stamp, &self.buses, now);
+            is_news = true;
+        }
+        Some(match (is_revived, is_news) {
+            (true, _) => Effect::EventsForgotten(bus),
+            (false, true) => Effect::News,
+            (false, false) => Effect::Repetition,
+        })
+    }
+
+    /// Brings all flows up to now and hands their outputs to `emit`; gives the statuses of flows that have
+    /// changed.
+    pub(super) fn settle(&mut self, now: Now, mut emit: impl FnMut(Output)) -> Vec<Status> {
+        let unsettled = std::mem::replace(&mut self.unsettled, Unsettled::NONE);
+        // The deadlines of the buses are those of both.
+        let is_due =
+            |timer| self.timers.is_expired(timer, now.mono) || self.timers.is_expired(Timer::Buses, now.mono);
+        let (lights, status) = (
+            unsettled.lights || is_due(Timer::VehicleLights),
+            unsettled.status || is_due(Timer::VehicleStatus),
+        );
+        let mut changed = Vec::new();
+        if lights {
+            self.settle_lights(now, &mut emit, &mut changed);
+        }
+        if status {
+            self.settle_status(now, &mut emit, &mut changed);
+        }
+        if let Some(flow) = &mut self.traffic_lights {
+            let has_news = flow.settle(&self.buses, now);
+            while let Some(output) = flow.poll_output() {
+                emit(Output::TrafficLights(output));
+            }
+            self.timers.set(Timer::TrafficLights, flow.next_deadline(now.mono));
+            if has_news {
+                let statuses = flow.statuses(&self.buses, now.mono);
+                changed.extend(self.traffic_light_headlines.changed(statuses));
+            }
+        }
+        if let Some(flow) = &mut self.turn_signal {
+            let has_news = flow.settle(vehicle_state(&self.status), now);
+            while let Some(output) = flow.poll_output() {
+                emit(Output::TurnSignal(output));
+            }
+            self.timers.set(Timer::Decider, flow.next_deadline());
+            changed.extend(has_news.then(|| flow.status(now.mono)));
+        }
+        let buses = self.buses.iter().filter_map(|bus| bus.next_deadline(now.mono));
+        self.timers.set(Timer::Buses, buses.min());
+        changed
+    }
+
+    fn settle_lights(&mut self, now: Now, emit: &mut impl FnMut(Output), changed: &mut Vec<Status>) {
+        let steps = self.lights.settle(&self.buses, now);
+        steps.outputs().map(Output::VehicleLights).for_each(emit);
+        self.timers.set(Timer::VehicleLights, self.lights.next_deadline(now.mono));
+        let is_changed = |task: &Task| match task {
+            Task::TurnIndicators => steps.turn_changed,
+            Task::HazardLights => steps.hazard_changed,
+        };
+        let tasks = self.lights.tasks().filter(is_changed);
+        changed.extend(tasks.map(|task| self.lights_status(task, now.mono)));
+    }
+
+    fn settle_status(&mut self, now: Now, emit: &mut impl FnMut(Output), changed: &mut Vec<Status>) {
+        let mut reports = Vec::new();
+        let unmet = self.lights.unmet();
+        self.status.settle(
+            unmet,
+            &self.buses,
+            now,
+            |output| emit(Output::VehicleStatus(output)),
+            |report| reports.push(report),
+        );
+        self.timers.set(Timer::VehicleStatus, self.status.next_deadline(now.mono));
+        let statuses = reports.into_iter();
+        changed.extend(statuses.filter_map(|report| self.status.status(report, &self.buses, now.mono)));
+    }
+
+    /// The statuses of the buses whose finding has changed.
+    pub(super) fn changed_buses(&mut self, now: MonoTime) -> Vec<Status> {
+        let mut changed = Vec::new();
+        for index in 0..self.buses.len() {
+            let finding = Some(self.buses[index].finding(now));
+            if std::mem::replace(&mut self.bus_findings[index], finding) != finding {
+                changed.push(self.bus_status(index, now));
+            }
+        }
+        changed
+    }
+
+    /// True if all statuses are to be published again; samples the rates they show.
+    pub(super) fn refresh_statuses(&mut self, now: MonoTime) -> bool {
+        if !self.timers.is_expired(Timer::Diagnostics, now) {
+            return false;
+        }
+        self.timers.set(Timer::Diagnostics, now.after(self.diagnostics_period));
+        self.lights.sample_rates(now);
+        self.status.sample_rates(now);
+        for (bus, rate) in self.buses.iter().zip(&mut self.bus_rates) {
+            rate.sample(bus.counts.frames, now);
+        }
+        true
+    }
+
+    /// All statuses of the flows.
+    pub(super) fn flow_statuses(&self, now: MonoTime) -> Vec<Status> {
+        let mut statuses: Vec<_> = self.lights.tasks().map(|task| self.lights_status(task, now)).collect();
+        statuses.extend(self.status.statuses(&self.buses, now));
+        if let Some(flow) = &self.traffic_lights {
+            statuses.extend(flow.statuses(&self.buses, now));
+        }
+        statuses.extend(self.turn_signal.as_ref().map(|flow| flow.status(now)));
+        statuses
+    }
+
+    /// All statuses of the buses.
+    pub(super) fn bus_statuses(&self, now: MonoTime) -> impl Iterator<Item = Status> {
+        (0..self.buses.len()).map(move |index| self.bus_status(index, now))
+    }
+
+    /// The present states of the buses.
+    pub(super) fn bus_snapshots(&self, now: MonoTime) -> impl Iterator<Item = BusSnapshot> {
+        self.buses
+            .iter()
+            .zip(&self.bus_rates)
+            .map(move |(bus, rate)| BusSnapshot::of(bus, rate.rate_hz(bus.counts.frames, now), now))
+    }
+
+    fn lights_status(&self, task: Task, now: MonoTime) -> Status {
+        self.lights.status(task, &self.buses, now)
+    }
+
+    fn bus_status(&self, index: usize, now: MonoTime) -> Status {
+        let (bus, rate) = (&self.buses[index], &self.bus_rates[index]);
+        bus_status::status(bus, rate.rate_hz(bus.counts.frames, now), now)
+    }
+}
+
+impl Route {
+    fn or(self, other: Self) -> Self {
+        Self {
+            lights: self.lights.or(other.lights),
+            status: self.status.or(other.status),
+            v2i: self.v2i.or(other.v2i),
+            is_life_sign: self.is_life_sign || other.is_life_sign,
+        }
+    }
+}
+
+fn routes(settings: &GatewaySettings, bus: BusIndex) -> IdTable<Route> {
+    let message_of = |messages: &[BoundMessage], ids: IdMatch| {
+        messages.iter().position(|message| message.bus == bus && message.ids == ids).map(MessageIndex)
+    };
+    let life_signs = settings.life_signs(bus);
+    let route = |ids: IdMatch| Route {
+        lights: message_of(&settings.lights.table.messages, ids),
+        status: message_of(&settings.status.table.messages, ids),
+        v2i: message_of(&settings.v2i.table.messages, ids),
+        is_life_sign: life_signs.contains(&ids),
+    };
+    // A heartbeat message may have frames in common with a bound one.
+    IdTable::merged(settings.relevant_ids(bus).into_iter().map(|ids| (ids, route(ids))), Route::or)
+}

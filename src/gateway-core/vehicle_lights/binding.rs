@@ -1,0 +1,267 @@
+//! Binding of a vehicle's lights to signals, compiled from its profile.
+//!
+//! Built once at start by `config`, which has checked it against the DBC. Everything is addressed by
+//! index, so that no name is looked up per frame.
+
+use std::time::Duration;
+
+use super::fusion::SourceSettings;
+use super::lamp::timing::Resolution;
+use super::lamp::{LampSettings, Sides};
+use super::stalk::{StalkPosition, StalkSettings};
+use super::state::{HazardCode, TurnCode};
+use can_signal::validation::meaning::Meaning;
+use can_signal::validation::requirement::Requirement;
+use can_signal::validation::table::{Role, SignalIndex, SignalTable};
+
+/// Binding of turn indicators and hazard lights.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LightsBinding {
+    /// Messages and signals of the lights.
+    pub table: SignalTable,
+    /// What must be observed before anything is reported.
+    pub requirements: Vec<Requirement>,
+    /// Sources of the turn state.
+    pub turn: TurnBinding,
+    /// Fault signals of the turn indicators.
+    pub turn_faults: FaultBinding,
+    /// Sources of the hazard state.
+    pub hazard: HazardBinding,
+    /// Fault signals of the hazard lights.
+    pub hazard_faults: FaultBinding,
+    /// Content of the turn report while the hazard lights are on.
+    pub turn_while_hazard: TurnWhileHazard,
+}
+
+/// Binding of one state.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum StateBinding<S> {
+    /// The profile does not mention the lights, so that there are neither reports nor diagnostics.
+    #[default]
+    LeftOut,
+    /// The vehicle does not have the lights, so that DISABLE is reported.
+    NotFitted,
+    /// The vehicle has the lights, but no signal shows them, so that nothing is reported.
+    NotVisible {
+        /// True if the configuration accepts that there is no report.
+        is_acknowledged: bool,
+    },
+    /// The vehicle sends the state from these sources.
+    From(Sources<S>),
+}
+
+/// Binding of the turn indicators, which is never [`StateBinding::NotVisible`].
+pub type TurnBinding = StateBinding<TurnSource>;
+
+/// Binding of the hazard lights.
+pub type HazardBinding = StateBinding<HazardSource>;
+
+impl<S> StateBinding<S> {
+    /// Sources of the state, most trusted first; empty when there are none.
+    pub fn sources(&self) -> &[NamedSource<S>] {
+        match self {
+            Self::LeftOut | Self::NotFitted | Self::NotVisible { .. } => &[],
+            Self::From(sources) => &sources.list,
+        }
+    }
+}
+
+impl LightsBinding {
+    /// True if the configuration accepts that the hazard lights are not visible.
+    pub fn is_acknowledged(&self) -> bool {
+        matches!(self.hazard, HazardBinding::NotVisible { is_acknowledged: true })
+    }
+}
+
+/// Sources of one state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sources<S> {
+    /// At least one source, most trusted first.
+    pub list: Vec<NamedSource<S>>,
+    /// Time for which a source may contradict the deciding one before diagnostics warn.
+    pub disagreement: Duration,
+}
+
+/// One of several sources of a state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedSource<S> {
+    /// Name in diagnostics; empty for the only source.
+    pub name: String,
+    /// True if it is a fallback for others.
+    pub settings: SourceSettings,
+    /// Signal that must be on for the source to apply, such as the flag of a bank of lamps; `None` = it
+    /// always applies.
+    pub condition: Option<Role<bool>>,
+    /// Signals of the source.
+    pub source: S,
+}
+
+impl<S> NamedSource<S> {
+    /// Signal of its condition; `None` without one.
+    pub fn condition_signal(&self) -> Option<SignalIndex> {
+        self.condition.as_ref().map(|role| role.signal)
+    }
+}
+
+impl<S> Sources<S> {
+    /// A state with one source.
+    pub fn only(source: S) -> Self {
+        let settings = SourceSettings::default();
+        Self {
+            list: vec![NamedSource { name: String::new(), settings, condition: None, source }],
+            disagreement: Duration::ZERO,
+        }
+    }
+}
+
+/// A source of the turn state.
+#[derive(Debug, Clone, PartialEq)]
+pub enum TurnSource {
+    /// One enumerated signal for both sides.
+    Enumerated {
+        /// State of the turn indicators.
+        role: Role<TurnCode>,
+        /// Least time for which a side is on from its press; `None` = as long as the signal shows it.
+        tap_hold: Option<Duration>,
+    },
+    /// One steady signal for each side.
+    Pair {
+        /// Signals of the sides.
+        pair: SidePair,
+        /// The same as in [`Self::Enumerated`].
+        tap_hold: Option<Duration>,
+    },
+    /// One flashing lamp signal for each side.
+    Lamps {
+        /// Lamps, where `true` = lit, both in the same message.
+        pair: SidePair,
+        /// Times for the evaluation of flashes.
+        settings: LampSettings,
+        /// True if the message shows every flash.
+        resolution: Resolution,
+    },
+    /// A momentary stalk, which springs back.
+    Stalk {
+        /// Position of the stalk.
+        role: Role<StalkPosition>,
+        /// Rules and times of the stalk.
+        settings: StalkSettings,
+    },
+}
+
+impl TurnSource {
+    /// True if it can report that both sides are on.
+    pub fn shows_both(&self) -> bool {
+        match self {
+            Self::Enumerated { role, .. } => {
+                role.values.entries().iter().any(|(_, meaning)| *meaning == Meaning::Defined(TurnCode::Both))
+            }
+            Self::Pair { pair, .. } | Self::Lamps { pair, .. } => pair.both == BothOn::Hazard,
+            Self::Stalk { .. } => false,
+        }
+    }
+
+    /// Signals of the source.
+    pub fn signals(&self) -> impl Iterator<Item = SignalIndex> {
+        let (first, second) = match self {
+            Self::Enumerated { role, .. } => (role.signal, None),
+            Self::Pair { pair, .. } | Self::Lamps { pair, .. } => (pair.left.signal, Some(pair.right.signal)),
+            Self::Stalk { role, .. } => (role.signal, None),
+        };
+        std::iter::once(first).chain(second)
+    }
+}
+
+/// One signal for each side, `true` = on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SidePair {
+    /// Signal of the left side.
+    pub left: Role<bool>,
+    /// Signal of the right side.
+    pub right: Role<bool>,
+    /// Meaning of both sides on at once.
+    pub both: BothOn,
+}
+
+/// Meaning of both sides of a pair on at once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum BothOn {
+    /// The hazard lights are on.
+    Hazard,
+    /// The vehicle never sends it, so that it is an undefined value.
+    Undefined,
+}
+
+/// A source of the hazard state.
+#[derive(Debug, Clone, PartialEq)]
+pub enum HazardSource {
+    /// Both turn sides on at once, from the turn sources that can report it.
+    BothSides,
+    /// A signal of its own gives them.
+    Signal {
+        /// Signal of the hazard lights.
+        role: Role<HazardCode>,
+        /// Names of the reasons, indexed by [`HazardCode::reason`].
+        reasons: Vec<String>,
+    },
+    /// A momentary button, of which each press switches the lights on or off.
+    Button {
+        /// Position of the button, `true` = pressed.
+        role: Role<bool>,
+        /// Longest gap in the positions that cannot hide a press.
+        max_gap: Duration,
+        /// Time for which the button must be observed before the state is known.
+        startup_delay: Duration,
+    },
+}
+
+impl HazardSource {
+    /// Signal of the source; `None` for one that follows the turn sources.
+    pub fn signal(&self) -> Option<SignalIndex> {
+        match self {
+            Self::BothSides => None,
+            Self::Signal { role, .. } => Some(role.signal),
+            Self::Button { role, .. } => Some(role.signal),
+        }
+    }
+}
+
+/// Signals that report a defective sensor or lamp, and their effect on the report.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FaultBinding {
+    /// Fault signals, each with a text for diagnostics.
+    pub signals: Vec<FaultSignal>,
+    /// Effect of a fault on a report whose state is still defined.
+    pub on_fault: OnFault,
+}
+
+/// A signal that reports a defective part.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FaultSignal {
+    /// The signal, where `true` = defective.
+    pub role: Role<bool>,
+    /// Sides whose lamps the part concerns.
+    pub sides: Sides,
+    /// Name of the part in diagnostics, e.g. `left front lamp`.
+    pub text: String,
+}
+
+/// Effect of a reported fault on a report whose state is still defined.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum OnFault {
+    /// Publishing continues, with ERROR in diagnostics.
+    #[default]
+    Report,
+    /// The report is no longer published.
+    Withhold,
+}
+
+/// Content of the turn report while the hazard lights are on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum TurnWhileHazard {
+    /// DISABLE, as with every known vehicle interface.
+    #[default]
+    Disable,
+    /// The state of the turn signal itself.
+    Keep,
+}

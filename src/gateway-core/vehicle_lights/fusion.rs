@@ -1,0 +1,140 @@
+//! Fusion of several sources of one state.
+//!
+//! Sources are ordered by trust, as in the profile. The first one decides: its value is the state. When
+//! it is unavailable, the first fallback below it that has a value decides; without one there is no
+//! state. All other values are compared with the chosen one. Which values contradict each other is
+//! decided by a function, since a stalk cannot know of the hazard lights. A source that does not apply at
+//! present, by its condition, neither decides nor contradicts.
+
+use std::time::Duration;
+
+use super::state::TurnCode;
+use gateway_base::time::{MonoTime, deadline_after};
+
+#[cfg(test)]
+mod properties;
+
+/// Settings of one source.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct SourceSettings {
+    /// True if it may replace a source above it that is unavailable.
+    pub fallback: bool,
+}
+
+/// Result of a fusion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Fused<T, D> {
+    /// The state, or the reason why it is unavailable.
+    pub state: Result<T, D>,
+    /// Position of the deciding source in the profile.
+    pub source: usize,
+}
+
+/// Two sources that have contradicted each other for longer than the limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Disagreement<T> {
+    /// Position of the deciding source in the profile.
+    pub chosen: usize,
+    /// Value of the deciding source.
+    pub chosen_value: T,
+    /// Position of the contradicting source in the profile.
+    pub other: usize,
+    /// Value of the contradicting source.
+    pub other_value: T,
+    /// Start of the contradiction.
+    pub since: MonoTime,
+}
+
+/// Sources of one state with their contradictions.
+#[derive(Debug, Clone)]
+pub struct Fusion<T> {
+    limit: Duration,
+    agree: fn(T, T) -> bool,
+    sources: Vec<Source<T>>,
+    chosen: Option<(usize, T)>,
+    now: MonoTime,
+}
+
+#[derive(Debug, Clone)]
+struct Source<T> {
+    settings: SourceSettings,
+    /// Value that contradicts the chosen source, with the start of the contradiction.
+    contradicts: Option<(T, MonoTime)>,
+}
+
+/// True if two turn states can hold at once: equal ones, and hazard with any other, since it overlays
+/// the request of the stalk.
+pub fn turn_codes_agree(one: TurnCode, other: TurnCode) -> bool {
+    one == other || one == TurnCode::Both || other == TurnCode::Both
+}
+
+impl<T: Copy + PartialEq> Fusion<T> {
+    /// Sources without any state. A contradiction with the chosen source becomes a disagreement after
+    /// `limit`; `agree` tells which values do not contradict (usually `|a, b| a == b`).
+    pub fn new(
+        sources: impl IntoIterator<Item = SourceSettings>,
+        limit: Duration,
+        agree: fn(T, T) -> bool,
+    ) -> Self {
+        let sources = sources.into_iter().map(|settings| Source { settings, contradicts: None }).collect();
+        Self { limit, agree, sources, chosen: None, now: MonoTime::ZERO }
+    }
+
+    /// Takes the current state of every source in the order of the profile, `None` for one that does not
+    /// apply, and ignores surplus ones. `None` when no source applies. A `now` before the last one counts as
+    /// the last one.
+    pub fn update<D>(
+        &mut self,
+        states: impl IntoIterator<Item = Option<Result<T, D>>, IntoIter: Clone>,
+        now: MonoTime,
+    ) -> Option<Fused<T, D>> {
+        self.now = self.now.max(now);
+        let mut states = states.into_iter().take(self.sources.len());
+        let fused =
+            self.choose(states.clone().enumerate().filter_map(|(source, state)| Some((source, state?))));
+        let chosen = fused.as_ref().and_then(|fused| Some((fused.source, *fused.state.as_ref().ok()?)));
+        let same_source = chosen.map(|(source, _)| source) == self.chosen.map(|(source, _)| source);
+        self.chosen = chosen;
+        for source in &mut self.sources {
+            let before = source.contradicts.filter(|_| same_source);
+            source.contradicts = match (chosen, states.next()) {
+                (Some((_, state)), Some(Some(Ok(value)))) if !(self.agree)(state, value) => {
+                    Some((value, before.map_or(self.now, |(_, since)| since)))
+                }
+                _ => None,
+            };
+        }
+        fused
+    }
+
+    /// Sources that contradict the chosen one for longer than the limit, most trusted first. An
+    /// unavailable source contradicts none.
+    pub fn disagreements(&self) -> impl Iterator<Item = Disagreement<T>> + '_ {
+        let disagreement = |(other, source): (usize, &Source<T>)| {
+            let ((chosen, chosen_value), (other_value, since)) = (self.chosen?, source.contradicts?);
+            let lasting = self.now.since(since) > self.limit;
+            lasting.then_some(Disagreement { chosen, chosen_value, other, other_value, since })
+        };
+        self.sources.iter().enumerate().filter_map(disagreement)
+    }
+
+    /// The next instant at which [`Self::disagreements`] grows without a new state and
+    /// [`Self::update`] is due.
+    pub fn next_deadline(&self) -> Option<MonoTime> {
+        let due = |source: &Source<T>| source.contradicts.map(|(_, since)| deadline_after(since, self.limit));
+        self.sources.iter().filter_map(due).filter(|at| *at > self.now).min()
+    }
+
+    /// Fuses the states of some sources, each with its position, in the order of the profile, without
+    /// changing the contradictions. `None` without any source.
+    pub fn choose<D>(&self, states: impl IntoIterator<Item = (usize, Result<T, D>)>) -> Option<Fused<T, D>> {
+        let mut states = states.into_iter().map(|(source, state)| Fused { state, source });
+        let first = states.next()?;
+        if first.state.is_ok() {
+            return Some(first);
+        }
+        let is_fallback =
+            |other: &Fused<T, D>| other.state.is_ok() && self.sources[other.source].settings.fallback;
+        Some(states.find(is_fallback).unwrap_or(first))
+    }
+}

@@ -1,0 +1,230 @@
+//! Vehicle lights: turn-indicator and hazard-light reports from bound frames.
+//!
+//! A *message* carries *signals*; an *observation* is the last raw value of a signal; a *reading* is an
+//! observation with its age checked and its meaning; a *verdict* is the state of a report or the reason
+//! why it is unavailable; a *finding* is the part of a verdict that diagnostics show.
+
+pub mod binding;
+pub mod catalogue;
+pub mod fusion;
+pub mod lamp;
+pub mod output;
+pub mod raw_state;
+pub mod role_texts;
+pub mod sources;
+pub mod stalk;
+pub mod state;
+mod status;
+pub mod verdict;
+pub mod warning;
+
+use crate::vehicle_report::{Publish, ReportFlow, Step};
+use binding::{HazardBinding, HazardSource, LightsBinding, NamedSource, TurnBinding, TurnSource};
+use can_signal::can::{Bus, BusIndex, Frame};
+use can_signal::validation::observation::{Arrival, Observations};
+use can_signal::validation::requirement::{RequirementStates, Unmet};
+use can_signal::validation::table::{MessageIndex, SignalIndex};
+use gateway_base::time::{MonoTime, Now, WallStamp};
+use output::VehicleLightsOutput;
+use sources::{LightsContext, SourceMemory};
+use status::LightsTask;
+use verdict::{HazardLights, TurnIndicators, Verdict, judge};
+
+pub use status::{LightsFinding, Task};
+
+/// State machine of both reports.
+#[derive(Debug, Clone)]
+pub struct VehicleLights {
+    binding: LightsBinding,
+    observations: Observations,
+    requirements: RequirementStates,
+    memory: SourceMemory,
+    turn: ReportFlow<TurnIndicators>,
+    hazard: ReportFlow<HazardLights>,
+    turn_task: LightsTask,
+    hazard_task: LightsTask,
+}
+
+/// Actions and changes after an evaluation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Steps {
+    /// Action on the turn topic; `None` = nothing.
+    pub turn: Option<Step<TurnIndicators>>,
+    /// Action on the hazard topic; `None` = nothing.
+    pub hazard: Option<Step<HazardLights>>,
+    /// True if the turn finding changed.
+    pub turn_changed: bool,
+    /// True if the hazard finding changed.
+    pub hazard_changed: bool,
+}
+
+impl Steps {
+    /// Outputs of the actions, the turn report first.
+    pub fn outputs(&self) -> impl Iterator<Item = VehicleLightsOutput> + use<> {
+        let turn = self.turn.map(VehicleLightsOutput::TurnIndicators);
+        let hazard = self.hazard.map(VehicleLightsOutput::HazardLights);
+        turn.into_iter().chain(hazard)
+    }
+}
+
+impl VehicleLights {
+    /// Reports without any frame received or report published.
+    pub fn new(binding: LightsBinding, publish: Publish) -> Self {
+        let signals_of = |task| signals_of(&binding, task);
+        Self {
+            turn_task: LightsTask::new(Task::TurnIndicators, signals_of(Task::TurnIndicators)),
+            hazard_task: LightsTask::new(Task::HazardLights, signals_of(Task::HazardLights)),
+            observations: Observations::new(&binding.table),
+            requirements: RequirementStates::new(&binding.requirements),
+            memory: SourceMemory::new(&binding),
+            turn: ReportFlow::new(publish),
+            hazard: ReportFlow::new(publish),
+            binding,
+        }
+    }
+
+    /// Continues with another binding and publication scheme. What was received, published and found stays as far as both
+    /// bindings have it; a source that is another starts without a memory. Call [`Self::settle`] afterwards.
+    pub fn reconfigure(&mut self, binding: LightsBinding, publish: Publish, now: MonoTime) {
+        let (before, table) = (&self.binding, &binding.table);
+        let is_same_signal = |signal: SignalIndex| {
+            let [old, new] = [&before.table, table].map(|table| {
+                let bound = table.signals.get(signal.0)?;
+                let message = &table.messages[bound.message.0];
+                Some((
+                    &bound.name,
+                    &bound.codec,
+                    message.bus,
+                    message.ids,
+                    message.format,
+                    &message.integrity,
+                ))
+            });
+            old.is_some() && old == new
+        };
+        self.memory = self.memory.carried_over(before, &binding, is_same_signal);
+        self.observations = self.observations.carried_over(&before.table, table);
+        self.requirements = self.requirements.carried_over(&before.requirements, &binding.requirements);
+        for task in [&mut self.turn_task, &mut self.hazard_task] {
+            task.reconfigure(signals_of(&binding, task.task()));
+        }
+        self.turn.reconfigure(publish, now);
+        self.hazard.reconfigure(publish, now);
+        self.binding = binding;
+    }
+
+    /// Binding of the lights.
+    pub fn binding(&self) -> &LightsBinding {
+        &self.binding
+    }
+
+    /// Tasks with diagnostics: all that the profile mentions.
+    pub fn tasks(&self) -> impl Iterator<Item = Task> + use<> {
+        let turn = !matches!(self.binding.turn, TurnBinding::LeftOut);
+        let hazard = !matches!(self.binding.hazard, HazardBinding::LeftOut);
+        let turn = turn.then_some(Task::TurnIndicators);
+        turn.into_iter().chain(hazard.then_some(Task::HazardLights))
+    }
+
+    /// Last values of the bound signals.
+    pub fn observations(&self) -> &Observations {
+        &self.observations
+    }
+
+    /// Takes a frame of a bound message. Call [`Self::settle`] afterwards if it brings news; without, both reports
+    /// and findings stay as they are until their deadline.
+    pub fn frame_arrived(
+        &mut self,
+        message: MessageIndex,
+        frame: &Frame,
+        stamp: WallStamp,
+        now: Now,
+    ) -> Arrival {
+        match self.observations.frame_arrived(&self.binding.table, message, frame, stamp, now) {
+            Ok(Arrival::Repetition) if !self.memory.observes_frames() => Arrival::Repetition,
+            // A frame that is not used is counted, and its signals have no value for that reason.
+            Ok(_) | Err(_) => Arrival::News,
+        }
+    }
+
+    /// Compares a frame of any message that is received with the requirements of the profile; true if a state changes.
+    /// `was_alive` is false if the bus had been silent before. Call [`Self::settle`] afterwards if it changes one.
+    pub fn observe(&mut self, bus: BusIndex, frame: &Frame, was_alive: bool, now: MonoTime) -> bool {
+        self.requirements.frame_arrived(&self.binding.requirements, bus, frame, was_alive, now)
+    }
+
+    /// The requirement of the profile that is not met; `None` = all are.
+    pub fn unmet(&self) -> Option<Unmet> {
+        self.requirements.unmet()
+    }
+
+    /// Discards what was received over a bus. Call [`Self::settle`] afterwards.
+    pub fn forget_bus(&mut self, bus: BusIndex) {
+        self.observations.forget_bus(&self.binding.table, bus);
+        self.requirements.forget_bus(&self.binding.requirements, bus);
+    }
+
+    /// Discards the event messages of a bus that was silent. Call [`Self::settle`] afterwards.
+    pub fn forget_events(&mut self, bus: BusIndex) {
+        self.observations.forget_events(&self.binding.table, bus);
+    }
+
+    /// Evaluates both reports and returns the actions.
+    pub fn settle(&mut self, buses: &[Bus], now: Now) -> Steps {
+        let (binding, observations, unmet) = (&self.binding, &self.observations, self.requirements.unmet());
+        let context = LightsContext { binding, observations, unmet: unmet.as_ref(), buses, now };
+        let verdicts = judge(&mut self.memory, context);
+        Steps {
+            turn: self.turn.update(published(&verdicts.turn), now.mono),
+            hazard: self.hazard.update(published(&verdicts.hazard), now.mono),
+            turn_changed: self.turn_task.update(&verdicts.turn, context),
+            hazard_changed: self.hazard_task.update(&verdicts.hazard, context),
+        }
+    }
+
+    /// Reports published at present; `None` = withheld.
+    pub fn reports(&self) -> (Option<TurnIndicators>, Option<HazardLights>) {
+        (self.turn.current().map(|(turn, _)| turn), self.hazard.current().map(|(hazard, _)| hazard))
+    }
+
+    /// The next instant at which [`Self::settle`] is due without an event.
+    pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
+        let stale = self.observations.next_deadline(&self.binding.table, now);
+        let remembered = self.memory.next_deadline();
+        [stale, remembered, self.turn.next_deadline(), self.hazard.next_deadline()]
+            .into_iter()
+            .flatten()
+            .min()
+    }
+}
+
+fn published<T: Copy>(verdict: &Verdict<T>) -> Option<(T, WallStamp)> {
+    verdict.publish.map(|(value, received)| (value, received.stamp))
+}
+
+/// Signals on which the state of a task depends, without fault signals.
+fn signals_of(binding: &LightsBinding, task: Task) -> Vec<SignalIndex> {
+    let turn = binding.turn.sources().iter();
+    if task == Task::TurnIndicators {
+        return turn.flat_map(turn_source_signals).collect();
+    }
+    let mut signals = Vec::new();
+    for named in binding.hazard.sources() {
+        match &named.source {
+            HazardSource::BothSides => {
+                let sides = turn.clone().filter(|named| named.source.shows_both());
+                signals.extend(sides.flat_map(turn_source_signals));
+            }
+            HazardSource::Signal { .. } | HazardSource::Button { .. } => {
+                signals.extend(named.source.signal());
+            }
+        }
+        signals.extend(named.condition_signal());
+    }
+    signals
+}
+
+/// Returns the signals of a turn source and of its condition.
+fn turn_source_signals(named: &NamedSource<TurnSource>) -> impl Iterator<Item = SignalIndex> {
+    named.source.signals().chain(named.condition_signal())
+}

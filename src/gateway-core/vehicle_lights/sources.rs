@@ -1,0 +1,486 @@
+//! Evaluation of the sources of both reports: signals are read, state machines advanced and the
+//! sources of each report fused.
+
+use super::binding::{
+    BothOn, HazardBinding, HazardSource, LightsBinding, SidePair, StateBinding, TurnBinding, TurnSource,
+};
+use super::fusion::{Disagreement, Fusion, turn_codes_agree};
+use super::lamp::{Lamp, LampFindings};
+use super::stalk::button::HazardToggle;
+use super::stalk::tap::TapHold;
+use super::stalk::{MomentaryStalk, StalkPosition};
+use super::state::{HazardCode, Judged, StateMachine, TurnCode, UnavailableReason};
+use super::warning::{Contradiction, Fallback, LampWarning, Warnings};
+use can_signal::can::{Bus, ReceiveTime};
+use can_signal::validation::observation::{MissingReason, Observations, Reading};
+use can_signal::validation::requirement::Unmet;
+use can_signal::validation::table::{Role, SignalIndex};
+use can_signal::validation::unusable::Unusable;
+use gateway_base::time::{MonoTime, Now};
+
+/// Binding, observations and buses at one moment.
+#[derive(Debug, Clone, Copy)]
+pub struct LightsContext<'a> {
+    /// Compiled profile of the lights.
+    pub binding: &'a LightsBinding,
+    /// Last values of the bound signals.
+    pub observations: &'a Observations,
+    /// Requirement of the profile that is not met; `None` = all are.
+    pub unmet: Option<&'a Unmet>,
+    /// Buses that carry the signals.
+    pub buses: &'a [Bus],
+    /// Time of the evaluation.
+    pub now: Now,
+}
+
+impl LightsContext<'_> {
+    /// Reads and checks a signal.
+    pub fn read<T: Copy>(self, role: &Role<T>) -> Reading<T> {
+        self.observations.read(&self.binding.table, role, self.buses, self.now.mono)
+    }
+
+    fn judge<T: Copy>(self, role: &Role<T>) -> Judged<T> {
+        let table = &self.binding.table;
+        Ok(self.observations.defined(table, role, self.buses, self.now.mono)?)
+    }
+
+    /// The receive time of the condition's signal while a source applies; `None` without a condition.
+    fn judge_condition(
+        self,
+        condition: Option<&Role<bool>>,
+    ) -> Result<Option<ReceiveTime>, UnavailableReason> {
+        let Some(role) = condition else { return Ok(None) };
+        let (is_on, received) = self.judge(role)?;
+        let raw = self.observations.last(role.signal).map_or(0, |last| last.raw);
+        if is_on { Ok(Some(received)) } else { Err(UnavailableReason::NotSelected(role.signal, raw)) }
+    }
+
+    /// Both sides of a pair, with the later receive time.
+    fn judge_pair(self, pair: &SidePair) -> Judged<(bool, bool)> {
+        match (self.judge(&pair.left), self.judge(&pair.right)) {
+            (Ok((left, since)), Ok((right, received))) => Ok(((left, right), since.newest(received))),
+            (Err(reason), Ok(_)) | (Ok(_), Err(reason)) => Err(reason),
+            (Err(first), Err(second)) => Err(graver(first, second)),
+        }
+    }
+
+    /// Passes an input to a state machine and returns its state; `unknown` is the reason while it has
+    /// none.
+    fn track<M: StateMachine>(
+        self,
+        machine: &mut M,
+        input: Judged<M::Input>,
+        unknown: UnavailableReason,
+    ) -> Judged<M::State> {
+        let now = self.now.mono;
+        match input {
+            Ok((input, received)) => {
+                // A frame that was received now is new; taking it twice does no harm.
+                if received.at == now {
+                    machine.observe(Some(input), now);
+                } else {
+                    machine.advance(now);
+                }
+                machine.state().map(|state| (state, received)).ok_or(unknown)
+            }
+            Err(reason) => {
+                machine.observe(None, now);
+                Err(reason)
+            }
+        }
+    }
+
+    /// The state of a steady signal, whose taps may be held.
+    fn hold_taps(
+        self,
+        tap: Option<&mut TapHold>,
+        state: Judged<TurnCode>,
+        signal: SignalIndex,
+    ) -> Judged<TurnCode> {
+        match tap {
+            Some(tap) => self.track(tap, state, UnavailableReason::Settling(signal)),
+            None => state,
+        }
+    }
+
+    /// The state of a pair, where both sides on at once may be undefined.
+    fn pair_state(self, pair: &SidePair, state: Judged<TurnCode>) -> Judged<TurnCode> {
+        let is_undefined = |(code, _)| code == TurnCode::Both && pair.both == BothOn::Undefined;
+        if !state.is_ok_and(is_undefined) {
+            return state;
+        }
+        let raw = |signal| self.observations.last(signal).map_or(0, |last| last.raw);
+        let signals = [pair.left.signal, pair.right.signal];
+        Err(UnavailableReason::BothOn(signals.map(|signal| (signal, raw(signal)))))
+    }
+
+    /// Lights that are not fitted are off, as of now.
+    fn not_fitted<T>(self, off: T) -> FusedState<T> {
+        let received = ReceiveTime { at: self.now.mono, stamp: self.now.wall };
+        FusedState { state: Ok((off, received)), source: 0, warnings: Warnings::default() }
+    }
+}
+
+/// State machines and contradictions of the sources of both reports.
+#[derive(Debug, Clone)]
+pub struct SourceMemory {
+    /// `None` when the binding has no sources.
+    turn: Option<SourceGroup<TurnReader, TurnCode>>,
+    /// `None` when the binding has no sources.
+    hazard: Option<SourceGroup<HazardReader, HazardCode>>,
+}
+
+/// Fused states of both reports.
+#[derive(Debug, Clone, Copy)]
+pub struct SourceStates {
+    /// State of the turn indicators.
+    pub turn: FusedState<TurnCode>,
+    /// State of the hazard lights.
+    pub hazard: FusedState<HazardCode>,
+}
+
+/// Fused state of the sources of one report.
+#[derive(Debug, Clone, Copy)]
+pub struct FusedState<T> {
+    /// The state, or the reason why it is unavailable.
+    pub state: Judged<T>,
+    /// Position of the deciding source in the profile.
+    pub source: usize,
+    /// Irregularities of the sources.
+    pub warnings: Warnings,
+}
+
+const HAZARD_OFF: HazardCode = HazardCode { active: false, reason: None };
+
+impl SourceMemory {
+    /// Sources that have received no frame.
+    pub fn new(binding: &LightsBinding) -> Self {
+        let agree = |one: HazardCode, other: HazardCode| one.active == other.active;
+        Self {
+            turn: SourceGroup::new(&binding.turn, TurnReader::new, turn_codes_agree),
+            hazard: SourceGroup::new(&binding.hazard, HazardReader::new, agree),
+        }
+    }
+
+    /// The sources of another binding, with the memory of those that both have. A source is the same at the same
+    /// position, with the same settings and signals, as far as `is_same_signal` says so of its signals.
+    #[must_use]
+    pub fn carried_over(
+        &self,
+        before: &LightsBinding,
+        binding: &LightsBinding,
+        is_same_signal: impl Fn(SignalIndex) -> bool,
+    ) -> Self {
+        let mut carried = Self::new(binding);
+        let is_same_turn = |source: &TurnSource| source.signals().all(&is_same_signal);
+        let is_same_hazard = |source: &HazardSource| source.signal().is_none_or(&is_same_signal);
+        if let (Some(group), Some(was)) = (&mut carried.turn, &self.turn) {
+            group.carry_over(was, &before.turn, &binding.turn, is_same_turn);
+        }
+        if let (Some(group), Some(was)) = (&mut carried.hazard, &self.hazard) {
+            group.carry_over(was, &before.hazard, &binding.hazard, is_same_hazard);
+        }
+        carried
+    }
+
+    /// Evaluates every source and fuses the states of each report.
+    pub fn evaluate(&mut self, context: LightsContext<'_>) -> SourceStates {
+        let (turn, sides) = match &mut self.turn {
+            Some(group) => {
+                let mut turn = group.evaluate(context, TurnCode::name, TurnReader::evaluate);
+                turn.warnings.lamps =
+                    group.applicable().find_map(|(source, _)| group.readers[source].warning());
+                (turn, group.choose(|reader| reader.shows_both).0)
+            }
+            None if matches!(context.binding.turn, TurnBinding::NotFitted) => {
+                let off = context.not_fitted(TurnCode::Off);
+                (off, off.state)
+            }
+            None => (not_visible(), not_visible().state),
+        };
+        let hazard = match &mut self.hazard {
+            Some(group) => group.evaluate(context, HazardCode::name, |reader, context, applies| {
+                reader.evaluate(context, applies, sides)
+            }),
+            None if matches!(context.binding.hazard, HazardBinding::NotFitted) => {
+                context.not_fitted(HAZARD_OFF)
+            }
+            None => not_visible(),
+        };
+        SourceStates { turn, hazard }
+    }
+
+    /// True if a state depends on when frames come, not on their values alone.
+    pub fn observes_frames(&self) -> bool {
+        let has_machine = |reader: &TurnReader| match &reader.kind {
+            TurnKind::Enumerated(_, tap) | TurnKind::Pair(_, tap) => tap.is_some(),
+            TurnKind::Lamps(..) | TurnKind::Stalk(..) => true,
+        };
+        let is_button = |reader: &HazardReader| matches!(reader, HazardReader::Button(..));
+        self.turn.iter().any(|group| group.readers.iter().any(has_machine))
+            || self.hazard.iter().any(|group| group.readers.iter().any(is_button))
+    }
+
+    /// The next instant at which [`Self::evaluate`] is due without an event.
+    pub fn next_deadline(&self) -> Option<MonoTime> {
+        let turn = self.turn.iter().flat_map(|group| group.deadlines(TurnReader::next_deadline));
+        let hazard = self.hazard.iter().flat_map(|group| group.deadlines(HazardReader::next_deadline));
+        turn.chain(hazard).min()
+    }
+}
+
+fn not_visible<T>() -> FusedState<T> {
+    FusedState { state: Err(UnavailableReason::NotVisible), source: 0, warnings: Warnings::default() }
+}
+
+/// The sources of one state in the order of the profile.
+#[derive(Debug, Clone)]
+struct SourceGroup<R, T> {
+    readers: Vec<R>,
+    conditions: Vec<Option<Role<bool>>>,
+    fusion: Fusion<T>,
+    /// The last state of each source, kept so that an evaluation allocates nothing.
+    states: Vec<Judged<T>>,
+}
+
+impl<R, T: Copy + PartialEq> SourceGroup<R, T> {
+    fn new<S>(binding: &StateBinding<S>, reader: impl Fn(&S) -> R, agree: fn(T, T) -> bool) -> Option<Self> {
+        let StateBinding::From(sources) = binding else { return None };
+        let settings = sources.list.iter().map(|named| named.settings);
+        Some(Self {
+            readers: sources.list.iter().map(|named| reader(&named.source)).collect(),
+            conditions: sources.list.iter().map(|named| named.condition.clone()).collect(),
+            fusion: Fusion::new(settings, sources.disagreement, agree),
+            states: vec![Err(UnavailableReason::NotVisible); sources.list.len()],
+        })
+    }
+
+    /// Takes over the memory of the sources that two bindings have alike, and the memory of the fusion when all of them are.
+    fn carry_over<S: PartialEq>(
+        &mut self,
+        was: &Self,
+        before: &StateBinding<S>,
+        binding: &StateBinding<S>,
+        has_same_signals: impl Fn(&S) -> bool,
+    ) where
+        R: Clone,
+    {
+        let pairs = before.sources().iter().zip(binding.sources());
+        let alike: Vec<_> = pairs.map(|(old, new)| old == new && has_same_signals(&new.source)).collect();
+        for ((own, reader), alike) in self.readers.iter_mut().zip(&was.readers).zip(&alike) {
+            if *alike {
+                own.clone_from(reader);
+            }
+        }
+        if before == binding && alike.iter().all(|alike| *alike) {
+            self.fusion.clone_from(&was.fusion);
+        }
+    }
+
+    /// Evaluates every source and fuses the states. `read` gets the reason for which a source must not be
+    /// read, since its condition is off or unknown.
+    fn evaluate(
+        &mut self,
+        context: LightsContext<'_>,
+        name: fn(T) -> &'static str,
+        mut read: impl FnMut(&mut R, LightsContext<'_>, Result<(), UnavailableReason>) -> Judged<T>,
+    ) -> FusedState<T> {
+        for ((reader, condition), state) in
+            self.readers.iter_mut().zip(&self.conditions).zip(&mut self.states)
+        {
+            let applies = context.judge_condition(condition.as_ref());
+            let since = applies.ok().flatten();
+            let read = read(reader, context, applies.map(|_| ()));
+            *state =
+                read.map(|(value, received)| (value, since.map_or(received, |since| received.newest(since))));
+        }
+        let values =
+            self.states.iter().map(|state| applicable(*state).map(|state| state.map(|(value, _)| value)));
+        self.fusion.update(values, context.now.mono);
+        let disagreement = self.fusion.disagreements().next();
+        let disagreement =
+            disagreement.map(|Disagreement { chosen, chosen_value, other, other_value, .. }| Contradiction {
+                chosen,
+                chosen_value: name(chosen_value),
+                other,
+                other_value: name(other_value),
+            });
+        let (state, source) = self.choose(|_| true);
+        let fallback = match self.applicable().next() {
+            Some((first, Err(reason))) if source > first => Some(Fallback { by: source, reason }),
+            Some(_) | None => None,
+        };
+        FusedState { state, source, warnings: Warnings { lamps: None, fallback, disagreement } }
+    }
+
+    /// The sources that apply, with their states.
+    fn applicable(&self) -> impl Iterator<Item = (usize, Judged<T>)> {
+        self.states.iter().enumerate().filter_map(|(source, state)| Some((source, applicable(*state)?)))
+    }
+
+    /// Fuses the sources for which `is_included` holds; returns the state and the deciding source. When none
+    /// of them applies, the first one gives the reason.
+    fn choose(&self, is_included: impl Fn(&R) -> bool) -> (Judged<T>, usize) {
+        let is_included = |source: usize| is_included(&self.readers[source]);
+        let states = self.applicable().filter(|(source, _)| is_included(*source));
+        let values = states.map(|(source, state)| (source, state.map(|(value, _)| value)));
+        let chosen = self.fusion.choose(values).map(|fused| fused.source);
+        match chosen.or_else(|| (0..self.states.len()).find(|source| is_included(*source))) {
+            Some(source) => (self.states[source], source),
+            None => (Err(UnavailableReason::NotVisible), 0),
+        }
+    }
+
+    fn deadlines(&self, deadline: fn(&R) -> Option<MonoTime>) -> impl Iterator<Item = MonoTime> {
+        self.readers.iter().filter_map(deadline).chain(self.fusion.next_deadline())
+    }
+}
+
+/// The state of a source; `None` when the source does not apply.
+fn applicable<T>(state: Judged<T>) -> Option<Judged<T>> {
+    (!matches!(state, Err(UnavailableReason::NotSelected(..)))).then_some(state)
+}
+
+/// A turn source with its state machine.
+#[derive(Debug, Clone)]
+struct TurnReader {
+    shows_both: bool,
+    kind: TurnKind,
+}
+
+#[derive(Debug, Clone)]
+enum TurnKind {
+    Enumerated(Role<TurnCode>, Option<TapHold>),
+    Pair(SidePair, Option<TapHold>),
+    Lamps(SidePair, Box<Lamp>),
+    Stalk(Role<StalkPosition>, Box<MomentaryStalk>),
+}
+
+impl TurnReader {
+    fn new(source: &TurnSource) -> Self {
+        let kind = match source {
+            TurnSource::Enumerated { role, tap_hold } => {
+                TurnKind::Enumerated(role.clone(), tap_hold.map(TapHold::new))
+            }
+            TurnSource::Pair { pair, tap_hold } => TurnKind::Pair(pair.clone(), tap_hold.map(TapHold::new)),
+            TurnSource::Lamps { pair, settings, .. } => {
+                TurnKind::Lamps(pair.clone(), Box::new(Lamp::new(*settings)))
+            }
+            TurnSource::Stalk { role, settings } => {
+                TurnKind::Stalk(role.clone(), Box::new(MomentaryStalk::new(*settings)))
+            }
+        };
+        Self { shows_both: source.shows_both(), kind }
+    }
+
+    fn evaluate(
+        &mut self,
+        context: LightsContext<'_>,
+        applies: Result<(), UnavailableReason>,
+    ) -> Judged<TurnCode> {
+        match &mut self.kind {
+            TurnKind::Enumerated(role, tap) => {
+                let state = applies.and_then(|()| context.judge(role));
+                context.hold_taps(tap.as_mut(), state, role.signal)
+            }
+            TurnKind::Pair(pair, tap) => {
+                let sides = applies.and_then(|()| context.judge_pair(pair));
+                let code = sides.map(|(sides, received)| (TurnCode::from_sides(sides), received));
+                context.hold_taps(tap.as_mut(), context.pair_state(pair, code), pair.left.signal)
+            }
+            TurnKind::Lamps(pair, lamp) => {
+                let watching = UnavailableReason::WatchingLamps([pair.left.signal, pair.right.signal]);
+                let lamps = applies.and_then(|()| context.judge_pair(pair));
+                if matches!(
+                    lamps,
+                    Err(UnavailableReason::Signal(Unusable::Absent(_, MissingReason::Link(_))))
+                ) {
+                    lamp.forget();
+                }
+                let state = context.track(lamp.as_mut(), lamps, watching);
+                context.pair_state(pair, state)
+            }
+            TurnKind::Stalk(role, stalk) => {
+                let settling = UnavailableReason::Settling(role.signal);
+                let position = applies.and_then(|()| context.judge(role));
+                context.track(stalk.as_mut(), position, settling)
+            }
+        }
+    }
+
+    fn warning(&self) -> Option<LampWarning> {
+        let TurnKind::Lamps(pair, lamp) = &self.kind else { return None };
+        let findings = lamp.findings();
+        let lamps = [pair.left.signal, pair.right.signal];
+        (findings != LampFindings::default()).then_some(LampWarning { lamps, findings })
+    }
+
+    fn next_deadline(&self) -> Option<MonoTime> {
+        match &self.kind {
+            TurnKind::Enumerated(_, tap) | TurnKind::Pair(_, tap) => tap.as_ref()?.next_deadline(),
+            TurnKind::Lamps(_, lamp) => lamp.next_deadline(),
+            TurnKind::Stalk(_, stalk) => stalk.next_deadline(),
+        }
+    }
+}
+
+/// The reason of two to report first: fault, then invalid, then not available, and a sleep of the bus last.
+fn graver(first: UnavailableReason, second: UnavailableReason) -> UnavailableReason {
+    let gravity = |reason: UnavailableReason| {
+        (
+            reason.kind(),
+            matches!(reason, UnavailableReason::Signal(Unusable::NotAvailable(..))),
+            !reason.is_sleep(),
+        )
+    };
+    if gravity(second) > gravity(first) { second } else { first }
+}
+
+/// A hazard source with its state machine.
+#[derive(Debug, Clone)]
+enum HazardReader {
+    BothSides,
+    Signal(Role<HazardCode>),
+    Button(Role<bool>, HazardToggle),
+}
+
+impl HazardReader {
+    fn new(source: &HazardSource) -> Self {
+        match source {
+            HazardSource::BothSides => Self::BothSides,
+            HazardSource::Signal { role, .. } => Self::Signal(role.clone()),
+            HazardSource::Button { role, max_gap, startup_delay } => {
+                Self::Button(role.clone(), HazardToggle::new(*max_gap, *startup_delay))
+            }
+        }
+    }
+
+    fn evaluate(
+        &mut self,
+        context: LightsContext<'_>,
+        applies: Result<(), UnavailableReason>,
+        sides: Judged<TurnCode>,
+    ) -> Judged<HazardCode> {
+        let code = |active| HazardCode { active, reason: None };
+        match self {
+            Self::BothSides => {
+                let (sides, received) = applies.and(sides)?;
+                Ok((code(sides == TurnCode::Both), received))
+            }
+            Self::Signal(role) => applies.and_then(|()| context.judge(role)),
+            Self::Button(role, toggle) => {
+                let settling = UnavailableReason::Settling(role.signal);
+                let pressed = applies.and_then(|()| context.judge(role));
+                let state = context.track(toggle, pressed, settling);
+                state.map(|(on, received)| (code(on), received))
+            }
+        }
+    }
+
+    fn next_deadline(&self) -> Option<MonoTime> {
+        match self {
+            Self::BothSides | Self::Signal(_) => None,
+            Self::Button(_, toggle) => toggle.next_deadline(),
+        }
+    }
+}

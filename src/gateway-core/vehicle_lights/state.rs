@@ -1,0 +1,131 @@
+//! State of a light source, or the reason why it is unavailable.
+
+use derive_more::From;
+
+use can_signal::can::ReceiveTime;
+use can_signal::validation::requirement::Unmet;
+use can_signal::validation::table::SignalIndex;
+use can_signal::validation::unusable::{FaultKind, Unusable};
+use gateway_base::time::MonoTime;
+
+/// State of the turn indicators.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum TurnCode {
+    /// No indicator is on.
+    Off,
+    /// The left indicators are on.
+    Left,
+    /// The right indicators are on.
+    Right,
+    /// Both sides are on, as with hazard lights.
+    Both,
+}
+
+impl TurnCode {
+    /// Name in texts, e.g. `left`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Left => "left",
+            Self::Right => "right",
+            Self::Both => "both",
+        }
+    }
+
+    /// The state in which the left and the right side are on or off.
+    pub fn from_sides(sides: (bool, bool)) -> Self {
+        match sides {
+            (false, false) => Self::Off,
+            (true, false) => Self::Left,
+            (false, true) => Self::Right,
+            (true, true) => Self::Both,
+        }
+    }
+}
+
+/// State of the hazard lights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct HazardCode {
+    /// True if the hazard lights are on.
+    pub active: bool,
+    /// Position of the reason in the list of the binding; `None` = no reason given.
+    pub reason: Option<u8>,
+}
+
+impl HazardCode {
+    /// Name in texts, `on` or `off`.
+    pub fn name(self) -> &'static str {
+        if self.active { "on" } else { "off" }
+    }
+}
+
+/// A state with its receive time, or the reason why it is unavailable.
+pub type Judged<T> = Result<(T, ReceiveTime), UnavailableReason>;
+
+/// Reason why a state is unavailable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, From)]
+pub enum UnavailableReason {
+    /// No signal of the vehicle shows the state.
+    NotVisible,
+    /// A requirement of the profile is not met, so that the vehicle may be another one.
+    OtherVehicle(Unmet),
+    /// The condition of the source is off with this raw value, so that the source does not apply.
+    NotSelected(SignalIndex, i128),
+    /// A signal has no value that may be used.
+    #[from]
+    Signal(Unusable),
+    /// Left and right are on at once, which the profile declares undefined.
+    BothOn([(SignalIndex, i128); 2]),
+    /// The lamps have not been observed for long enough to tell off from the dark part of a flash.
+    WatchingLamps([SignalIndex; 2]),
+    /// The stalk or button has not been observed for long enough to exclude an earlier press.
+    Settling(SignalIndex),
+}
+
+impl UnavailableReason {
+    /// True for a permitted sleep of the bus, which is no failure of the report.
+    pub fn is_sleep(self) -> bool {
+        matches!(self, Self::Signal(reason) if reason.is_sleep())
+    }
+
+    /// True if the reason is a failure of the report: neither a permitted sleep nor a vehicle that never shows the state.
+    pub fn is_failure(self) -> bool {
+        !self.is_sleep() && !matches!(self, Self::NotVisible)
+    }
+
+    /// Kind of failure that this reason causes.
+    pub fn kind(self) -> FaultKind {
+        match self {
+            Self::Signal(reason) => reason.kind(),
+            Self::BothOn(_) => FaultKind::Invalid,
+            Self::NotVisible
+            | Self::OtherVehicle(_)
+            | Self::NotSelected(..)
+            | Self::WatchingLamps(_)
+            | Self::Settling(_) => FaultKind::Unknown,
+        }
+    }
+}
+
+/// A state machine that derives a lasting state from the frames of a momentary or flashing signal.
+///
+/// Call [`Self::observe`] for every frame and once when the signal becomes unavailable, and
+/// [`Self::advance`] at [`Self::next_deadline`]. A `now` before the last one counts as the last one.
+pub trait StateMachine {
+    /// Content of a frame.
+    type Input;
+    /// State that the sources derive.
+    type State;
+
+    /// Takes a frame; `None` = unknown, also when the last frame is no longer valid.
+    fn observe(&mut self, input: Option<Self::Input>, now: MonoTime);
+
+    /// Lets time pass without a frame.
+    fn advance(&mut self, now: MonoTime);
+
+    /// The derived state; `None` while it is unknown.
+    fn state(&self) -> Option<Self::State>;
+
+    /// The next instant at which [`Self::advance`] is due without a frame.
+    fn next_deadline(&self) -> Option<MonoTime>;
+}

@@ -1,0 +1,95 @@
+//! The failures of a report since start: how many of each kind, and the last one.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use can_signal::validation::unusable::FaultKind;
+use gateway_base::time::{MonoTime, millis};
+
+/// Number of failures of a report since start, by kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+pub struct FailureCounts {
+    /// There was no valid value.
+    pub unknown: u64,
+    /// The value had no meaning in the profile.
+    pub invalid: u64,
+    /// The vehicle reported a fault.
+    pub hardware_fault: u64,
+}
+
+/// The last failure of a report.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct LastFailure {
+    /// The kind of failure.
+    pub kind: FaultKind,
+    /// The reason in words.
+    pub text: String,
+    /// Time since it began, ms.
+    pub age_ms: u64,
+}
+
+/// The failures of a report since start.
+#[derive(Debug, Clone, Default)]
+pub struct FailureHistory {
+    counts: FailureCounts,
+    last: Option<Failure>,
+}
+
+#[derive(Debug, Clone)]
+struct Failure {
+    kind: FaultKind,
+    text: String,
+    /// The instant at which it began.
+    at: MonoTime,
+}
+
+impl FailureHistory {
+    /// Records a change of what is wrong with the report, from a failure of kind `before` to one of kind `kind`.
+    pub fn changed(
+        &mut self,
+        before: Option<FaultKind>,
+        kind: Option<FaultKind>,
+        text: impl FnOnce() -> String,
+        at: MonoTime,
+    ) {
+        let Some(kind) = kind else { return };
+        if Some(kind) != before {
+            let count = match kind {
+                FaultKind::Unknown => &mut self.counts.unknown,
+                FaultKind::Invalid => &mut self.counts.invalid,
+                FaultKind::HardwareFault => &mut self.counts.hardware_fault,
+            };
+            *count = count.saturating_add(1);
+        }
+        self.last = Some(Failure { kind, text: text(), at });
+    }
+
+    /// Number of failures since start.
+    pub fn counts(&self) -> FailureCounts {
+        self.counts
+    }
+
+    /// The last failure; `None` before the first.
+    pub fn last(&self, now: MonoTime) -> Option<LastFailure> {
+        self.last.as_ref().map(|failure| LastFailure {
+            kind: failure.kind,
+            text: failure.text.clone(),
+            age_ms: millis(now.since(failure.at)),
+        })
+    }
+
+    /// Values for a diagnostic status; `is_bad` is true while the last failure lasts.
+    pub fn status_values(&self, is_bad: bool, now: MonoTime) -> [(&'static str, String); 4] {
+        let last = match &self.last {
+            Some(failure) if is_bad => failure.text.clone(),
+            Some(Failure { text, at, .. }) => format!("{text} ({} s ago)", now.since(*at).as_secs()),
+            None => "none".to_owned(),
+        };
+        [
+            ("unknown_count", self.counts.unknown.to_string()),
+            ("invalid_count", self.counts.invalid.to_string()),
+            ("hardware_fault_count", self.counts.hardware_fault.to_string()),
+            ("last_error", last),
+        ]
+    }
+}

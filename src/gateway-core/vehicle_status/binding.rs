@@ -1,0 +1,45 @@
+//! Binding of a vehicle's status to signals, compiled from its profile.
+//!
+//! Built once at start by `config`, which has checked it against the DBC. Everything is addressed by
+//! index, so that no name is looked up per frame.
+
+use super::control_mode::ControlModeBinding;
+use super::doors::Door;
+use super::gear::GearBinding;
+use super::quantity::Quantity;
+use super::steering::SteeringBinding;
+use super::velocity::binding::VelocityBinding;
+use can_signal::validation::table::{SignalIndex, SignalTable};
+
+/// Binding of the vehicle's status; empty for a profile that describes none.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct StatusBinding {
+    /// Messages and signals of the status.
+    pub table: SignalTable,
+    /// Velocity; `None` = the profile does not describe it.
+    pub velocity: Option<VelocityBinding>,
+    /// Steering; `None` = the profile does not describe it.
+    pub steering: Option<SteeringBinding>,
+    /// Gear; `None` = the profile does not describe it.
+    pub gear: Option<GearBinding>,
+    /// Control mode; `None` = the profile does not describe it.
+    pub control_mode: Option<ControlModeBinding>,
+    /// Doors in the order of the profile.
+    pub doors: Vec<Door>,
+}
+
+impl StatusBinding {
+    /// All quantities.
+    pub fn quantities(&self) -> impl Iterator<Item = &Quantity> {
+        let speeds = self.velocity.iter().flat_map(VelocityBinding::speed_signals);
+        let yaw_rates = self.velocity.iter().flat_map(VelocityBinding::yaw_rates);
+        let steering = self.steering.iter().flat_map(|steering| &steering.sources);
+        speeds.map(|signal| &signal.quantity).chain(yaw_rates).chain(steering.map(|source| &source.angle))
+    }
+
+    /// Text of the quality flag on a signal; empty without one.
+    pub fn flag_text(&self, signal: SignalIndex) -> &str {
+        let mut flags = self.quantities().flat_map(|quantity| &quantity.flags);
+        flags.find(|flag| flag.role.signal == signal).map_or("", |flag| &flag.text)
+    }
+}

@@ -1,0 +1,123 @@
+//! The control mode of a vehicle with drive-by-wire: of a signal that names it, or of bits for each axis.
+
+use super::state::{Judged, StatusContext, StatusReason};
+use crate::control_mode::ControlMode;
+use can_signal::can::ReceiveTime;
+use can_signal::validation::table::{Role, SignalIndex};
+
+/// Binding of the control mode.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ControlModeBinding {
+    /// The signals that give it.
+    pub source: ControlModeSource,
+    /// True if `NOT_READY` is published while the mode is unknown; false if nothing is.
+    pub is_not_ready_while_unknown: bool,
+}
+
+/// The signals that give the control mode.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ControlModeSource {
+    /// One signal names the mode.
+    Named(Role<ControlMode>),
+    /// A bit for each axis.
+    Axes(Box<Axes>),
+}
+
+/// Bits for each axis, `true` = the computer controls it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Axes {
+    /// Steering; `None` if the kit cannot steer.
+    pub steering: Option<Role<bool>>,
+    /// Accelerator, brake and whatever else moves the vehicle; empty if the kit cannot.
+    pub longitudinal: Vec<Role<bool>>,
+    /// The kit can be engaged.
+    pub ready: Vec<Role<bool>>,
+    /// The driver or an emergency stop has taken over.
+    pub overrides: Vec<Role<bool>>,
+    /// The kit is faulty.
+    pub faults: Vec<Role<bool>>,
+}
+
+impl ControlModeBinding {
+    /// All roles with a name for texts.
+    pub fn switches(&self) -> Vec<(&'static str, &Role<bool>)> {
+        let ControlModeSource::Axes(axes) = &self.source else { return Vec::new() };
+        let steering = axes.steering.iter().map(|role| ("steering by wire", role));
+        steering
+            .chain(named("longitudinal control by wire", &axes.longitudinal))
+            .chain(named("ready", &axes.ready))
+            .chain(named("override", &axes.overrides))
+            .chain(named("fault", &axes.faults))
+            .collect()
+    }
+
+    /// All signals.
+    pub fn signals(&self) -> Vec<SignalIndex> {
+        match &self.source {
+            ControlModeSource::Named(role) => vec![role.signal],
+            ControlModeSource::Axes(_) => self.switches().into_iter().map(|(_, role)| role.signal).collect(),
+        }
+    }
+
+    /// Reads the mode.
+    ///
+    /// # Errors
+    /// The reason why it is unknown: `AUTONOMOUS` and every other mode need each signal.
+    pub fn judge(&self, context: StatusContext<'_>) -> Judged<ControlMode> {
+        match &self.source {
+            ControlModeSource::Named(role) => context.defined(role),
+            ControlModeSource::Axes(axes) => axes.judge(context),
+        }
+    }
+}
+
+impl Axes {
+    fn judge(&self, context: StatusContext<'_>) -> Judged<ControlMode> {
+        let mut newest = None;
+        let mut is_on = |role: &Role<bool>| -> Result<bool, StatusReason> {
+            let (is_on, received) = context.defined(role)?;
+            newest = Some(newest.map_or(received, |newest: ReceiveTime| newest.newest(received)));
+            Ok(is_on)
+        };
+        let mut all = |roles: &[Role<bool>]| -> Result<Group, StatusReason> {
+            let mut seen = Group { any_on: false, any_off: false };
+            for role in roles {
+                if is_on(role)? { seen.any_on = true } else { seen.any_off = true }
+            }
+            Ok(seen)
+        };
+        let steering = all(self.steering.as_slice())?;
+        let longitudinal = all(&self.longitudinal)?;
+        let (ready, overrides, faults) = (all(&self.ready)?, all(&self.overrides)?, all(&self.faults)?);
+        let mode = if faults.any_on || ready.any_off {
+            ControlMode::NotReady
+        } else if overrides.any_on {
+            ControlMode::Disengaged
+        } else if longitudinal.any_on && longitudinal.any_off {
+            // Half of an axis is neither the computer's nor the driver's.
+            ControlMode::NotReady
+        } else {
+            match (steering.any_on, longitudinal.any_on) {
+                (true, true) => ControlMode::Autonomous,
+                (true, false) => ControlMode::AutonomousSteerOnly,
+                (false, true) => ControlMode::AutonomousVelocityOnly,
+                (false, false) => ControlMode::Manual,
+            }
+        };
+        newest.map(|received| (mode, received)).ok_or(StatusReason::NoSource)
+    }
+}
+
+/// The roles with their name.
+fn named<'a>(
+    name: &'static str,
+    roles: &'a [Role<bool>],
+) -> impl Iterator<Item = (&'static str, &'a Role<bool>)> {
+    roles.iter().map(move |role| (name, role))
+}
+
+/// What the signals of a group say together.
+struct Group {
+    any_on: bool,
+    any_off: bool,
+}

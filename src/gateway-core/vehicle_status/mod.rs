@@ -1,0 +1,438 @@
+//! Vehicle status: reports on velocity, steering, gear, control mode and doors from bound frames.
+//!
+//! The same promise as for the lights: what is unknown, invalid or faulty is not published, and diagnostics give the
+//! reason (docs/spec/vehicle-interface.md, "Vehicle status").
+
+pub mod binding;
+pub mod catalogue;
+pub mod control_mode;
+pub mod doors;
+pub mod gear;
+pub mod kinematics;
+pub mod measure;
+pub mod missing_dimensions;
+pub mod output;
+pub mod plausibility;
+pub mod quantity;
+pub mod role_texts;
+pub mod settings;
+pub mod state;
+mod status;
+pub mod steering;
+pub mod velocity;
+
+use crate::control_mode::ControlMode;
+use crate::vehicle_report::{Publish, ReportFlow, StreamFlow};
+use binding::StatusBinding;
+use can_signal::can::{Bus, BusIndex, Frame, ReceiveTime};
+use can_signal::validation::observation::{Arrival, Observations};
+use can_signal::validation::requirement::Unmet;
+use can_signal::validation::table::MessageIndex;
+use control_mode::ControlModeBinding;
+use doors::{Door, DoorStates};
+use gateway_base::time::{MonoTime, Now, WallStamp};
+use gear::{Gear, GearBinding, Shifting};
+use output::VehicleStatusOutput;
+use plausibility::alarm::{Alarm, AlarmSet, Effect};
+use plausibility::{Motion, Plausibility};
+use settings::StatusSettings;
+use state::{Chosen, Judged, StatusContext, StatusReason};
+use status::{HeadingFinding, StatusFinding, StatusTask};
+use steering::TireAngle;
+use velocity::binding::VelocityBinding;
+use velocity::speed::{self, SpeedReading};
+use velocity::{Velocity, VelocityMemory};
+
+pub use status::StatusReport;
+pub use status::snapshot::{DoorSnapshot, VehicleStatusSnapshot};
+
+/// State machine of all reports.
+#[derive(Debug, Clone)]
+pub struct VehicleStatus {
+    binding: StatusBinding,
+    settings: StatusSettings,
+    /// The messages whose every frame is published.
+    streamed: Vec<MessageIndex>,
+    observations: Observations,
+    shifting: Shifting,
+    memory: VelocityMemory,
+    plausibility: Plausibility,
+    velocity: StreamFlow<Velocity>,
+    steering: StreamFlow<TireAngle>,
+    gear: ReportFlow<Gear>,
+    control_mode: ReportFlow<ControlMode>,
+    doors: ReportFlow<DoorStates>,
+    tasks: Vec<StatusTask>,
+}
+
+/// Values of the reports that are published.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(missing_docs)] // their names say it
+pub struct PublishedStatus {
+    pub velocity: Option<Velocity>,
+    pub gear: Option<Gear>,
+    pub control_mode: Option<ControlMode>,
+    pub doors: Option<DoorStates>,
+}
+
+/// A value, the source that decided, and what else is to be shown.
+struct Verdict<T> {
+    state: Judged<T>,
+    finding: StatusFinding,
+}
+
+impl VehicleStatus {
+    /// Reports without any frame received or report published.
+    pub fn new(binding: StatusBinding, settings: StatusSettings, publish: Publish) -> Self {
+        Self {
+            streamed: streamed(&binding),
+            observations: Observations::new(&binding.table),
+            shifting: Shifting::default(),
+            memory: VelocityMemory::default(),
+            plausibility: Plausibility::default(),
+            velocity: StreamFlow::new(settings.min_period),
+            steering: StreamFlow::new(settings.min_period),
+            gear: ReportFlow::new(publish),
+            control_mode: ReportFlow::new(publish),
+            doors: ReportFlow::new(publish),
+            tasks: StatusReport::of(&binding).map(|report| StatusTask::new(report, &binding)).collect(),
+            binding,
+            settings,
+        }
+    }
+
+    /// Continues with another binding and other settings of the same reports. What was received, published and found stays as
+    /// far as both bindings have it. Call [`Self::settle`] afterwards.
+    pub fn reconfigure(
+        &mut self,
+        binding: StatusBinding,
+        settings: StatusSettings,
+        publish: Publish,
+        now: MonoTime,
+    ) {
+        self.observations = self.observations.carried_over(&self.binding.table, &binding.table);
+        self.streamed = streamed(&binding);
+        (self.memory, self.plausibility) = (VelocityMemory::default(), Plausibility::default());
+        self.velocity.reconfigure(settings.min_period);
+        self.steering.reconfigure(settings.min_period);
+        self.gear.reconfigure(publish, now);
+        self.control_mode.reconfigure(publish, now);
+        self.doors.reconfigure(publish, now);
+        let mut known = std::mem::take(&mut self.tasks);
+        let task_of = |report| match known.iter().position(|task| task.report() == report) {
+            Some(position) => known.swap_remove(position).reconfigured(&binding),
+            None => StatusTask::new(report, &binding),
+        };
+        self.tasks = StatusReport::of(&binding).map(task_of).collect();
+        (self.binding, self.settings) = (binding, settings);
+    }
+
+    /// Binding of the status.
+    pub fn binding(&self) -> &StatusBinding {
+        &self.binding
+    }
+
+    /// Last values of the bound signals.
+    pub fn observations(&self) -> &Observations {
+        &self.observations
+    }
+
+    /// The control mode at `now`, whether or not its topic is published.
+    ///
+    /// # Errors
+    /// The reason why it is unknown.
+    pub fn control_mode(&self, buses: &[Bus], now: Now) -> Judged<ControlMode> {
+        let binding = self.binding.control_mode.as_ref().ok_or(StatusReason::NoSource)?;
+        binding.judge(self.context(buses, now))
+    }
+
+    /// What values are judged with at `now`, apart from the requirements of the profile: commands need a profile without any.
+    fn context<'a>(&'a self, buses: &'a [Bus], now: Now) -> StatusContext<'a> {
+        StatusContext {
+            table: &self.binding.table,
+            settings: &self.settings,
+            observations: &self.observations,
+            unmet: None,
+            buses,
+            now,
+        }
+    }
+
+    /// The values that are published now; `None` for one that is withheld.
+    pub fn published(&self) -> PublishedStatus {
+        PublishedStatus {
+            velocity: self.velocity.current().map(|(velocity, _)| velocity),
+            gear: self.gear.current().map(|(gear, _)| gear),
+            control_mode: self.control_mode.current().map(|(mode, _)| mode),
+            doors: self.doors.current().map(|(doors, _)| doors),
+        }
+    }
+
+    /// Takes a frame of a bound message. Call [`Self::settle`] afterwards if it brings news. A frame of a report that is published
+    /// with each frame always does.
+    pub fn frame_arrived(
+        &mut self,
+        message: MessageIndex,
+        frame: &Frame,
+        stamp: WallStamp,
+        now: Now,
+    ) -> Arrival {
+        match self.observations.frame_arrived(&self.binding.table, message, frame, stamp, now) {
+            Ok(Arrival::Repetition) if !self.streamed.contains(&message) => Arrival::Repetition,
+            Ok(_) | Err(_) => Arrival::News,
+        }
+    }
+
+    /// Discards what was received over a bus. Call [`Self::settle`] afterwards.
+    pub fn forget_bus(&mut self, bus: BusIndex) {
+        self.observations.forget_bus(&self.binding.table, bus);
+    }
+
+    /// Discards the event messages of a bus that was silent. Call [`Self::settle`] afterwards.
+    pub fn forget_events(&mut self, bus: BusIndex) {
+        self.observations.forget_events(&self.binding.table, bus);
+    }
+
+    /// Evaluates all reports, hands the actions to `emit`, and calls `changed` with each report whose finding has changed.
+    pub fn settle(
+        &mut self,
+        unmet: Option<Unmet>,
+        buses: &[Bus],
+        now: Now,
+        mut emit: impl FnMut(VehicleStatusOutput),
+        mut changed: impl FnMut(StatusReport),
+    ) {
+        let binding = &self.binding;
+        let context = StatusContext {
+            table: &binding.table,
+            settings: &self.settings,
+            observations: &self.observations,
+            unmet,
+            buses,
+            now,
+        };
+        let gear = gear_verdict(binding.gear.as_ref(), &mut self.shifting, context);
+        let (speed, tire) = speed_and_tire(binding, self.plausibility.alarms(), context);
+        let velocity = velocity_verdict(
+            binding.velocity.as_ref(),
+            (&mut self.memory, &mut self.plausibility),
+            (speed, gear.state, tire.state),
+            context,
+        );
+        let tire = plausible_tire(binding, tire, self.plausibility.alarms(), context);
+        for task in &mut self.tasks {
+            let report = task.report();
+            let finding = match report {
+                StatusReport::Velocity => {
+                    let step = self.velocity.update(velocity.state.ok(), now.mono);
+                    emit_some(step, VehicleStatusOutput::Velocity, &mut emit);
+                    velocity.finding
+                }
+                StatusReport::Steering => {
+                    let step = self.steering.update(tire.state.ok(), now.mono);
+                    emit_some(step, VehicleStatusOutput::Steering, &mut emit);
+                    tire.finding
+                }
+                StatusReport::Gear => {
+                    let step = self.gear.update(stamped(gear.state), now.mono);
+                    emit_some(step, VehicleStatusOutput::Gear, &mut emit);
+                    gear.finding
+                }
+                StatusReport::ControlMode => {
+                    let Verdict { state, finding } =
+                        control_mode_verdict(binding.control_mode.as_ref(), context);
+                    let step = self.control_mode.update(stamped(state), now.mono);
+                    emit_some(step, VehicleStatusOutput::ControlMode, &mut emit);
+                    finding
+                }
+                StatusReport::Doors => {
+                    let Verdict { state, finding } = doors_verdict(&binding.doors, context);
+                    let step = self.doors.update(stamped(state), now.mono);
+                    emit_some(step, VehicleStatusOutput::Doors, &mut emit);
+                    finding
+                }
+            };
+            if task.update(finding, binding, context) {
+                changed(report);
+            }
+        }
+    }
+
+    /// The next instant at which a signal becomes stale.
+    pub fn next_stale(&self, now: MonoTime) -> Option<MonoTime> {
+        self.observations.next_deadline(&self.binding.table, now)
+    }
+
+    /// The next instant at which [`Self::settle`] is due without an event.
+    pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
+        let stale = self.next_stale(now);
+        let shifting = self.binding.gear.as_ref().and_then(|gear| self.shifting.next_deadline(gear, now));
+        let reports =
+            [self.gear.next_deadline(), self.control_mode.next_deadline(), self.doors.next_deadline()];
+        [stale, shifting].into_iter().chain(reports).flatten().min()
+    }
+}
+
+/// The messages whose every frame is published.
+fn streamed(binding: &StatusBinding) -> Vec<MessageIndex> {
+    let signals = binding.quantities().map(|quantity| quantity.role.signal);
+    let mut messages: Vec<_> = signals.map(|signal| binding.table.signals[signal.0].message).collect();
+    messages.sort_unstable();
+    messages.dedup();
+    messages
+}
+
+fn emit_some<T>(
+    step: Option<T>,
+    output: impl Fn(T) -> VehicleStatusOutput,
+    emit: &mut impl FnMut(VehicleStatusOutput),
+) {
+    if let Some(step) = step {
+        emit(output(step));
+    }
+}
+
+fn stamped<T>(state: Judged<T>) -> Option<(T, WallStamp)> {
+    state.ok().map(|(value, received)| (value, received.stamp))
+}
+
+/// Withholds a state while a requirement of the profile is not met. A contradicted one counts more than any other reason, an open
+/// one less.
+fn required<T>(state: Judged<T>, context: StatusContext<'_>) -> Judged<T> {
+    match context.unmet {
+        Some(unmet) if state.is_ok() || unmet.is_contradicted => Err(StatusReason::OtherVehicle(unmet)),
+        Some(_) | None => state,
+    }
+}
+
+/// The value of the first source that has one, with its position. If none has, the reason of the first.
+fn first_usable<S, T>(
+    sources: &[S],
+    context: StatusContext<'_>,
+    read: impl FnMut(usize, &S) -> Judged<T>,
+) -> Verdict<T> {
+    let Chosen { state, source, fallback } = Chosen::first(sources, read);
+    let state = required(state, context);
+    let reason = state.as_ref().err().copied();
+    Verdict { state, finding: StatusFinding { reason, source, fallback, ..StatusFinding::default() } }
+}
+
+/// The speed without its sign, and the angle of the front wheels. A steering ratio may depend on the speed, and a speed of the front
+/// wheels on the steering; not both.
+fn speed_and_tire(
+    binding: &StatusBinding,
+    alarms: AlarmSet,
+    context: StatusContext<'_>,
+) -> (Option<Chosen<SpeedReading>>, Verdict<TireAngle>) {
+    let velocity = binding.velocity.as_ref();
+    let speed = |tire| velocity.map(|velocity| speed::judge(velocity, tire, alarms, context));
+    let known = speed(Err(StatusReason::NoSpeedForSteering));
+    let speed_mps = known.and_then(|chosen| chosen.state.ok()).map(|(reading, _)| reading.speed_mps);
+    let tire = steering_verdict(binding, speed_mps, context);
+    (speed(tire.state), tire)
+}
+
+fn velocity_verdict(
+    binding: Option<&VelocityBinding>,
+    (memory, plausibility): (&mut VelocityMemory, &mut Plausibility),
+    (speed, gear, tire): (Option<Chosen<SpeedReading>>, Judged<Gear>, Judged<TireAngle>),
+    context: StatusContext<'_>,
+) -> Verdict<Velocity> {
+    let Some((binding, speed)) = binding.zip(speed) else {
+        let tire_rad = tire.ok().map(|(TireAngle(angle), _)| angle);
+        plausibility.update(Motion { tire_rad, ..Motion::default() }, context.now.mono);
+        return Verdict { state: Err(StatusReason::NoSource), finding: StatusFinding::default() };
+    };
+    let assembled = memory.assemble(binding, speed, (gear, tire), plausibility.alarms(), context);
+    let alarms = plausibility.update(assembled.motion, context.now.mono).of_steering(false);
+    let state = required(assembled.state, context);
+    let finding = StatusFinding {
+        reason: state.as_ref().err().copied(),
+        part: assembled.part,
+        source: assembled.speed.source,
+        fallback: assembled.speed.fallback,
+        heading: HeadingFinding {
+            source: assembled.heading_rate.source,
+            fallback: assembled.heading_rate.fallback,
+            replaced: assembled.heading_rate.state.err().filter(|_| assembled.is_heading_rate_replaced),
+        },
+        ..StatusFinding::default()
+    };
+    plausible(Verdict { state, finding }, alarms, &[Effect::WithholdBoth, Effect::WithholdVelocity])
+}
+
+/// Adds alarms to a verdict; one of the `effects` withholds its value.
+fn plausible<T>(verdict: Verdict<T>, alarms: AlarmSet, effects: &[Effect]) -> Verdict<T> {
+    let Verdict { state, finding } = verdict;
+    let state = match alarms.first_with(effects) {
+        Some(alarm) if state.is_ok() => Err(StatusReason::Implausible(alarm)),
+        Some(_) | None => state,
+    };
+    let reason = state.as_ref().err().copied();
+    Verdict { state, finding: StatusFinding { reason, alarms, ..finding } }
+}
+
+/// The same for the steering, which is withheld as well while its ratio depends on a speed that is not believed. The checks compare
+/// the angle that it would have.
+fn plausible_tire(
+    binding: &StatusBinding,
+    tire: Verdict<TireAngle>,
+    alarms: AlarmSet,
+    context: StatusContext<'_>,
+) -> Verdict<TireAngle> {
+    let source = binding.steering.as_ref().and_then(|steering| steering.sources.get(tire.finding.source));
+    let depends = source.is_some_and(|source| source.depends_on_speed(&context.settings.geometry));
+    let effects = &[Effect::WithholdBoth, Effect::WithholdSteering];
+    let Verdict { state, finding } = plausible(tire, alarms.of_steering(true), effects);
+    if state.is_ok() && depends && Alarm::OF_SPEED.into_iter().any(|alarm| alarms.has(alarm)) {
+        let reason = StatusReason::NoSpeedForSteering;
+        return Verdict { state: Err(reason), finding: StatusFinding { reason: Some(reason), ..finding } };
+    }
+    Verdict { state, finding }
+}
+
+fn steering_verdict(
+    binding: &StatusBinding,
+    speed_mps: Option<f64>,
+    context: StatusContext<'_>,
+) -> Verdict<TireAngle> {
+    let sources = binding.steering.as_ref().map_or(&[][..], |steering| &steering.sources);
+    first_usable(sources, context, |_, source| steering::judge(source, speed_mps, context))
+}
+
+fn gear_verdict(
+    binding: Option<&GearBinding>,
+    shifting: &mut Shifting,
+    context: StatusContext<'_>,
+) -> Verdict<Gear> {
+    let Some(binding) = binding else {
+        return first_usable(&[(); 0], context, |_, ()| Err(StatusReason::NoSource));
+    };
+    let chosen = context.settings.gear_source.as_deref();
+    first_usable(&binding.sources, context, |position, source| {
+        if chosen.is_some_and(|chosen| chosen != source.name) {
+            return Err(StatusReason::NotChosen);
+        }
+        shifting.judge(binding, position, context.defined(&source.role), context)
+    })
+}
+
+fn control_mode_verdict(
+    binding: Option<&ControlModeBinding>,
+    context: StatusContext<'_>,
+) -> Verdict<ControlMode> {
+    let state = binding.map_or(Err(StatusReason::NoSource), |binding| binding.judge(context));
+    let state = required(state, context);
+    let reason = state.as_ref().err().copied();
+    let is_not_ready = binding.is_some_and(|binding| binding.is_not_ready_while_unknown);
+    let unknown = ReceiveTime { at: context.now.mono, stamp: context.now.wall };
+    let state = if is_not_ready { state.or(Ok((ControlMode::NotReady, unknown))) } else { state };
+    Verdict { state, finding: StatusFinding { reason, ..StatusFinding::default() } }
+}
+
+fn doors_verdict(doors: &[Door], context: StatusContext<'_>) -> Verdict<DoorStates> {
+    let (state, unknown) = doors::judge(doors, context);
+    let state = required(state, context);
+    let reason = state.as_ref().err().copied();
+    Verdict { state, finding: StatusFinding { reason, fallback: unknown, ..StatusFinding::default() } }
+}

@@ -1,0 +1,81 @@
+//! Outputs of the vehicle's status.
+
+use std::fmt;
+
+use super::StatusReport;
+use super::doors::DoorStates;
+use super::gear::Gear;
+use super::measure::Measure;
+use super::steering::TireAngle;
+use super::velocity::Velocity;
+use super::velocity::binding::Motion;
+use crate::control_mode::ControlMode;
+use crate::vehicle_report::Step;
+
+/// A report to publish or to withdraw.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum VehicleStatusOutput {
+    /// For the topic of `VelocityReport`.
+    Velocity(Step<Velocity>),
+    /// For the topic of `SteeringReport`.
+    Steering(Step<TireAngle>),
+    /// For the topic of `GearReport`.
+    Gear(Step<Gear>),
+    /// For the topic of `ControlModeReport`.
+    ControlMode(Step<ControlMode>),
+    /// For the topic of `DoorStatusArray`.
+    Doors(Step<DoorStates>),
+}
+
+/// A published value in words.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NamedValue {
+    /// What changes seldom: the gear, or the direction of a velocity.
+    pub state: String,
+    /// Measured values with their units; empty without any.
+    pub measured: String,
+}
+
+impl VehicleStatusOutput {
+    /// The report that it is about.
+    pub fn report(self) -> StatusReport {
+        match self {
+            Self::Velocity(_) => StatusReport::Velocity,
+            Self::Steering(_) => StatusReport::Steering,
+            Self::Gear(_) => StatusReport::Gear,
+            Self::ControlMode(_) => StatusReport::ControlMode,
+            Self::Doors(_) => StatusReport::Doors,
+        }
+    }
+
+    /// Measured values; empty for a report without any, and when it is withdrawn.
+    pub fn measures(self) -> Vec<(Measure, f64)> {
+        match self {
+            Self::Velocity(step) => step.value().map(|value| value.measures().to_vec()).unwrap_or_default(),
+            Self::Steering(step) => step.value().map(|value| value.measures().to_vec()).unwrap_or_default(),
+            Self::Gear(_) | Self::ControlMode(_) | Self::Doors(_) => Vec::new(),
+        }
+    }
+
+    /// The value in words; `None` when the report is withdrawn.
+    pub fn named(self) -> Option<NamedValue> {
+        let state = match self {
+            Self::Velocity(step) => Motion::of(step.value()?.longitudinal_mps).name().to_owned(),
+            Self::Steering(step) => step.value().map(|_| "published".to_owned())?,
+            Self::Gear(step) => step.value()?.name().to_owned(),
+            Self::ControlMode(step) => step.value()?.name().to_owned(),
+            Self::Doors(step) => {
+                let doors = step.value()?;
+                doors.as_slice().iter().map(|door| door.name()).collect::<Vec<_>>().join(", ")
+            }
+        };
+        Some(NamedValue { state, measured: Measure::texts(&self.measures()) })
+    }
+}
+
+impl fmt::Display for NamedValue {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let separator = if self.measured.is_empty() { "" } else { ", " };
+        write!(f, "{}{separator}{}", self.state, self.measured)
+    }
+}

@@ -1,0 +1,180 @@
+//! Binding of the velocity to signals, compiled from the profile.
+
+use std::time::Duration;
+
+use crate::vehicle_status::plausibility::STANDING_MPS;
+use crate::vehicle_status::quantity::Quantity;
+use can_signal::validation::table::{Role, SignalIndex};
+
+/// Names of the wheels in the order in which they are bound.
+pub const WHEELS: [&str; 4] = ["front left", "front right", "rear left", "rear right"];
+
+/// Binding of the velocity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VelocityBinding {
+    /// At least one source of the speed, most trusted first.
+    pub speeds: Vec<SpeedSource>,
+    /// Sources of the direction, most trusted first; empty if each speed has a sign.
+    pub directions: Vec<DirectionSource>,
+    /// At least one source of the heading rate, most trusted first.
+    pub heading_rates: Vec<HeadingRateSource>,
+    /// True if 0 is published while the heading rate is unknown; false if nothing is.
+    pub is_unknown_heading_rate_zero: bool,
+    /// Longest time that a part may be older than the frame with the speed.
+    pub max_skew: Duration,
+}
+
+/// A source of the speed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpeedSource {
+    /// Name in diagnostics.
+    pub name: String,
+    /// The signals.
+    pub signals: SpeedSignals,
+    /// The source counts only while it reads less than this, m/s; `None` = always.
+    pub below_mps: Option<f64>,
+}
+
+/// The signals of a speed.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SpeedSignals {
+    /// One signal gives the speed of the vehicle.
+    Vehicle(SpeedSignal),
+    /// Signals of single wheels.
+    Wheels {
+        /// Front left, front right, rear left, rear right, as far as the profile names them.
+        wheels: Box<[Option<SpeedSignal>; 4]>,
+        /// The wheels that give the speed.
+        used: WheelsUsed,
+    },
+}
+
+/// The wheels that give the speed of the vehicle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum WheelsUsed {
+    /// The mean of the rear wheels, whose axle has the frame of the report.
+    #[default]
+    Rear,
+    /// The mean of all four, which reads too much in curves.
+    All,
+    /// The mean of the front wheels, projected to the rear axle by the steering; for cars whose rear wheels slip.
+    FrontProjected,
+}
+
+impl SpeedSignals {
+    /// All signals.
+    pub fn all(&self) -> Vec<&SpeedSignal> {
+        match self {
+            Self::Vehicle(signal) => vec![signal],
+            Self::Wheels { wheels, .. } => wheels.iter().flatten().collect(),
+        }
+    }
+}
+
+/// A signal that gives a speed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpeedSignal {
+    /// The speed, m/s, or rad/s if it is of a rotation; forward positive if it has a sign.
+    pub quantity: Quantity,
+    /// True if the signal has a sign.
+    pub is_signed: bool,
+    /// True if it is the rotation of a wheel.
+    pub is_rotation: bool,
+}
+
+/// What a signal says of the direction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Motion {
+    /// The vehicle moves forward.
+    Forward,
+    /// The vehicle moves backward.
+    Backward,
+    /// The vehicle stands still.
+    Standstill,
+}
+
+impl Motion {
+    /// Returns the motion of a vehicle with this speed; slower than 0.1 m/s, as Autoware has it, it stands still.
+    pub fn of(speed_mps: f64) -> Self {
+        match speed_mps {
+            speed if speed.abs() < STANDING_MPS => Self::Standstill,
+            speed if speed < 0.0 => Self::Backward,
+            _ => Self::Forward,
+        }
+    }
+
+    /// Name in texts.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Forward => "forward",
+            Self::Backward => "backward",
+            Self::Standstill => "standstill",
+        }
+    }
+}
+
+/// A source of the direction.
+#[derive(Debug, Clone, PartialEq)]
+pub enum DirectionSource {
+    /// A signal says in which direction the vehicle or a wheel moves.
+    Signal(Role<Motion>),
+    /// The gear.
+    Gear,
+}
+
+/// A source of the heading rate.
+#[derive(Debug, Clone, PartialEq)]
+pub enum HeadingRateSource {
+    /// A sensor of the yaw rate.
+    YawRate {
+        /// Heading rate, rad/s, counter-clockwise positive.
+        rate: Quantity,
+        /// True if its zero is found while the vehicle stands still.
+        has_zero_at_standstill: bool,
+    },
+    /// Speed, angle of the front wheels and wheel base.
+    Steering,
+    /// Difference of the rear wheels, and their distance.
+    Wheels,
+}
+
+impl HeadingRateSource {
+    /// Name in diagnostics.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::YawRate { .. } => "yaw rate sensor",
+            Self::Steering => "steering",
+            Self::Wheels => "rear wheels",
+        }
+    }
+}
+
+impl VelocityBinding {
+    /// All speed signals.
+    pub fn speed_signals(&self) -> impl Iterator<Item = &SpeedSignal> {
+        self.speeds.iter().flat_map(|source| source.signals.all())
+    }
+
+    /// All sensors of the yaw rate.
+    pub fn yaw_rates(&self) -> impl Iterator<Item = &Quantity> {
+        self.heading_rates.iter().filter_map(|source| match source {
+            HeadingRateSource::YawRate { rate, .. } => Some(rate),
+            HeadingRateSource::Steering | HeadingRateSource::Wheels => None,
+        })
+    }
+
+    /// Roles of the signals that give the direction.
+    pub fn motions(&self) -> impl Iterator<Item = &Role<Motion>> {
+        self.directions.iter().filter_map(|source| match source {
+            DirectionSource::Signal(role) => Some(role),
+            DirectionSource::Gear => None,
+        })
+    }
+
+    /// All signals on which the velocity depends, without those of gear and steering.
+    pub fn signals(&self) -> impl Iterator<Item = SignalIndex> {
+        let speeds = self.speed_signals().flat_map(|signal| signal.quantity.signals());
+        let directions = self.motions().map(|role| role.signal);
+        speeds.chain(directions).chain(self.yaw_rates().flat_map(Quantity::signals))
+    }
+}

@@ -1,0 +1,27 @@
+//! The parts that a velocity is assembled of: configured, and of about the same time.
+
+use super::binding::VelocityBinding;
+use crate::vehicle_status::settings::GeometryKey;
+use crate::vehicle_status::state::StatusReason;
+use can_signal::can::ReceiveTime;
+
+/// A value that the configuration gives.
+///
+/// # Errors
+/// The key that is missing.
+pub fn configured(value: Option<f64>, key: GeometryKey) -> Result<f64, StatusReason> {
+    value.ok_or(StatusReason::NotConfigured(key))
+}
+
+/// A part that is not much older than the frame with the speed.
+///
+/// # Errors
+/// The part is too old.
+pub fn in_step<T>(
+    part: (T, ReceiveTime),
+    received: ReceiveTime,
+    binding: &VelocityBinding,
+) -> Result<T, StatusReason> {
+    let (value, since) = part;
+    if received.at.is_within(binding.max_skew, since.at) { Ok(value) } else { Err(StatusReason::OutOfStep) }
+}

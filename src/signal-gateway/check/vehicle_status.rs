@@ -1,0 +1,233 @@
+//! Checks the reports of the vehicle's status: sources, values, dimensions that are missing, and a recording.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use super::fault_survey::{FaultSurvey, seconds_text};
+use super::names;
+use super::report::CheckReport;
+use crate::config::Settings;
+use crate::report::text::times;
+use can_signal::validation::table::BoundMessage;
+use gateway_base::diagnostics::Level;
+use gateway_base::time::MonoTime;
+use gateway_core::gateway::event::Output;
+use gateway_core::vehicle_lights::Task;
+use gateway_core::vehicle_lights::binding::{HazardBinding, TurnBinding};
+use gateway_core::vehicle_status::StatusReport;
+use gateway_core::vehicle_status::binding::StatusBinding;
+use gateway_core::vehicle_status::doors::Door;
+use gateway_core::vehicle_status::measure::Measure;
+use gateway_core::vehicle_status::missing_dimensions::missing_dimensions;
+use gateway_core::vehicle_status::role_texts::StatusTexts;
+use gateway_core::vehicle_status::velocity::binding::{DirectionSource, HeadingRateSource};
+use vehicle_bringup::plausibility::finding::Severity;
+
+/// Maximum number of reasons that are listed for a report.
+const MAX_REASONS: usize = 8;
+
+/// Returns the messages of the status that are not `known` already.
+pub(super) fn further_messages<'a>(
+    status: &'a StatusBinding,
+    known: &[&BoundMessage],
+) -> impl Iterator<Item = &'a BoundMessage> {
+    let known: Vec<_> = known.iter().map(|message| (message.bus, message.ids)).collect();
+    status.table.messages.iter().filter(move |message| !known.contains(&(message.bus, message.ids)))
+}
+
+/// Returns the names of all reports that a configuration gives, those on the lights first.
+pub(super) fn report_names(settings: &Settings) -> Vec<&'static str> {
+    let lights = &settings.gateway.lights;
+    let is_turn_shown = matches!(lights.turn, TurnBinding::From(_) | TurnBinding::NotFitted);
+    let is_hazard_shown = matches!(lights.hazard, HazardBinding::From(_) | HazardBinding::NotFitted);
+    let of_lights = [(Task::TurnIndicators, is_turn_shown), (Task::HazardLights, is_hazard_shown)];
+    let of_lights = of_lights.into_iter().filter(|(_, is_shown)| *is_shown).map(|(task, _)| task.name());
+    of_lights.chain(StatusReport::of(&settings.gateway.status).map(StatusReport::name)).collect()
+}
+
+/// Lists the meanings of all values and the sources of each report, and finds what is not configured.
+pub(super) fn reports(settings: &Settings, report: &mut CheckReport) {
+    let (status, geometry) = (&settings.gateway.status, &settings.gateway.status_settings.geometry);
+    let roles: Vec<_> = StatusTexts::of(status).roles().collect();
+    names::roles(settings, &status.table, &roles, report);
+    for of in StatusReport::of(status) {
+        // `control_mode` is wider than the column.
+        let heading = if of == StatusReport::ControlMode { "mode" } else { of.name() };
+        report.line(heading, sources(of, settings));
+    }
+    for (of, source, key) in missing_dimensions(status, geometry) {
+        let text =
+            format!("{}: {source} cannot be used without {} of [vehicle_geometry]", of.name(), key.key());
+        report.find(Severity::Note, text);
+    }
+    if status.control_mode.is_some() {
+        let text = "control_mode: Autoware engages through the service /control/control_mode_request, which the \
+                    by-wire node must still serve";
+        report.find(Severity::Note, text);
+    }
+}
+
+/// Describes the sources of a report and when it is published.
+fn sources(report: StatusReport, settings: &Settings) -> String {
+    let status = &settings.gateway.status;
+    let rate_hz = settings.gateway.status_settings.min_period.as_secs_f64().recip();
+    let streamed = format!("published with its frames, at most {rate_hz:.0} times a second");
+    let from = |names: Vec<&str>| names.join(", then ");
+    match report {
+        StatusReport::Velocity => {
+            let velocity = status.velocity.iter();
+            let speeds = velocity.clone().flat_map(|velocity| &velocity.speeds);
+            let directions = velocity.clone().flat_map(|velocity| &velocity.directions);
+            let rates = velocity.flat_map(|velocity| &velocity.heading_rates);
+            let direction = |source: &DirectionSource| match source {
+                DirectionSource::Signal(_) => "a signal",
+                DirectionSource::Gear => "the gear",
+            };
+            let directions = match from(directions.map(direction).collect()) {
+                directions if directions.is_empty() => "its sign".to_owned(),
+                directions => directions,
+            };
+            format!(
+                "speed from {}; direction from {directions}; heading rate from {}; {streamed}",
+                from(speeds.map(|source| source.name.as_str()).collect()),
+                from(rates.map(HeadingRateSource::name).collect()),
+            )
+        }
+        StatusReport::Steering => {
+            let sources = status.steering.iter().flat_map(|steering| &steering.sources);
+            let names = from(sources.map(|source| source.name.as_str()).collect());
+            if names.is_empty() { streamed } else { format!("from {names}; {streamed}") }
+        }
+        StatusReport::Gear => {
+            let sources = status.gear.iter().flat_map(|gear| &gear.sources);
+            let names = from(sources.map(|source| source.name.as_str()).collect());
+            if names.is_empty() { "from one signal".to_owned() } else { format!("from {names}") }
+        }
+        StatusReport::ControlMode => match &status.control_mode {
+            Some(mode) if mode.is_not_ready_while_unknown => "NOT_READY while it is unknown".to_owned(),
+            Some(_) | None => "withheld while it is unknown".to_owned(),
+        },
+        StatusReport::Doors => {
+            let doors = status.doors.iter().map(Door::layout_text);
+            doors.collect::<Vec<_>>().join(", ")
+        }
+    }
+}
+
+/// What a recording shows of the reports.
+#[derive(Debug)]
+pub(super) struct StatusSurvey(Vec<ReportSurvey>);
+
+#[derive(Debug)]
+struct ReportSurvey {
+    report: StatusReport,
+    is_published: bool,
+    published: Duration,
+    /// Lowest and highest published value of each measure.
+    ranges: BTreeMap<Measure, (f64, f64)>,
+    /// Message and level of its status.
+    status: Option<(Level, String)>,
+    /// Why it was withheld.
+    reasons: BTreeMap<String, FaultSurvey>,
+    /// True once it was published.
+    was_published: bool,
+}
+
+impl StatusSurvey {
+    pub(super) fn new(status: &StatusBinding) -> Self {
+        let survey = |report| ReportSurvey {
+            report,
+            is_published: false,
+            published: Duration::ZERO,
+            ranges: BTreeMap::new(),
+            status: None,
+            reasons: BTreeMap::new(),
+            was_published: false,
+        };
+        Self(StatusReport::of(status).map(survey).collect())
+    }
+
+    /// Adds the time of one step to the states before it.
+    pub(super) fn passed(&mut self, time: Duration) {
+        for survey in &mut self.0 {
+            if survey.is_published {
+                survey.published += time;
+            } else if let Some((_, message)) = &survey.status
+                && let Some(reason) = survey.reasons.get_mut(message)
+            {
+                reason.total += time;
+            }
+        }
+    }
+
+    /// Adds an output of a step.
+    pub(super) fn given_out(&mut self, output: &Output, now: MonoTime) {
+        match output {
+            Output::VehicleStatus(output) => {
+                let Some(survey) = self.0.iter_mut().find(|survey| survey.report == output.report()) else {
+                    return;
+                };
+                survey.is_published = output.named().is_some();
+                survey.was_published |= survey.is_published;
+                for (measure, value) in output.measures() {
+                    let (low, high) = survey.ranges.entry(measure).or_insert((value, value));
+                    (*low, *high) = (low.min(value), high.max(value));
+                }
+            }
+            Output::Diagnostics { diagnostics, .. } => {
+                for status in &diagnostics.statuses {
+                    let of = |survey: &&mut ReportSurvey| survey.report.name() == status.task;
+                    let Some(survey) = self.0.iter_mut().find(of) else { continue };
+                    let state = (status.level, status.message.clone());
+                    if survey.status.as_ref() == Some(&state) {
+                        continue;
+                    }
+                    // Between a value that is there and its first report lies no fault.
+                    if !survey.is_published && status.level != Level::Ok {
+                        let fresh = FaultSurvey { count: 0, total: Duration::ZERO, first: now };
+                        survey.reasons.entry(status.message.clone()).or_insert(fresh).count += 1;
+                    }
+                    survey.status = Some(state);
+                }
+            }
+            Output::VehicleLights(_)
+            | Output::TrafficLights(_)
+            | Output::TurnSignal(_)
+            | Output::Command(_) => {}
+        }
+    }
+
+    /// Lists for how long each report would be published, its values, and why it was withheld.
+    pub(super) fn lines(&self, whole: MonoTime, start: MonoTime, report: &mut CheckReport) {
+        for survey in &self.0 {
+            let name = survey.report.name();
+            let published = seconds_text(MonoTime::ZERO.after(survey.published));
+            let whole = seconds_text(whole);
+            report.line("report", format!("{name} would be published for {published} of {whole}"));
+            for (measure, (low, high)) in &survey.ranges {
+                let text =
+                    format!("{} {} to {}", measure.row().name, measure.text(*low), measure.text(*high));
+                report.line("", text);
+            }
+            let mut reasons: Vec<_> = survey.reasons.iter().collect();
+            reasons.sort_by_key(|(_, reason)| std::cmp::Reverse(reason.total));
+            let mut is_warned = false;
+            for (message, FaultSurvey { count, total, first }) in reasons.iter().take(MAX_REASONS) {
+                let total = seconds_text(MonoTime::ZERO.after(*total));
+                let (seen, first_at) = (times(*count), seconds_text(*first));
+                let text = format!("{name} withheld {seen}, {total} in all, first at {first_at}: {message}");
+                // Nothing is known before the first frames; that alone is not a finding. The reason of the longest time is.
+                let start_only = *first == start && *count == 1 && survey.was_published;
+                if start_only || is_warned {
+                    report.line("", text);
+                } else {
+                    is_warned = true;
+                    report.find(Severity::Warning, text);
+                }
+            }
+            if reasons.len() > MAX_REASONS {
+                report.line("", format!("{name}: further reasons are not listed"));
+            }
+        }
+    }
+}

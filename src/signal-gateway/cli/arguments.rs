@@ -1,0 +1,264 @@
+//! Arguments of several commands: a configuration, a recording, a file for a chart.
+
+use std::fs::Metadata;
+use std::io::{self, IsTerminal as _};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Args, ValueEnum};
+
+use super::failure::Failure;
+use super::progress::ProgressDisplay;
+use super::unreadable::with_neighbours;
+use crate::check;
+use crate::config::files::{Disk, Files};
+use crate::config::ros_names::RosOverrides;
+use crate::config::{Overrides, Settings, load, load_profile_for_node};
+use crate::io::can::formats;
+use crate::io::can::log::Log;
+use crate::io::new_files::write_new;
+use crate::io::standard_input;
+use crate::replay::Routes;
+use crate::report::chart::Chart;
+use crate::report::text::{counted, escaped, plain_path};
+use can_signal::can::BusIndex;
+
+#[derive(Debug, Clone, Args)]
+pub(super) struct ConfigArgs {
+    #[arg(short, long, value_name = "FILE", help = config_help())]
+    pub(super) config: Option<PathBuf>,
+    /// Vehicle profile to use instead of the configured one, by name (`profiles list`) or path; without --config, no configuration is
+    /// read, and buses are can0, can1 … in the order of their names
+    #[arg(short, long, value_name = "NAME|FILE")]
+    pub(super) profile: Option<PathBuf>,
+}
+
+/// Path of the configuration that the service reads.
+pub(super) const DEFAULT_CONFIG: &str = "/etc/signal-gateway/gateway.toml";
+
+#[derive(Debug, Args)]
+pub(super) struct RecordingArgs {
+    #[arg(help = log_help())]
+    pub(super) log: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) config: ConfigArgs,
+    /// Read the frames of INTERFACE in the log as frames of BUS in the profile; repeatable. Not needed
+    /// when both have only one
+    #[arg(long, value_name = "INTERFACE=BUS", value_parser = |text: &str| pair::<String>(text, "write INTERFACE=BUS"))]
+    pub(super) map: Vec<(String, String)>,
+    #[command(flatten)]
+    pub(super) time: TimeArgs,
+}
+
+#[derive(Debug, Clone, Copy, Default, Args)]
+pub(super) struct TimeArgs {
+    /// Unit of the stamps in the recording, if its writer used another one than is usual in its format
+    #[arg(long, value_name = "UNIT")]
+    time_unit: Option<TimeUnit>,
+}
+
+/// Unit of the stamps in a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum TimeUnit {
+    /// Seconds
+    S,
+    /// Milliseconds
+    Ms,
+    /// Microseconds
+    Us,
+    /// Nanoseconds
+    Ns,
+}
+
+impl TimeArgs {
+    /// Applies the unit to a recording that was opened.
+    pub(super) fn apply(self, log: Log) -> io::Result<Log> {
+        let unit_ns = match self.time_unit {
+            None => return Ok(log),
+            Some(TimeUnit::S) => 1_000_000_000,
+            Some(TimeUnit::Ms) => 1_000_000,
+            Some(TimeUnit::Us) => 1_000,
+            Some(TimeUnit::Ns) => 1,
+        };
+        log.in_time_unit(unit_ns)
+    }
+}
+
+/// When a command on virtual time prints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub(super) enum Every {
+    /// On every change
+    #[default]
+    Change,
+    /// At every cycle or frame, and on every change
+    #[value(aliases = ["cycle", "frame"])]
+    Step,
+}
+
+fn config_help() -> String {
+    format!(
+        "Configuration file; config/gateway.toml, in /usr/share/signal-gateway or the sources, explains every key; default: {DEFAULT_CONFIG}"
+    )
+}
+
+fn log_help() -> String {
+    let formats = formats::names().join(", ");
+    format!(
+        "Recording, plain or as gzip, bzip2, xz, zstd or lz4, - for standard input: {formats}; default: the configured recording"
+    )
+}
+
+/// A value that an argument may have: the value, its name, and what it means.
+pub(super) type NamedValue<T> = (T, &'static str, &'static str);
+
+/// Parses names of values that are defined outside of the command line.
+pub(super) fn named_value<T>(values: &'static [NamedValue<T>]) -> impl TypedValueParser<Value = T>
+where
+    T: Copy + Send + Sync + 'static,
+{
+    let names = values.iter().map(|(_, name, meaning)| PossibleValue::new(*name).help(*meaning));
+    PossibleValuesParser::new(names).try_map(move |given| {
+        let row = values.iter().find(|(_, name, _)| *name == given);
+        row.map(|(value, ..)| *value).ok_or("expected one of the names")
+    })
+}
+
+pub(super) fn speed(text: &str) -> Result<f64, String> {
+    let speed: Option<f64> = text.parse().ok().filter(|speed| (0.01..=1000.0).contains(speed));
+    speed.ok_or_else(|| "give a factor from 0.01 to 1000".to_owned())
+}
+
+/// Formats a time on a time line.
+pub(super) fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds: Option<f64> = text.parse().ok().filter(|seconds| (0.001..=86_400.0).contains(seconds));
+    seconds.map(Duration::from_secs_f64).ok_or_else(|| "give seconds from 0.001 to 86400".to_owned())
+}
+
+/// Loads the configuration and logs its warnings.
+pub(super) fn settings(args: &ConfigArgs) -> Result<Settings, Failure> {
+    settings_of_node(args, &RosOverrides::default())
+}
+
+/// Like [`settings`], but reads from `files`.
+pub(super) fn settings_in(files: &dyn Files, args: &ConfigArgs) -> Result<Settings, Failure> {
+    read_settings(files, args, &RosOverrides::default())
+}
+
+/// Like [`settings`], but ROS 2 arguments replace keys of the file.
+pub(super) fn settings_of_node(args: &ConfigArgs, ros: &RosOverrides) -> Result<Settings, Failure> {
+    read_settings(&Disk, args, ros)
+}
+
+fn read_settings(files: &dyn Files, args: &ConfigArgs, ros: &RosOverrides) -> Result<Settings, Failure> {
+    let _progress = ProgressDisplay::spinner("reading the configuration");
+    let settings = match (&args.config, &args.profile) {
+        (None, Some(profile)) => load_profile_for_node(files, profile, ros),
+        (config, profile) => {
+            let config = config.as_deref().unwrap_or(Path::new(DEFAULT_CONFIG));
+            load(files, config, &Overrides { profile: profile.clone(), ros: ros.clone() })
+        }
+    };
+    let is_given = args.config.is_some() || args.profile.is_some();
+    let with_hints = |refused| with_neighbours(refused, args.profile.as_deref());
+    let settings = settings.map_err(|refused| if is_given { with_hints(refused) } else { refused })?;
+    for dbc in settings.dbcs.iter().filter(|dbc| dbc.database.rejected() > 0) {
+        let path = escaped(&plain_path(&dbc.path)).to_string();
+        let rejected = counted(dbc.database.rejected().try_into().unwrap_or(u64::MAX), "statement");
+        tracing::warn!(log.subject = path, "{path}: {rejected} rejected; signal-gateway check lists them");
+    }
+    for note in check::notes(&settings) {
+        tracing::warn!(log.subject = note, "{note}");
+    }
+    Ok(settings)
+}
+
+/// When the progress of a recording is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ShowProgress {
+    /// Always: the command prints nothing until the end.
+    Always,
+    /// Only while standard output is not the same terminal, since the command prints lines meanwhile.
+    WithoutOutput,
+}
+
+/// Opens a recording or the folder of a bag; `-` is standard input. Its progress is shown until it is closed.
+pub(super) fn open(path: &Path, time: TimeArgs, shown: ShowProgress) -> Result<Log, Failure> {
+    if path.is_dir() || shown == ShowProgress::WithoutOutput && io::stdout().is_terminal() {
+        return Log::open(path).and_then(|log| time.apply(log)).map_err(Failure::file(path));
+    }
+    let open = || {
+        if standard_input::is_named(path) {
+            return Log::new(Box::new(ProgressDisplay::reading(
+                standard_input::stream()?,
+                None,
+                "standard input".to_owned(),
+            )));
+        }
+        Log::of_file(path, |file| {
+            // A pipe has no length.
+            let length = file.metadata().ok().filter(Metadata::is_file).map(|metadata| metadata.len());
+            Box::new(ProgressDisplay::reading(file, length, file_name(path)))
+        })
+    };
+    open().and_then(|log| time.apply(log)).map_err(Failure::file(path))
+}
+
+/// Parses the path of a picture, which must end in `.svg`.
+pub(super) fn svg_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let extension = path.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
+    match extension.as_deref() {
+        Some("svg") => Ok(path),
+        Some(other) => {
+            let stem = path.with_extension("svg");
+            let stem = stem.display();
+            Err(format!(
+                "expected a name that ends in .svg, found .{other}; draw {stem} and convert it, e.g. with rsvg-convert"
+            ))
+        }
+        None => Err("expected a name that ends in .svg".to_owned()),
+    }
+}
+
+/// Writes a chart to a file as SVG.
+pub(super) fn draw(path: &Path, chart: &Chart) -> Result<(), Failure> {
+    write_new(path, &chart.to_svg(), true).map_err(Failure::written(path))
+}
+
+/// Returns the title of a chart that has none of its own.
+pub(super) fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Returns the path of the recording, and the bus of each of its interfaces.
+pub(super) fn recording(args: &RecordingArgs, settings: &Settings) -> Result<(PathBuf, Routes), Failure> {
+    let configured = || settings.recording.as_ref().map(|recording| recording.file.clone());
+    let path = args.log.clone().or_else(configured).ok_or_else(|| {
+        Failure::Usage("no recording: give a LOG, or name one in [recording] of the configuration".to_owned())
+    })?;
+    let mut routes = Routes::by_interface(&settings.gateway);
+    if args.map.is_empty() {
+        routes.adopt_only_interface(&path);
+        return Ok((path, routes));
+    }
+    routes.0.clear();
+    for (interface, bus) in &args.map {
+        let names = settings.gateway.buses.iter().map(|known| known.name.as_str());
+        let Some((index, _)) = (0..=u8::MAX).zip(names.clone()).find(|(_, name)| name == bus) else {
+            let known = names.collect::<Vec<_>>().join(", ");
+            let text = format!(
+                "--map {interface}={bus}: the profile has no bus {bus}; write INTERFACE=BUS, it has {known}"
+            );
+            return Err(Failure::Usage(text));
+        };
+        routes.0.push((interface.clone(), BusIndex(index)));
+    }
+    Ok((path, routes))
+}
+
+/// Splits an argument at `=`; `missing` is the error without one.
+pub(super) fn pair<T: From<String>>(text: &str, missing: &str) -> Result<(String, T), String> {
+    let (name, value) = text.split_once('=').ok_or(missing)?;
+    Ok((name.to_owned(), value.to_owned().into()))
+}

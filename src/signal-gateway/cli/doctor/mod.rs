@@ -1,0 +1,95 @@
+//! `doctor`: examines a set-up and names the remedy for each thing that is wrong.
+
+mod gather;
+mod scan;
+
+use std::io::{self, Write as _};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::Args;
+
+use super::arguments::ConfigArgs;
+use super::failure::Failure;
+use super::messages;
+use crate::check::doctor::examine;
+use crate::io::process_log::LogForm;
+use gateway_base::diagnostics::Level;
+
+pub(super) const HELP: &str = "\
+Examples:
+  signal-gateway doctor                          the set-up of the service
+  signal-gateway doctor --config gateway.toml
+  signal-gateway doctor --interface can0         an interface, without a configuration
+  signal-gateway doctor --quiet                  only what is wrong
+  sudo signal-gateway doctor --scan can0         find the bit rate of a bus
+
+It is safe on a vehicle: it sends no frame, and changes no interface, file or service. For a few
+seconds it listens on the interfaces, and joins the ROS 2 domain without reading or writing a topic.
+What cannot be checked is named with the reason.
+
+--scan is the exception: on an interface that is down, it sets the usual bit rates one after the
+other, with listen-only on, and then restores the settings. An interface that is up is refused.
+
+With --json one object is printed, with the facts that the findings follow from:
+  {\"level\", \"errors\", \"warnings\", \"not_checked\", \"checks\": [{\"name\", \"asks\", \"outcomes\"}], \"facts\"}
+docs/doctor.md lists all checks and findings.
+
+Exit codes:
+  0  nothing is wrong, or --scan has found the bit rate
+  1  failed, was interrupted, or --scan was refused
+  4  warnings, or --scan has not found the bit rate for certain
+  7  errors";
+
+const WARNINGS: u8 = 4;
+const ERRORS: u8 = 7;
+
+#[derive(Debug, Args)]
+pub(super) struct DoctorArgs {
+    #[command(flatten)]
+    config: ConfigArgs,
+    /// Examine this interface without a configuration; repeatable
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["config", "profile"])]
+    interface: Vec<String>,
+    /// Find the bit rate of this interface instead; needs root, and the interface to be down
+    #[arg(long, value_name = "INTERFACE", conflicts_with_all = ["config", "profile", "interface", "socket"])]
+    scan: Option<String>,
+    /// Time to listen, s; for --scan at each bit rate
+    #[arg(long, value_name = "S", default_value = "3", value_parser = seconds)]
+    seconds: Duration,
+    /// Status socket of the running gateway; default: the one of the configuration, else of the service
+    #[arg(long, value_name = "PATH")]
+    socket: Option<PathBuf>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds: Option<f64> = text.parse().ok().filter(|seconds| (0.1..=60.0).contains(seconds));
+    seconds.map(Duration::from_secs_f64).ok_or_else(|| "give seconds from 0.1 to 60".to_owned())
+}
+
+pub(super) fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
+    messages::start_log("error", LogForm::Messages)?;
+    if let Some(interface) = &args.scan {
+        return scan::run(interface, args.seconds, args.json);
+    }
+    let Some(facts) = gather::gather(args)? else {
+        messages::error("ended before everything was checked", "");
+        return Ok(ExitCode::FAILURE);
+    };
+    let diagnosis = examine(&facts);
+    let text = if args.json {
+        diagnosis.json(&facts)
+    } else {
+        diagnosis.text(messages::layout(&io::stdout()), messages::options().quiet)
+    };
+    io::stdout().lock().write_all(text.as_bytes())?;
+    Ok(match diagnosis.level {
+        Level::Ok => ExitCode::SUCCESS,
+        Level::Warn | Level::Stale => ExitCode::from(WARNINGS),
+        Level::Error => ExitCode::from(ERRORS),
+    })
+}

@@ -1,0 +1,109 @@
+//! `replay --mcap`: writes the recording and its outputs to an MCAP file or a bag.
+
+use std::path::{Path, PathBuf};
+
+use super::failure::Failure;
+use super::output_budget::OutputBudget;
+use crate::io::mcap::bag::{Bag, FileLimits};
+use crate::io::mcap::encoder::{Encoder, RecordedMessage};
+use crate::io::mcap::file::McapFile;
+use crate::io::sample_log::LoggedSample;
+use can_signal::can::CanInput;
+use gateway_base::time::{MonoTime, WallStamp};
+use gateway_core::gateway::call::TimedCall;
+use gateway_core::gateway::event::Output;
+
+/// Number of bytes that are collected before they are written.
+const WRITE_BYTES: usize = 1 << 20;
+/// Number of bytes of a message in a file beside its payload: its record and its entry in the index.
+const MESSAGE_BYTES: usize = 51;
+
+pub(super) struct McapExport {
+    path: PathBuf,
+    encoder: Encoder,
+    target: ExportTarget,
+    budget: OutputBudget,
+    /// Virtual time of what is added.
+    at: MonoTime,
+}
+
+enum ExportTarget {
+    File(McapFile),
+    Bag(Bag),
+}
+
+impl McapExport {
+    /// Creates the file, or for a path that does not end in `.mcap` the folder of a bag, which must not exist.
+    pub(super) fn create(path: &Path, encoder: Encoder) -> Result<Self, Failure> {
+        let target = if path.extension().is_some_and(|extension| extension == "mcap") {
+            McapFile::create(path, true).map(ExportTarget::File)
+        } else {
+            Bag::create(path, FileLimits::NONE, encoder.channels()).map(ExportTarget::Bag)
+        };
+        let target = target.map_err(Failure::written(path))?;
+        Ok(Self {
+            path: path.to_owned(),
+            encoder,
+            target,
+            budget: OutputBudget::default(),
+            at: MonoTime::ZERO,
+        })
+    }
+
+    /// Sets the virtual time of what is added from now on.
+    pub(super) fn advance(&mut self, at: MonoTime) {
+        self.at = at;
+    }
+
+    pub(super) fn received(&mut self, input: &CanInput, at: WallStamp) -> Result<(), Failure> {
+        self.budget.entry();
+        let message = self.encoder.received(input, at);
+        message.iter().try_for_each(|message| self.add(message))
+    }
+
+    /// Adds a sample of ROS 2, by the position of its subscription.
+    pub(super) fn sample(&mut self, subscription: usize, sample: &LoggedSample) -> Result<(), Failure> {
+        self.budget.entry();
+        let LoggedSample { bytes, endian, logged, .. } = sample;
+        let message = self.encoder.sample(subscription, bytes.clone(), *endian, *logged);
+        message.iter().try_for_each(|message| self.add(message))
+    }
+
+    pub(super) fn call(&mut self, call: &TimedCall) -> Result<(), Failure> {
+        self.budget.entry();
+        let message = self.encoder.call(call);
+        message.iter().try_for_each(|message| self.add(message))
+    }
+
+    pub(super) fn given_out(&mut self, output: &Output, at: WallStamp) -> Result<(), Failure> {
+        let messages = self.encoder.given_out(output, at);
+        messages.iter().try_for_each(|message| self.add(message))
+    }
+
+    /// Closes the file or bag, whose index makes it readable.
+    ///
+    /// # Errors
+    /// A disk that does not take it, or an export that is not whole.
+    pub(super) fn finish(mut self) -> Result<(), Failure> {
+        let finished = match &mut self.target {
+            ExportTarget::File(file) => file.finish(),
+            ExportTarget::Bag(bag) => bag.finish(),
+        };
+        finished.and_then(|()| self.budget.outcome()).map_err(Failure::written(&self.path))
+    }
+
+    fn add(&mut self, message: &RecordedMessage) -> Result<(), Failure> {
+        if !self.budget.take(message.bytes.as_ref().len() + MESSAGE_BYTES, self.at) {
+            return Ok(());
+        }
+        let added = match &mut self.target {
+            ExportTarget::File(file) => file.add(message, self.encoder.channels()).and_then(|()| {
+                if file.pending_bytes() > WRITE_BYTES { file.write_pending() } else { Ok(()) }
+            }),
+            ExportTarget::Bag(bag) => bag
+                .add(message)
+                .and_then(|()| if bag.pending_bytes() > WRITE_BYTES { bag.flush() } else { Ok(()) }),
+        };
+        added.map_err(Failure::written(&self.path))
+    }
+}

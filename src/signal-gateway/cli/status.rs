@@ -1,0 +1,215 @@
+//! `status`: prints the present state of a running gateway.
+
+use std::io::{self, IsTerminal as _, Write as _};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::thread::sleep;
+use std::time::Duration;
+
+use clap::{Args, ValueEnum};
+
+use super::failure::Failure;
+use super::messages;
+use crate::io::snapshots::client::{ClientError, StatusClient};
+use crate::report::history::entry_text;
+use crate::report::schema;
+use crate::report::status::text;
+use gateway_base::diagnostics::Level;
+use gateway_core::gateway::history::HistoryRequest;
+
+pub(super) const HELP: &str = "\
+Examples:
+  signal-gateway status                  the present state of the service, as text
+  signal-gateway status --watch
+  signal-gateway status --json | jq .buses
+  signal-gateway status --quiet || echo \"look at the vehicle\"
+  signal-gateway status --history | less +G
+  signal-gateway status --history=ERROR --watch    errors so far, and from now on
+
+The socket belongs to the user and the group of the service: sudo usermod -aG signal-gateway $USER
+docs/status.md describes the JSON, and --schema prints its JSON Schema.
+
+Exit codes:
+  0  everything is OK
+  4  warnings
+  7  errors
+  8  no gateway can be reached";
+
+pub(super) const UNREACHABLE: u8 = 8;
+
+pub(super) const SOCKET: &str = "/run/signal-gateway/status.sock";
+const RECONNECT_INTERVAL: Duration = Duration::from_millis(500);
+
+#[derive(Debug, Args)]
+pub(super) struct StatusArgs {
+    /// Socket of the gateway
+    #[arg(long, value_name = "PATH", default_value = SOCKET)]
+    socket: PathBuf,
+    /// Print a line of JSON
+    #[arg(long)]
+    json: bool,
+    /// Print the JSON Schema of that line; no gateway is needed
+    #[arg(long, conflicts_with_all = ["json", "watch"])]
+    schema: bool,
+    /// Print what has changed in the last hours, oldest first; with a LEVEL, changes of this level or worse
+    #[arg(long, value_name = "LEVEL", num_args = 0..=1, require_equals = true, default_missing_value = "OK")]
+    history: Option<HistoryLevel>,
+    /// Print twice a second until Ctrl-C, and wait for a gateway that has ended
+    #[arg(long)]
+    watch: bool,
+}
+
+/// The lowest level of the changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum HistoryLevel {
+    #[value(name = "OK")]
+    Ok,
+    #[value(name = "WARN")]
+    Warn,
+    #[value(name = "ERROR")]
+    Error,
+}
+
+impl From<HistoryLevel> for Level {
+    fn from(level: HistoryLevel) -> Self {
+        match level {
+            HistoryLevel::Ok => Self::Ok,
+            HistoryLevel::Warn => Self::Warn,
+            HistoryLevel::Error => Self::Error,
+        }
+    }
+}
+
+pub(super) fn run(args: &StatusArgs) -> Result<ExitCode, Failure> {
+    if args.schema {
+        let schema = if args.history.is_some() { schema::history() } else { schema::status() };
+        print(&format!("{schema:#}\n"), args)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    if let Some(level) = args.history {
+        return history(args, level.into());
+    }
+    let mut client = match StatusClient::connect(&args.socket) {
+        Ok(client) => client,
+        Err(error) => return Ok(unreachable(&args.socket, &error)),
+    };
+    loop {
+        let (snapshot, line) = match client.receive() {
+            Ok(received) => received,
+            Err(error) if args.watch => {
+                client = reconnect(args, &error)?;
+                continue;
+            }
+            Err(error) => return Ok(unreachable(&args.socket, &error)),
+        };
+        if !messages::options().quiet {
+            print(
+                &if args.json { line } else { text(&snapshot, messages::layout(&io::stdout()).width) },
+                args,
+            )?;
+        }
+        if !args.watch {
+            return Ok(ExitCode::from(match snapshot.level {
+                Level::Ok => 0,
+                Level::Warn | Level::Stale => 4,
+                Level::Error => 7,
+            }));
+        }
+    }
+}
+
+/// Prints the changes that the gateway has kept, and with `--watch` those that come.
+fn history(args: &StatusArgs, level: Level) -> Result<ExitCode, Failure> {
+    let (mut after, mut is_connected) = (0, false);
+    loop {
+        let request = HistoryRequest { after: Some(after), level, ..HistoryRequest::default() };
+        // A new connection each time: on one that waits for the reader of what is printed here, snapshots would pile up.
+        let page = match StatusClient::connect(&args.socket).and_then(|mut client| client.history(request)) {
+            Ok(page) => page,
+            Err(error) if args.watch && after > 0 && !matches!(error, ClientError::NoHistory) => {
+                if is_connected {
+                    let socket = args.socket.display();
+                    messages::warn(&format!("no history from {socket}: {error}; waiting for it"));
+                }
+                is_connected = false;
+                sleep(RECONNECT_INTERVAL);
+                continue;
+            }
+            Err(error) => return Ok(unreachable(&args.socket, &error)),
+        };
+        is_connected = true;
+        let mut out = io::stdout().lock();
+        for entry in &page.entries {
+            if args.json {
+                writeln!(out, "{}", serde_json::to_string(entry).map_err(io::Error::from)?)?;
+            } else {
+                write!(out, "{}", entry_text(entry))?;
+            }
+        }
+        out.flush()?;
+        drop(out);
+        // After a clock that was set back, a gateway without a file numbers its changes below those before.
+        let last = page.entries.last().map_or(after, |entry| entry.number);
+        after = if page.next_number <= last { 0 } else { last };
+        if !page.has_more {
+            if !args.watch {
+                return Ok(ExitCode::SUCCESS);
+            }
+            sleep(RECONNECT_INTERVAL);
+        }
+    }
+}
+
+/// Writes why the gateway cannot be reached, and returns the exit code.
+pub(super) fn unreachable(socket: &Path, error: &ClientError) -> ExitCode {
+    messages::error(&format!("no status from {}: {error}", socket.display()), remedy(error));
+    ExitCode::from(UNREACHABLE)
+}
+
+/// Waits until a gateway serves the socket again.
+fn reconnect(args: &StatusArgs, error: &ClientError) -> io::Result<StatusClient> {
+    let lost = format!("no status from {}: {error}; waiting for it", args.socket.display());
+    if !args.json && io::stdout().is_terminal() {
+        // The state on the screen is out of date.
+        print(&format!("{lost}\n"), args)?;
+    } else {
+        messages::warn(&lost);
+    }
+    loop {
+        sleep(RECONNECT_INTERVAL);
+        if let Ok(client) = connect_and_receive(&args.socket) {
+            return Ok(client);
+        }
+    }
+}
+
+/// Connects and receives a first snapshot, since the next one comes half a second later.
+fn connect_and_receive(socket: &Path) -> Result<StatusClient, ClientError> {
+    let mut client = StatusClient::connect(socket)?;
+    client.receive().map(|_| client)
+}
+
+/// Prints a state. With `--watch` on a terminal it replaces the previous one.
+fn print(text: &str, args: &StatusArgs) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    if args.watch && !args.json {
+        let before = if out.is_terminal() { "\x1b[H\x1b[2J" } else { "" };
+        let after = if out.is_terminal() { "" } else { "\n" };
+        write!(out, "{before}{text}{after}")?;
+    } else {
+        write!(out, "{text}")?;
+    }
+    out.flush()
+}
+
+pub(super) fn remedy(error: &ClientError) -> &'static str {
+    let ClientError::Socket(error) = error else { return "" };
+    let kind = error.kind();
+    if [io::ErrorKind::NotFound, io::ErrorKind::ConnectionRefused].contains(&kind) {
+        "start the service; a gateway started by hand has a socket with [status] socket = \"PATH\": give it with --socket"
+    } else if kind == io::ErrorKind::PermissionDenied {
+        "join the group of the service: sudo usermod -aG signal-gateway $USER"
+    } else {
+        ""
+    }
+}

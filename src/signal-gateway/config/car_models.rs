@@ -1,0 +1,80 @@
+//! The list of cars by make, model and year, `config/cars/models.toml` in the binary.
+
+use std::path::Path;
+
+use serde::Deserialize;
+
+use super::built_in;
+use vehicle_bringup::car_model::{CarModel, ListedDimensions, ModelProfile};
+
+const PATH: &str = "config/cars/models.toml";
+
+/// The tables of the file, each with rows as its comment explains them.
+#[derive(Debug, Deserialize)]
+struct ModelFile {
+    opendbc: OpendbcModels,
+    profiles: ProfileModels,
+}
+
+#[derive(Debug, Deserialize)]
+struct OpendbcModels {
+    models: Vec<[String; 7]>,
+    without_profile: Vec<[String; 4]>,
+    notes: Vec<[String; 3]>,
+}
+
+#[derive(Debug, Deserialize)]
+struct ProfileModels {
+    models: Vec<[String; 5]>,
+}
+
+/// Returns all models by make and name, with those of each profile.
+///
+/// # Errors
+///
+/// Fails only if the file in the binary is invalid.
+pub fn models() -> Result<Vec<CarModel>, String> {
+    let text = String::from_utf8_lossy(built_in::contents(Path::new(PATH)).unwrap_or_default());
+    let file: ModelFile = toml::from_str(&text).map_err(|refused| format!("{PATH}: {refused}"))?;
+    let of_opendbc = file.opendbc.models.into_iter();
+    let of_opendbc = of_opendbc.map(|[make, model, years, profile, plug, wheel_base_m, steering_ratio]| {
+        let (wheel_base_m, steering_ratio) = (wheel_base_m.parse().ok(), steering_ratio.parse().ok());
+        ([make, model, years, profile, plug], wheel_base_m.zip(steering_ratio))
+    });
+    let of_profiles = file.profiles.models.into_iter().map(|row| (row, None));
+    let shipped = of_opendbc.chain(of_profiles).map(|([make, model, years, profile, plug], dimensions)| {
+        let plug = Some(plug).filter(|plug| !plug.is_empty());
+        (make, model, years, ModelProfile::Shipped { profile, plug }, dimensions)
+    });
+    let missing = file.opendbc.without_profile.into_iter();
+    let missing = missing
+        .map(|[make, model, years, reason]| (make, model, years, ModelProfile::Missing { reason }, None));
+    let rows = shipped.chain(missing).map(|(make, model, written, profile, dimensions)| {
+        let years = years(&written).ok_or_else(|| {
+            format!("{PATH}: {make} {model}: expected years such as 2016-2018, 2020, found {written}")
+        })?;
+        let note =
+            file.opendbc.notes.iter().find(|[of_make, of_model, _]| *of_make == make && *of_model == model);
+        let note = note.map(|[.., note]| note.clone());
+        let dimensions = dimensions
+            .map(|(wheel_base_m, steering_ratio)| ListedDimensions { wheel_base_m, steering_ratio });
+        Ok(CarModel { make, model, years, profile, note, unproven_dimensions: dimensions })
+    });
+    let mut models = rows.collect::<Result<Vec<_>, String>>()?;
+    models.sort_by(|one, other| {
+        (&one.make, &one.model, &one.years).cmp(&(&other.make, &other.model, &other.years))
+    });
+    Ok(models)
+}
+
+/// Reads spans of years; `None` if one of them is not one.
+fn years(text: &str) -> Option<Vec<(u16, u16)>> {
+    let spans = text.split(',').map(str::trim).filter(|span| !span.is_empty());
+    spans
+        .map(|span| {
+            let (first, last) = span.split_once('-').unwrap_or((span, span));
+            let span = (first.parse().ok()?, last.parse().ok()?);
+            (span.0 <= span.1).then_some(span)
+        })
+        .collect()
+}

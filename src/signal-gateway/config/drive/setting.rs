@@ -1,0 +1,99 @@
+//! Speed and stops of a drive scenario.
+
+use super::reader::{MAX_S, required_metres, required_seconds};
+use crate::config::reading::{Fields, Value};
+use lanelet2_map::geometry::Point;
+
+const MAX_SPEED_MPS: f64 = 100.0;
+
+/// The speed of the vehicle, in ascending steps: each speed holds from its step on, and the first one also
+/// before it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SpeedProfile {
+    /// Steps by position (metres along the route path, m/s); never negative.
+    ByPosition(Vec<(f64, f64)>),
+    /// Steps by time (seconds from the start, m/s); negative is backwards.
+    ByTime(Vec<(f64, f64)>),
+}
+
+/// A stop of the vehicle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stop {
+    /// Position, metres along the route path.
+    pub at_m: f64,
+    /// Time that the vehicle stands, seconds.
+    pub for_s: f64,
+}
+
+/// Reads the table `drive`: speed, stops, and the points of a line other than the route's lanelets.
+pub(super) fn drive(top: &Fields<'_>) -> Option<(SpeedProfile, Vec<Stop>, Vec<Point>)> {
+    top.require(&["drive"], "");
+    let fields = top.table("drive")?;
+    fields.require(&["speed"], "");
+    let speed = speed(&fields);
+    let mut stops: Vec<Stop> = fields.tables("stops").filter_map(stop).collect();
+    stops.sort_by(|one, other| one.at_m.total_cmp(&other.at_m));
+    let points = if fields.has("points") { points(&fields) } else { Vec::new() };
+    fields.done();
+    Some((speed?, stops, points))
+}
+
+fn speed(fields: &Fields<'_>) -> Option<SpeedProfile> {
+    let (mut by_position, mut by_time) = (Vec::new(), Vec::new());
+    for step in fields.tables("speed") {
+        if step.has("at_s") {
+            let at_s = step.number("at_s", 0.0..=MAX_S, "s");
+            let mps = step.required_number("mps", -MAX_SPEED_MPS..=MAX_SPEED_MPS, "m/s");
+            by_time.extend(at_s.zip(mps));
+        } else {
+            let at_m = required_metres(&step, "at_m");
+            let mps = step.required_number("mps", 0.0..=MAX_SPEED_MPS, "m/s");
+            by_position.extend(at_m.zip(mps));
+        }
+        step.done();
+    }
+    let ascends = |steps: &[(f64, f64)]| {
+        steps.iter().zip(steps.iter().skip(1)).all(|((before, _), (after, _))| before < after)
+    };
+    if !(ascends(&by_position) && ascends(&by_time)) {
+        fields.refuse("speed", "the steps do not ascend", "order them, each position or time once");
+    }
+    match (by_position.is_empty(), by_time.is_empty()) {
+        (false, true) => Some(SpeedProfile::ByPosition(by_position)),
+        (true, false) => Some(SpeedProfile::ByTime(by_time)),
+        (true, true) => {
+            fields.refuse("speed", "no speed at all", "give a step: [{ at_m = 0, mps = 10 }]");
+            None
+        }
+        (false, false) => {
+            fields.refuse("speed", "steps by position and by time", "keep at_m or at_s");
+            None
+        }
+    }
+}
+
+fn stop(fields: Fields<'_>) -> Option<Stop> {
+    let (at_m, for_s) = (required_metres(&fields, "at_m"), required_seconds(&fields, "for_s"));
+    fields.done();
+    Some(Stop { at_m: at_m?, for_s: for_s? })
+}
+
+fn points(fields: &Fields<'_>) -> Vec<Point> {
+    const EXAMPLE: &str = "give a list of two points or more: [[0.0, 1.5], [50.0, 1.5]]";
+    let checker = fields.checker;
+    let given = fields.list("points", EXAMPLE);
+    let point = |item: &Value| {
+        let pair = checker.list(item, "give x and y in metres: [0.0, 1.5]");
+        if pair.len() != 2 {
+            checker.refuse(&item.location, "a point has two coordinates", "give x and y: [0.0, 1.5]");
+        }
+        let mut coordinates = pair.iter().map(|item| checker.number(item, &(-1e8..=1e8), "m"));
+        Some(Point::new(coordinates.next()??, coordinates.next()??))
+    };
+    let points: Vec<Point> = given.iter().filter_map(point).collect();
+    let moves = points.iter().zip(points.iter().skip(1)).all(|(one, other)| one.distance_m(*other) > 1e-3);
+    if given.len() < 2 || !moves {
+        fields.refuse("points", "the points are not a line", EXAMPLE);
+    }
+    points
+}

@@ -1,0 +1,58 @@
+//! Names of topics, as a section of the configuration gives them.
+
+use crate::config::reading::{ConfigKey, Fields, KeyRow, optional_topic, topic};
+use crate::io::ros::topics::{OUTGOING, OutgoingRow, SubscriptionKind, TopicFlow};
+use turn_signal::planner_input::FactorTopic;
+
+/// The names of the topics of a section, with their keys. A topic with an empty name is neither read nor written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TopicNames(Vec<(&'static str, String)>);
+
+impl TopicNames {
+    /// Reads the names that the section gives, or their defaults.
+    pub(super) fn read(fields: &Fields<'_>, keys: &'static [ConfigKey<String>]) -> Self {
+        keys.iter().map(|key| (key.name, fields.read(key))).collect()
+    }
+
+    /// Returns the name of the topic with this key; it is empty if there is none.
+    pub fn name(&self, key: &str) -> &str {
+        self.iter().find(|(other, _)| *other == key).map_or("", |(_, name)| name)
+    }
+
+    /// Returns the keys with their names.
+    pub(super) fn iter(&self) -> impl Iterator<Item = (&'static str, &str)> {
+        self.0.iter().map(|(key, name)| (*key, name.as_str()))
+    }
+}
+
+impl TopicNames {
+    /// Returns the default names of the decider's inputs.
+    pub fn of_decider() -> Self {
+        let kinds = SubscriptionKind::DECIDER.into_iter().chain(SubscriptionKind::OWN_COMMANDS);
+        let factors = FactorTopic::ALL.first().copied().map(SubscriptionKind::Factors);
+        let rows = kinds.chain(factors).map(SubscriptionKind::row);
+        rows.filter_map(|row| Some((row.key?.1, row.default_name.to_owned()))).collect()
+    }
+}
+
+impl FromIterator<(&'static str, String)> for TopicNames {
+    fn from_iter<T: IntoIterator<Item = (&'static str, String)>>(names: T) -> Self {
+        Self(names.into_iter().collect())
+    }
+}
+
+/// Returns the keys of the topics that are written and that this section names.
+pub(super) fn written(section: &str) -> Vec<ConfigKey<String>> {
+    let key = |row: &OutgoingRow| {
+        let (_, name) = row.key.filter(|key| key.0 == section)?;
+        let is_optional = row.default_name.is_empty() || row.flow == TopicFlow::VehicleStatus;
+        let key = if is_optional { optional_topic } else { topic };
+        Some(key(name, row.default_name).doc(row.doc))
+    };
+    OUTGOING.iter().filter_map(key).collect()
+}
+
+/// Returns the rows of the documented file for these keys.
+pub(super) fn rows(keys: &'static [ConfigKey<String>]) -> Vec<&'static dyn KeyRow> {
+    keys.iter().map(|key| key as &dyn KeyRow).collect()
+}

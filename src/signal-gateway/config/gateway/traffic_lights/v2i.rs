@@ -1,0 +1,81 @@
+//! The ids for which a profile binds V2I states, against the lights of the map
+//! (docs/spec/traffic-lights.md, "V2X unit on CAN").
+
+use std::collections::BTreeMap;
+
+use crate::config::reading::Problem;
+use crate::config::vehicle::LocatedId;
+use can_signal::validation::meaning::Meaning;
+use lanelet2_map::light_map::{LightGroup, LightMap};
+use traffic_lights::bulb::Color;
+use traffic_lights::v2i_reception::binding::{BoundGroup, V2iBinding};
+
+/// Refuses ids that the map does not have, and heads whose states contradict another state of their group; at most one
+/// problem for each id, in the order of the profile.
+pub(in super::super) fn check_ids(ids: &[LocatedId], binding: &V2iBinding, map: &LightMap) -> Vec<Problem> {
+    let positions: BTreeMap<i64, usize> = ids.iter().enumerate().map(|(at, bound)| (bound.id, at)).collect();
+    let states: BTreeMap<i64, &BoundGroup> = binding.groups().map(|bound| (bound.id, bound)).collect();
+    let mut reasons: BTreeMap<usize, (String, String)> = BTreeMap::new();
+    for (at, LocatedId { id, .. }) in ids.iter().enumerate() {
+        let reason = match (map.group(*id), map.head(*id)) {
+            (Some(LightGroup { heads, .. }), _) if heads.is_empty() => {
+                format!("the group {id} of the map has no signal heads")
+            }
+            (None, None) => format!("{id} is neither a group nor a signal head of the map"),
+            (Some(_), _) | (None, Some(_)) => continue,
+        };
+        let remedy =
+            "give the id of a traffic_light regulatory element of the map of [traffic_lights], or of a head";
+        reasons.insert(at, (reason, remedy.to_owned()));
+    }
+    for (relation_id, group) in map.groups() {
+        let way_ids = group.heads.iter().filter_map(|head| map.at(*head)).map(|head| head.way_id);
+        // A number that is a group as well is the group.
+        let heads: Vec<_> = way_ids
+            .filter(|id| map.group(*id).is_none())
+            .filter_map(|id| Some((*positions.get(&id)?, *states.get(&id)?)))
+            .collect();
+        if states.contains_key(&relation_id) {
+            for (at, head) in heads {
+                let reason =
+                    format!("{} is a head of the group {relation_id}, which has a signal too", head.id);
+                let remedy = format!("remove it: the state of {relation_id} is for all of its heads");
+                reasons.entry(at).or_insert((reason, remedy));
+            }
+        } else if let Some([(_, first), (at, second)]) = contradicting(heads) {
+            let reason = format!(
+                "{} and {} are heads of the group {relation_id}: it would be red and green while they differ",
+                first.id, second.id
+            );
+            let remedy = format!("bind one signal with id = {relation_id}, or show arrows with one of them");
+            reasons.entry(at).or_insert((reason, remedy));
+        }
+    }
+    let problem = |(at, (reason, remedy)): (usize, (String, String))| {
+        Some(ids.get(at)?.location.problem(reason, remedy))
+    };
+    reasons.into_iter().filter_map(problem).collect()
+}
+
+type BoundHead<'b> = (usize, &'b BoundGroup);
+
+/// Returns two heads, in the order of the profile, of which one can show a red circle and the other a green one.
+fn contradicting(mut heads: Vec<BoundHead<'_>>) -> Option<[BoundHead<'_>; 2]> {
+    heads.sort_by_key(|(at, _)| *at);
+    let of = |color| heads.iter().copied().filter(move |(_, head)| shows_circle(head, color));
+    // Of more than two that can show both, the first two are enough.
+    let pairs =
+        of(Color::Red).take(2).flat_map(|red| of(Color::Green).take(2).map(move |green| [red, green]));
+    let mut pair = pairs.into_iter().find(|[(red, _), (green, _)]| red != green)?;
+    pair.sort_by_key(|(at, _)| *at);
+    Some(pair)
+}
+
+fn shows_circle(head: &BoundGroup, color: Color) -> bool {
+    let states = head.state.values.entries().iter();
+    let mut bulbs = states.filter_map(|(_, meaning)| match meaning {
+        Meaning::Defined(bulbs) => Some(*bulbs),
+        Meaning::NotAvailable | Meaning::Fault | Meaning::Undefined => None,
+    });
+    bulbs.any(|bulbs| bulbs.shows_circle(color))
+}

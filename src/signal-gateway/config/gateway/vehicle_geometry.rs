@@ -1,0 +1,172 @@
+//! `[vehicle_geometry]`: the dimensions of the car, once for the decider and for the reports on velocity and steering.
+//! Autoware's own file gives most of them.
+
+use std::path::PathBuf;
+
+use crate::config::built_in::display;
+use crate::config::files::Files;
+use crate::config::reading::{ConfigKey, Fields, KeyRow, ValueShape, collection, key_rows, number, path};
+use crate::config::ros_names::NodeNames;
+use crate::config::ros_parameters::{FileParameter, read_parameters};
+use gateway_core::vehicle_status::settings::{VehicleGeometry, WheelToTire};
+use turn_signal::parameters::VehicleInfo;
+
+key_rows! {
+    FILE: PathBuf = path("file").example("\"vehicle_info.param.yaml\"").doc("Autoware's file; the keys below replace its values");
+    WHEEL_BASE_M: f64 = metres("wheel_base_m").example("2.79").doc("from axle to axle");
+    WHEEL_TREAD_M: f64 = metres("wheel_tread_m").example("1.63").doc("from rear wheel to rear wheel");
+    WHEEL_RADIUS_M: f64 = metres("wheel_radius_m").example("0.33").doc("effective rolling radius, for wheels in rad/s or rpm");
+    FRONT_OVERHANG_M: f64 = metres("front_overhang_m").example("1.0").doc("front axle to the front end");
+    REAR_OVERHANG_M: f64 = metres("rear_overhang_m").example("1.1").doc("rear axle to the rear end");
+    LEFT_M: f64 = metres("left_m").example("0.948").doc("centre line to the left side");
+    RIGHT_M: f64 = metres("right_m").example("0.948").doc("centre line to the right side");
+    MAX_STEER_ANGLE_RAD: f64 = number("max_steer_angle_rad", 0.05, 1.5, "rad").or_number(MAX_STEER_ANGLE_RAD_DEFAULT)
+        .doc("greatest angle of the front wheels; {range}");
+    STEERING_RATIO: f64 = number("steering_ratio", 5.0, 60.0, "").example("16.9")
+        .doc("angle of the steering wheel for each angle of the front wheels; without it, steering_table or vgr_coef_a: no steering report");
+    STEERING_TABLE: Vec<(f64, f64)> = collection("steering_table", || ValueShape::Tables(table_keys()), table)
+        .example("[{ wheel_deg = -500.0, tire_deg = -33.0 }, { wheel_deg = 500.0, tire_deg = 33.0 }]").doc("the same as a table, ascending");
+    VGR_COEF_A: f64 = number("vgr_coef_a", 1.0, 60.0, "").example("15.713").doc("the same as Autoware's raw_vehicle_cmd_converter has it: a + b v² - c |wheel|");
+    VGR_COEF_B: f64 = number("vgr_coef_b", -1.0, 1.0, "s²/m²").or_number(0.0).doc("its b");
+    VGR_COEF_C: f64 = number("vgr_coef_c", -10.0, 10.0, "1/rad").or_number(0.0).doc("its c");
+    STEERING_OFFSET_DEG: f64 = number("steering_offset_deg", -10.0, 10.0, "deg").or_number(0.0)
+        .doc("angle of the front wheels that is measured straight ahead");
+    SPEED_SCALE: f64 = number("speed_scale", 0.5, 2.0, "").or_number(1.0)
+        .doc("factor for each speed; Autoware's speed_scale_factor does the same, so use one of them");
+}
+
+/// As Autoware's sample vehicle.
+const MAX_STEER_ANGLE_RAD_DEFAULT: f64 = 0.70;
+
+static WHEEL_DEG: ConfigKey<f64> =
+    number("wheel_deg", -2000.0, 2000.0, "deg").doc("angle of the steering wheel, left positive");
+static TIRE_DEG: ConfigKey<f64> =
+    number("tire_deg", -80.0, 80.0, "deg").doc("angle of the front wheels, left positive");
+
+fn table_keys() -> Vec<&'static dyn KeyRow> {
+    vec![&WHEEL_DEG, &TIRE_DEG]
+}
+
+const fn metres(name: &'static str) -> ConfigKey<f64> {
+    number(name, 0.0, 50.0, "m")
+}
+
+/// The dimensions, for each who needs them.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Dimensions {
+    /// Of the decider; Autoware's sample vehicle where nothing is configured.
+    pub(super) outline: VehicleInfo,
+    /// Of the reports, for which nothing is assumed.
+    pub(super) geometry: VehicleGeometry,
+}
+
+/// Reads the section.
+pub(super) fn vehicle_geometry(files: &dyn Files, fields: Fields<'_>) -> Dimensions {
+    let of_file = fields.given(&FILE).map(|path| VehicleInfoFile::read(files, &fields, path));
+    let from_file = |name| of_file.as_ref().and_then(|file| file.value(&fields, name));
+    let [base, tread, radius] =
+        [(&WHEEL_BASE_M, "wheel_base"), (&WHEEL_TREAD_M, "wheel_tread"), (&WHEEL_RADIUS_M, "wheel_radius")]
+            .map(|(row, name)| fields.given(row).or_else(|| from_file(name)));
+    let [front, rear] = [(&FRONT_OVERHANG_M, "front_overhang"), (&REAR_OVERHANG_M, "rear_overhang")]
+        .map(|(row, name)| fields.given(row).or_else(|| from_file(name)));
+    // Autoware measures the sides from the wheels.
+    let side = |name| Some(tread? / 2.0 + from_file(name)?);
+    let [left, right] = [(&LEFT_M, "left_overhang"), (&RIGHT_M, "right_overhang")]
+        .map(|(row, name)| fields.given(row).or_else(|| side(name)));
+    let max_tire = fields.read(&MAX_STEER_ANGLE_RAD);
+    let max_tire =
+        from_file("max_steer_angle").filter(|_| !fields.has(MAX_STEER_ANGLE_RAD.name)).unwrap_or(max_tire);
+    let sample = VehicleInfo::SAMPLE;
+    let dimensions = Dimensions {
+        outline: VehicleInfo {
+            wheel_base_m: base.unwrap_or(sample.wheel_base_m),
+            front_overhang_m: front.unwrap_or(sample.front_overhang_m),
+            rear_overhang_m: rear.unwrap_or(sample.rear_overhang_m),
+            left_m: left.unwrap_or(sample.left_m),
+            right_m: right.unwrap_or(sample.right_m),
+        },
+        geometry: VehicleGeometry {
+            is_configured: fields.keys().next().is_some(),
+            wheel_base_m: base.filter(|base| *base > 0.0),
+            wheel_tread_m: tread.filter(|tread| *tread > 0.0),
+            wheel_radius_m: radius.filter(|radius| *radius > 0.0),
+            speed_scale: fields.read(&SPEED_SCALE),
+            wheel_to_tire: wheel_to_tire(&fields),
+            steering_offset_rad: fields.read(&STEERING_OFFSET_DEG).to_radians(),
+            max_tire_rad: max_tire,
+        },
+    };
+    fields.done();
+    dimensions
+}
+
+/// Reads how the front wheels follow the steering wheel, in one of three forms.
+fn wheel_to_tire(fields: &Fields<'_>) -> Option<WheelToTire> {
+    let forms = [STEERING_RATIO.name, STEERING_TABLE.name, VGR_COEF_A.name];
+    let is_given = forms.iter().any(|form| fields.has(form));
+    let form = is_given.then(|| fields.only_one_of(&forms, "the steering ratio is given twice")).flatten();
+    let (ratio, table) = (fields.given(&STEERING_RATIO), fields.read(&STEERING_TABLE));
+    let constant = fields.given(&VGR_COEF_A);
+    let (per_speed_squared, per_angle) = (fields.read(&VGR_COEF_B), fields.read(&VGR_COEF_C));
+    for key in [VGR_COEF_B.name, VGR_COEF_C.name].into_iter().filter(|key| fields.has(key)) {
+        if form != Some(VGR_COEF_A.name) {
+            fields.refuse(key, format!("`{key}` needs vgr_coef_a"), "give all three coefficients");
+        }
+    }
+    if form == Some(STEERING_TABLE.name) {
+        let ascends = table.windows(2).all(|pair| pair[0].0 < pair[1].0);
+        if table.len() < 2 || !ascends {
+            let remedy = "give at least two pairs, by ascending wheel_deg";
+            fields.refuse(STEERING_TABLE.name, "the pairs of the table do not ascend", remedy);
+            return None;
+        }
+        return Some(WheelToTire::Table(table));
+    }
+    let variable = |constant| WheelToTire::Variable { constant, per_speed_squared, per_angle };
+    ratio.map(WheelToTire::Ratio).or(constant.map(variable))
+}
+
+fn table(fields: &Fields<'_>, key: &'static str) -> Vec<(f64, f64)> {
+    let pair = |fields: Fields<'_>| {
+        fields.require(&[WHEEL_DEG.name, TIRE_DEG.name], "");
+        let (wheel, tire) = (fields.given(&WHEEL_DEG), fields.given(&TIRE_DEG));
+        fields.done();
+        Some((wheel?.to_radians(), tire?.to_radians()))
+    };
+    fields.tables(key).filter_map(pair).collect()
+}
+
+/// Autoware's `vehicle_info.param.yaml`.
+struct VehicleInfoFile {
+    path: PathBuf,
+    /// `None` when it was refused.
+    parameters: Option<Vec<FileParameter>>,
+}
+
+impl VehicleInfoFile {
+    fn read(files: &dyn Files, fields: &Fields<'_>, path: PathBuf) -> Self {
+        // Autoware gives the file to every node.
+        let names = NodeNames { namespace: "/", node: "vehicle_info", remappings: &[] };
+        let parameters = match read_parameters(files, &path, names) {
+            Ok(parameters) => Some(parameters),
+            Err(refused) => {
+                fields.checker.adopt(refused.0);
+                None
+            }
+        };
+        Self { path, parameters }
+    }
+
+    /// A parameter of the file.
+    fn value(&self, fields: &Fields<'_>, name: &str) -> Option<f64> {
+        let parameters = self.parameters.as_ref()?;
+        let given = parameters.iter().rev().find(|parameter| parameter.name == name);
+        let number = given.and_then(|parameter| parameter.value.as_ref()?.text.parse::<f64>().ok());
+        let number = number.filter(|number| (0.0..=50.0).contains(number));
+        if number.is_none() {
+            let reason = format!("{}: expected a number of 0 to 50 for {name}", display(&self.path));
+            fields.refuse(FILE.name, reason, "name Autoware's vehicle_info.param.yaml");
+        }
+        number
+    }
+}

@@ -1,0 +1,283 @@
+//! Collects the problems of one file, and reads single values: a value that cannot be used is refused at its
+//! location, and reading continues.
+
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::sync::Arc;
+
+use super::key::KeyRow;
+use super::location::{Location, SourceLocation, line};
+use super::problem::Problem;
+use super::value::{Entry, Kind, Value};
+use gateway_base::near_miss::did_you_mean;
+
+/// Keywords with the value of each, in the order in which a refusal lists them.
+pub(crate) type Keywords<T> = &'static [(&'static str, T)];
+
+/// The length up to which the end of a range is written out, digits.
+const MAX_DIGITS: usize = 20;
+
+/// A text with its location, for refusals.
+#[derive(Debug, Clone)]
+pub(crate) struct LocatedText {
+    pub(crate) text: String,
+    pub(crate) location: Location,
+}
+
+/// Collects the problems of one file.
+pub(crate) struct Checker {
+    file: Arc<Path>,
+    /// Document that explains the keys.
+    see: &'static str,
+    problems: RefCell<Vec<Problem>>,
+    record: RefCell<Vec<RecordedKey>>,
+}
+
+/// A key that was read through its row.
+#[derive(Debug, Clone)]
+pub(crate) struct RecordedKey {
+    /// Path of its section; empty at the top.
+    pub(crate) section: String,
+    pub(crate) row: &'static dyn KeyRow,
+    /// The value in effect, as a user writes it.
+    pub(crate) value: String,
+}
+
+impl Checker {
+    /// A checker without problems; `see` names the document that explains the keys of the file.
+    pub(crate) fn new(file: &Arc<Path>, see: &'static str) -> Self {
+        Self { file: Arc::clone(file), see, problems: RefCell::default(), record: RefCell::default() }
+    }
+
+    /// The folder of the file, to which its paths are relative.
+    pub(crate) fn folder(&self) -> &Path {
+        self.file.parent().unwrap_or(Path::new(""))
+    }
+
+    /// A path that the file names.
+    pub(crate) fn beside(&self, named: &str) -> PathBuf {
+        self.folder().join(named)
+    }
+
+    /// The location with the name of the file.
+    pub(crate) fn source_location(&self, at: &Location) -> SourceLocation {
+        at.in_file(&self.file)
+    }
+
+    /// Notes a problem at a location.
+    pub(crate) fn refuse(&self, at: &Location, reason: impl AsRef<str>, remedy: &str) {
+        let problem = self.source_location(at).problem(line(reason.as_ref()), line(remedy));
+        self.problems.borrow_mut().push(problem);
+    }
+
+    /// Notes a problem whose remedy is in the document that explains the keys.
+    pub(crate) fn refuse_and_explain(&self, at: &Location, reason: impl AsRef<str>) {
+        self.refuse(at, reason, &format!("see {}", self.see));
+    }
+
+    /// Adds problems of another file, or of this one.
+    pub(crate) fn adopt(&self, problems: Vec<Problem>) {
+        self.problems.borrow_mut().extend(problems);
+    }
+
+    /// The value; an error is noted at `at`.
+    pub(crate) fn accept<T, E: Display>(
+        &self,
+        at: &Location,
+        result: Result<T, E>,
+        remedy: &str,
+    ) -> Option<T> {
+        result.map_err(|error| self.refuse(at, error.to_string(), remedy)).ok()
+    }
+
+    /// Records the value in effect of a key; the last one of a key counts.
+    pub(crate) fn record(&self, section: &str, row: &'static dyn KeyRow, value: String) {
+        self.record.borrow_mut().push(RecordedKey { section: section.to_owned(), row, value });
+    }
+
+    /// Forgets what was recorded, except the keys that `keeps`.
+    pub(crate) fn keep_recorded(&self, keeps: impl Fn(&RecordedKey) -> bool) {
+        self.record.borrow_mut().retain(keeps);
+    }
+
+    /// The keys that were read through their rows, in order.
+    pub(crate) fn recorded(&self) -> Vec<RecordedKey> {
+        self.record.borrow().clone()
+    }
+
+    /// The number of problems so far.
+    pub(crate) fn count(&self) -> usize {
+        self.problems.borrow().len()
+    }
+
+    /// The value, which must exist when no problem was noted.
+    ///
+    /// # Errors
+    /// Returns every problem: first of other files, then of this file in the order of their locations.
+    pub(crate) fn finish<T>(self, value: Option<T>) -> Result<T, Vec<Problem>> {
+        let problems = self.problems.into_inner();
+        match value {
+            Some(value) if problems.is_empty() => Ok(value),
+            Some(_) | None => {
+                let (mut own, mut all): (Vec<_>, Vec<_>) =
+                    problems.into_iter().partition(|problem| problem.file == *self.file);
+                own.sort_by_key(|problem| problem.position);
+                // A value that was read twice was refused twice.
+                let mut known = BTreeSet::new();
+                own.retain(|problem| known.insert((problem.position, problem.reason.clone())));
+                all.extend(own);
+                Err(all)
+            }
+        }
+    }
+
+    /// A single value as text, quoted or not.
+    pub(crate) fn text(&self, value: &Value) -> Option<LocatedText> {
+        match &value.kind {
+            Kind::Scalar { text, .. } => {
+                Some(LocatedText { text: text.clone(), location: value.location.clone() })
+            }
+            Kind::Null | Kind::List(_) | Kind::Map(_) => {
+                self.refuse_kind(value, "a single value");
+                None
+            }
+        }
+    }
+
+    /// A text in quotes; anything else is refused.
+    pub(crate) fn string(&self, value: &Value) -> Option<LocatedText> {
+        match &value.kind {
+            Kind::Scalar { is_quoted: true, .. } => self.text(value),
+            Kind::Null | Kind::Scalar { .. } | Kind::List(_) | Kind::Map(_) => {
+                let reason = format!("expected a text in quotes, found {}", value.described());
+                match &value.kind {
+                    Kind::Scalar { text, .. } => {
+                        self.refuse(&value.location, reason, &format!("write {text:?}"));
+                    }
+                    Kind::Null | Kind::List(_) | Kind::Map(_) => {
+                        self.refuse_and_explain(&value.location, reason);
+                    }
+                }
+                None
+            }
+        }
+    }
+
+    /// A number within a range; `unit` is for refusals, empty for a plain number.
+    pub(crate) fn number<T: FromStr + Display + PartialOrd>(
+        &self,
+        value: &Value,
+        range: &RangeInclusive<T>,
+        unit: &str,
+    ) -> Option<T> {
+        let (first, last) = (range.start().to_string(), range.end().to_string());
+        // The largest number of a type is not a limit that anybody can read.
+        let remedy = if last.len() > MAX_DIGITS {
+            format!("give {} or more", with_unit(&first, unit))
+        } else {
+            format!("give {first} to {}", with_unit(&last, unit))
+        };
+        self.number_that(value, |number| range.contains(number), unit, &remedy)
+    }
+
+    /// A whole number of any size that its type can hold.
+    pub(crate) fn whole<T: FromStr>(&self, value: &Value) -> Option<T> {
+        self.number_that(value, |_| true, "", "give a whole number")
+    }
+
+    fn number_that<T: FromStr>(
+        &self,
+        value: &Value,
+        is_allowed: impl Fn(&T) -> bool,
+        unit: &str,
+        remedy: &str,
+    ) -> Option<T> {
+        let text = match &value.kind {
+            Kind::Scalar { text, is_quoted: false } => text.trim(),
+            Kind::Null | Kind::Scalar { .. } | Kind::List(_) | Kind::Map(_) => "",
+        };
+        let is_whole = text.trim_start_matches('-').bytes().all(|byte| byte.is_ascii_digit());
+        let reason = match text.parse() {
+            Ok(number) if is_allowed(&number) => return Some(number),
+            Err(_) if text.parse::<f64>().is_err() => {
+                format!("expected a number, found {}", value.described())
+            }
+            Err(_) if !is_whole => format!("expected a whole number, found {text}"),
+            Ok(_) | Err(_) => format!("{} is out of range", with_unit(text, unit)),
+        };
+        let unquoted = match &value.kind {
+            Kind::Scalar { text, is_quoted: true } => text
+                .trim()
+                .parse()
+                .ok()
+                .filter(is_allowed)
+                .map(|_| format!("write {} without quotes", text.trim())),
+            Kind::Null | Kind::Scalar { .. } | Kind::List(_) | Kind::Map(_) => None,
+        };
+        self.refuse(&value.location, reason, unquoted.as_deref().unwrap_or(remedy));
+        None
+    }
+
+    /// A truth value, `true` or `false`.
+    pub(crate) fn flag(&self, value: &Value) -> Option<bool> {
+        let flag = match &value.kind {
+            Kind::Scalar { text, is_quoted: false } => text.parse().ok(),
+            Kind::Null | Kind::Scalar { .. } | Kind::List(_) | Kind::Map(_) => None,
+        };
+        if flag.is_none() {
+            match &value.kind {
+                Kind::Scalar { text, is_quoted: true } if matches!(text.as_str(), "true" | "false") => {
+                    let reason = format!("expected true or false, found {}", value.described());
+                    self.refuse(&value.location, reason, &format!("write {text} without quotes"));
+                }
+                Kind::Null | Kind::Scalar { .. } | Kind::List(_) | Kind::Map(_) => {
+                    self.refuse_kind(value, "true or false");
+                }
+            }
+        }
+        flag
+    }
+
+    /// The value of a keyword; an unknown one is refused with the list of those that exist.
+    pub(crate) fn keyword<T: Copy>(&self, given: &LocatedText, keywords: &[(&str, T)]) -> Option<T> {
+        let found = keywords.iter().find(|(keyword, _)| *keyword == given.text);
+        if found.is_none() {
+            let known: Vec<_> = keywords.iter().map(|(keyword, _)| *keyword).collect();
+            let reason = format!("unknown value {:?}", given.text);
+            let all = format!("give one of {}", known.join(", "));
+            self.refuse(&given.location, reason, &did_you_mean(&given.text, known, all));
+        }
+        found.map(|(_, value)| *value)
+    }
+
+    /// The values of a list; `example` is part of the remedy when it is something else.
+    pub(crate) fn list<'v>(&self, value: &'v Value, example: &str) -> &'v [Value] {
+        if let Kind::List(items) = &value.kind {
+            return items;
+        }
+        self.refuse(&value.location, format!("expected a list, found {}", value.described()), example);
+        &[]
+    }
+
+    /// The entries of a table; `example` is part of the remedy when it is something else.
+    pub(crate) fn entries<'v>(&self, value: &'v Value, example: &str) -> &'v [Entry] {
+        if let Kind::Map(entries) = &value.kind {
+            return entries;
+        }
+        self.refuse(&value.location, format!("expected a table, found {}", value.described()), example);
+        &[]
+    }
+
+    /// Refuses a value of another kind than expected.
+    pub(crate) fn refuse_kind(&self, value: &Value, expected: &str) {
+        self.refuse_and_explain(&value.location, format!("expected {expected}, found {}", value.described()));
+    }
+}
+
+fn with_unit(number: &str, unit: &str) -> String {
+    if unit.is_empty() { number.to_owned() } else { format!("{number} {unit}") }
+}

@@ -1,0 +1,147 @@
+//! A reason to refuse a configuration: file, line, column, key, reason and remedy.
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::config::built_in::display;
+use can_signal::can::IdMatch;
+
+/// One reason to refuse a configuration.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Problem {
+    /// Path of the file, as it was named.
+    pub file: PathBuf,
+    /// Line and column (characters), both from 1; `None` when the file cannot be read at all.
+    pub position: Option<(usize, usize)>,
+    /// Path of the key, e.g. `turn.left` or `event[2].do[1].set`; empty for the whole file.
+    pub key: Box<str>,
+    /// The problem, in plain text without a full stop.
+    pub reason: String,
+    /// The remedy, in plain text without a full stop; may be empty.
+    pub remedy: String,
+    /// The message without a timeout that this is about; `None` = something else.
+    pub missing_timeout: Option<Box<MissingTimeout>>,
+}
+
+/// A message for which a vehicle profile needs a timeout, which a recording of the vehicle shows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MissingTimeout {
+    /// Key of the profile's table in the file; empty for a profile that is a file of its own.
+    pub profile_key: String,
+    /// Name of the message.
+    pub message: String,
+    /// Identifiers of the message.
+    pub ids: IdMatch,
+}
+
+impl Problem {
+    /// A problem of a whole file, without a position.
+    pub(crate) fn whole_file(file: &Path, reason: impl Into<String>, remedy: impl Into<String>) -> Self {
+        let (file, reason, remedy) = (file.to_owned(), reason.into(), remedy.into());
+        Self { file, position: None, key: Box::default(), reason, remedy, missing_timeout: None }
+    }
+
+    /// The problem with a remedy for a file that is no good as a whole.
+    pub(crate) fn or_remedy(self, remedy: &str) -> Self {
+        if self.position.is_some() { self } else { Self { remedy: remedy.to_owned(), ..self } }
+    }
+
+    /// The problem of a file that cannot be read; `remedy` is for one that does not exist.
+    pub(crate) fn unreadable(file: &Path, error: &io::Error, remedy: &str) -> Self {
+        Self::whole_file(file, cannot_read(error), remedy_of(error, remedy))
+    }
+}
+
+/// The reason for a file that could not be read, in words where the system has none for people.
+pub(crate) fn cannot_read(error: &io::Error) -> String {
+    let known = [
+        (io::ErrorKind::NotFound, "there is no such file"),
+        (io::ErrorKind::IsADirectory, "this is a folder, not a file"),
+        (io::ErrorKind::PermissionDenied, "cannot read it: permission denied"),
+    ];
+    let text = known.iter().find(|(kind, _)| *kind == error.kind());
+    text.map_or_else(|| format!("cannot read it: {error}"), |(_, text)| (*text).to_owned())
+}
+
+/// The remedy for a file that could not be read; `missing` is that for one that does not exist.
+pub(crate) fn remedy_of<'a>(error: &io::Error, missing: &'a str) -> &'a str {
+    let is = |kinds: &[io::ErrorKind]| kinds.contains(&error.kind());
+    if is(&[io::ErrorKind::PermissionDenied]) {
+        "let this user read it, e.g. with chmod a+r"
+    } else if is(&[io::ErrorKind::NotFound, io::ErrorKind::NotADirectory, io::ErrorKind::IsADirectory]) {
+        missing
+    } else {
+        ""
+    }
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // The parts that come from the file itself have no control characters; its path may.
+        for char in display(&self.file).chars() {
+            if char.is_control() { write!(f, "{}", char.escape_default())? } else { write!(f, "{char}")? }
+        }
+        if let Some((line, column)) = self.position {
+            write!(f, ":{line}:{column}")?;
+        }
+        write!(f, ": ")?;
+        if !self.key.is_empty() {
+            write!(f, "{}: ", self.key)?;
+        }
+        write!(f, "{}", self.reason)?;
+        if !self.remedy.is_empty() {
+            write!(f, "; {}", self.remedy)?;
+        }
+        Ok(())
+    }
+}
+
+/// A configuration that cannot be used, with every reason found.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{}", list(.0))]
+pub struct Refused(pub Vec<Problem>);
+
+impl From<Problem> for Refused {
+    fn from(problem: Problem) -> Self {
+        Self(vec![problem])
+    }
+}
+
+/// A problem a line. A remedy that the line before has as well, such as a list of all keys, is not repeated.
+fn list(problems: &[Problem]) -> String {
+    let mut lines = Vec::new();
+    let mut before = "";
+    for problem in problems {
+        let is_repeated = problem.remedy == before;
+        before = &problem.remedy;
+        lines.push(if is_repeated {
+            Problem { remedy: String::new(), ..problem.clone() }.to_string()
+        } else {
+            problem.to_string()
+        });
+    }
+    lines.join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn advice_that_the_line_before_gives_is_not_repeated() {
+        let problem = |reason: &str, remedy: &str| Problem::whole_file(Path::new("a\u{1b}"), reason, remedy);
+        let problems =
+            vec![problem("x", "do this"), problem("y", "do this"), problem("z", "do that"), problem("x", "")];
+        let expected = "a\\u{1b}: x; do this\na\\u{1b}: y\na\\u{1b}: z; do that\na\\u{1b}: x";
+        assert_eq!(Refused(problems).to_string(), expected);
+    }
+
+    #[test]
+    fn advice_fits_the_reason_why_a_file_cannot_be_read() {
+        let remedy = |kind: io::ErrorKind| remedy_of(&kind.into(), "give the path");
+        assert_eq!(remedy(io::ErrorKind::NotFound), "give the path");
+        assert_eq!(remedy(io::ErrorKind::PermissionDenied), "let this user read it, e.g. with chmod a+r");
+        assert_eq!(remedy(io::ErrorKind::StorageFull), "");
+    }
+}

@@ -1,0 +1,192 @@
+//! `[bus.*]` of a profile: the DBCs, and the messages that prove a bus alive.
+
+use std::path::Path;
+use std::time::Duration;
+
+use super::arxml::{self, ArxmlError};
+use super::binder::{Binder, LoadedDbc};
+use super::message::MessageSections;
+use crate::config::built_in::display;
+use crate::config::file_kind::{BY_CANTOOLS, FileKind};
+use crate::config::files::Files;
+use crate::config::fingerprints;
+use crate::config::reading::{Fields, LocatedText, cannot_read, remedy_of};
+use can_signal::can::{BusIndex, BusSettings, IdMatch};
+use can_signal::dbc;
+use can_signal::dbc::model::{Database, MAX_ENTRIES};
+use can_signal::validation::table::BoundMessage;
+use gateway_base::near_miss::did_you_mean;
+use gateway_core::command::allow_list::AllowList;
+use vehicle_bringup::plausibility::fingerprint::PlatformList;
+
+/// Default of the silence after which a bus counts as dead, ms; at least the timeout of its fastest message.
+const ALIVE_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// The keys of `[bus.<name>]` that are needed once the messages are bound.
+#[derive(Debug)]
+pub(super) struct BusSection {
+    /// Further messages that prove the bus alive.
+    heartbeat_messages: Vec<LocatedText>,
+    /// Longest silence of a bus that is awake.
+    alive_timeout: Option<Duration>,
+    /// True if the whole bus may fall asleep.
+    may_sleep: bool,
+}
+
+/// Reads the section of each bus, in the order of their names, with its DBC; `None` when a problem was noted.
+pub(super) fn read_buses(files: &dyn Files, top: &Fields<'_>) -> Option<(Vec<LoadedDbc>, Vec<BusSection>)> {
+    let checker = top.checker;
+    let before = checker.count();
+    let mut entries: Vec<_> = top.entries("bus", "write [bus.<name>]").iter().collect();
+    entries.sort_by_key(|entry| &entry.key);
+    if entries.len() > usize::from(u8::MAX) {
+        checker.refuse(top.at("bus"), "more than 255 buses", "describe fewer");
+    }
+    let (mut buses, mut sections) = (Vec::new(), Vec::new());
+    for (index, entry) in (0..=u8::MAX).zip(entries) {
+        let Some(fields) = Fields::of(checker, &entry.value) else { continue };
+        fields.require(&["dbc"], "");
+        let heartbeat_messages = fields.list("heartbeat_messages", "give a list of messages").iter();
+        sections.push(BusSection {
+            heartbeat_messages: heartbeat_messages.filter_map(|value| checker.string(value)).collect(),
+            alive_timeout: fields.limit("alive_timeout_ms"),
+            may_sleep: fields.flag("may_sleep").unwrap_or_default(),
+        });
+        let identifier_lists = identifier_lists(&fields);
+        if let Some(path) = fields.path("dbc")
+            && let Some(database) = read_database(files, &fields, &path)
+        {
+            let (bus, index) = (entry.key.clone(), BusIndex(index));
+            buses.push(LoadedDbc { bus, index, path, database, identifier_lists });
+        }
+        fields.done();
+    }
+    (checker.count() == before).then_some((buses, sections))
+}
+
+/// Reads the file of a bus, a DBC or an ARXML; `None` when it was refused.
+fn read_database(files: &dyn Files, fields: &Fields<'_>, path: &Path) -> Option<Database> {
+    let refuse =
+        |reason: &str, remedy: &str| fields.refuse("dbc", format!("{}: {reason}", display(path)), remedy);
+    let cluster = fields.string("cluster");
+    let bytes = match files.read(path) {
+        Ok(bytes) => bytes,
+        Err(error) => {
+            let remedy = remedy_of(&error, "give the DBC's path relative to this file");
+            refuse(&cannot_read(&error), remedy);
+            return None;
+        }
+    };
+    let database = match FileKind::of(&bytes) {
+        Some(FileKind::Arxml) => {
+            let database = arxml::read(&bytes, cluster.as_ref().map(|cluster| cluster.text.as_str()));
+            let refused = |error| match error {
+                ArxmlError::Choose(_) if cluster.is_some() => {
+                    let reason = format!("{}: there is no such cluster: {error}", display(path));
+                    fields.refuse("cluster", reason, "name one of them");
+                }
+                ArxmlError::Choose(_) => {
+                    refuse(&error.to_string(), "name the one of this bus: cluster = \"…\"");
+                }
+                ArxmlError::Xml(_) => refuse(&error.to_string(), "correct the file"),
+                ArxmlError::Version(_) | ArxmlError::NoCluster => refuse(&error.to_string(), BY_CANTOOLS),
+            };
+            database.map_err(refused).ok()?
+        }
+        kind => {
+            if let Some((reason, _)) = FileKind::Dbc.mismatch(&bytes) {
+                let remedy = match kind {
+                    Some(FileKind::Other(looks)) if !looks.remedy.is_empty() => looks.remedy,
+                    _ => "give the path of a DBC",
+                };
+                refuse(&reason, remedy);
+                return None;
+            }
+            if cluster.is_some() {
+                fields.refuse("cluster", "a DBC has no clusters", "remove it: it is for ARXML files");
+            }
+            dbc::parse(&bytes)
+        }
+    };
+    if database.is_too_large {
+        let reason =
+            format!("more than {MAX_ENTRIES} messages, signals, names of values and malformed statements");
+        refuse(&reason, "leave out what the profile does not use");
+        return None;
+    }
+    Some(database)
+}
+
+/// Finds the public lists that the bus names.
+fn identifier_lists(fields: &Fields<'_>) -> Vec<&'static PlatformList> {
+    let named = fields.list("identifier_lists", "give a list of names").iter();
+    let named: Vec<_> = named.filter_map(|value| fields.checker.string(value)).collect();
+    if named.is_empty() {
+        return Vec::new();
+    }
+    let lists = match fingerprints::lists() {
+        Ok(lists) => lists,
+        Err(problem) => {
+            fields.refuse("identifier_lists", problem.to_string(), "leave the key out");
+            return Vec::new();
+        }
+    };
+    let find = |LocatedText { text, location }| {
+        let list = lists.iter().find(|list| list.name == text);
+        if list.is_none() {
+            let names = lists.iter().map(|list| list.name.as_str());
+            let otherwise = "config/cars/fingerprints.toml has the names";
+            let remedy = did_you_mean(&text, names, otherwise);
+            fields.checker.refuse(&location, format!("there is no list {text}"), &remedy);
+        }
+        list
+    };
+    named.into_iter().filter_map(find).collect()
+}
+
+impl BusSection {
+    /// Settings of the bus, without an interface. By default no bus is dead while its fastest message may be silent.
+    pub(super) fn settings(
+        &self,
+        bus: &LoadedDbc,
+        heartbeat_messages: Vec<IdMatch>,
+        life_signs: &[&BoundMessage],
+    ) -> BusSettings {
+        let of_bus = life_signs.iter().filter(|message| message.bus == bus.index);
+        let timeouts = of_bus.filter_map(|message| message.timing.timeout());
+        let (fastest, slowest) = (timeouts.clone().min(), timeouts.max());
+        let alive_timeout = self.alive_timeout.unwrap_or(fastest.unwrap_or_default().max(ALIVE_TIMEOUT));
+        BusSettings {
+            name: bus.bus.clone(),
+            interface: String::new(),
+            heartbeat_messages,
+            alive_timeout,
+            wake_up_timeout: slowest.unwrap_or_default().max(alive_timeout),
+            may_sleep: self.may_sleep,
+        }
+    }
+
+    /// The further messages that prove the bus alive. Those that the gateway sends itself prove nothing.
+    pub(super) fn heartbeat_messages(
+        &self,
+        binder: &Binder<'_>,
+        bus: &LoadedDbc,
+        allowed: Option<&AllowList>,
+        sections: &MessageSections<'_>,
+    ) -> Vec<IdMatch> {
+        let mut heartbeats = Vec::new();
+        for LocatedText { text, location } in &self.heartbeat_messages {
+            let Some(found) = binder.find_message(Some(&bus.bus), text, location) else { continue };
+            let ids = sections.ids(binder, found);
+            let is_ours = |allowed: &AllowList| {
+                allowed.entries().iter().any(|(of, id)| *of == bus.index && ids.contains(*id))
+            };
+            if allowed.is_some_and(is_ours) {
+                let reason = format!("{text} is sent by the gateway itself");
+                binder.refuse(location, reason, "name messages that the vehicle sends");
+            }
+            heartbeats.push(ids);
+        }
+        heartbeats
+    }
+}

@@ -1,0 +1,21 @@
+//! `[[command.driver]]` of a profile: signals that show that the driver has taken over.
+
+use super::super::binder::{Binder, NOT_AVAILABLE};
+use crate::config::reading::{Fields, Keywords};
+use gateway_core::command::control_mode::Grants;
+use gateway_core::command::settings::DriverSign;
+
+const BOTH: Grants = Grants { turn: true, hazard: true };
+const OVERRIDES: Keywords<Grants> = &[
+    ("both", BOTH),
+    ("turn", Grants { turn: true, hazard: false }),
+    ("hazard", Grants { turn: false, hazard: true }),
+];
+
+/// Reads a signal that shows that the driver has taken over, and the functions that he has taken.
+pub(super) fn driver_sign(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<DriverSign> {
+    let role = binder.switch(&fields, ["on", "off"], NOT_AVAILABLE, "");
+    let overrides = fields.keyword("overrides", OVERRIDES).unwrap_or(BOTH);
+    fields.done();
+    Some(DriverSign { role: role?, overrides })
+}

@@ -1,0 +1,31 @@
+//! `counter = { … }` of `[message.*]` and `[[command.message]]`.
+
+use super::super::binder::Binder;
+use crate::config::reading::{Fields, Keywords};
+use can_signal::dbc::model::Message;
+use can_signal::validation::integrity::counter::{Counter, CounterRule, IncrementsOn};
+
+const INCREMENTS_ON: Keywords<IncrementsOn> =
+    &[("sends", IncrementsOn::Sends), ("changes", IncrementsOn::Changes)];
+
+/// Reads the rule with the signal that holds the counter.
+pub(super) fn counter(binder: &Binder<'_>, fields: Fields<'_>, message: &Message) -> Option<Counter> {
+    fields.require(&["signal"], "");
+    let value = |key| fields.whole(key);
+    let (first, last, max_step) = (value("first"), value("last"), value("max_step").unwrap_or(1));
+    let repeats = fields.number("tolerated_repeats", 0..=u8::MAX, "").unwrap_or(0);
+    let sync_after = fields.number("sync_after", 0..=u8::MAX, "").unwrap_or(1);
+    let increments_on = fields.keyword("increments_on", INCREMENTS_ON).unwrap_or_default();
+    let signal = fields.string("signal");
+    let at = fields.location();
+    fields.done();
+    let signal = binder.field(message, &signal?)?;
+    let (lowest, highest) = signal.range();
+    let limit = |value: i128| u32::try_from(value).unwrap_or(if value < 0 { 0 } else { u32::MAX });
+    let counter = CounterRule::new(first.unwrap_or(limit(lowest)), last.unwrap_or(limit(highest)))
+        .and_then(|rule| rule.with_max_step(max_step))
+        .map(|rule| rule.with_increments_on(increments_on).with_tolerated_repeats(repeats))
+        .map(|rule| rule.with_sync_after(sync_after))
+        .and_then(|rule| Counter::new(rule, signal));
+    binder.checker.accept(at, counter, "see [message.*] counter in config/gateway.toml")
+}

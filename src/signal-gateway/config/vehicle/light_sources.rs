@@ -1,0 +1,113 @@
+//! The keys that `[turn]` and `[hazard]` of a profile have in common: several sources, and signals of faults.
+
+use std::time::Duration;
+
+use super::binder::{Binder, UNUSABLE};
+use crate::config::reading::{Fields, Keywords};
+use can_signal::validation::table::Role;
+use gateway_core::vehicle_lights::binding::{
+    FaultBinding, FaultSignal, NamedSource, OnFault, Sources, TurnSource,
+};
+use gateway_core::vehicle_lights::fusion::SourceSettings;
+use gateway_core::vehicle_lights::lamp::Sides;
+
+const ON_FAULT: Keywords<OnFault> = &[("report", OnFault::Report), ("withhold", OnFault::Withhold)];
+
+const SIDE: Keywords<Sides> = &[
+    ("left", Sides { left: true, right: false }),
+    ("right", Sides { left: false, right: true }),
+    ("both", Sides { left: true, right: true }),
+];
+
+/// The time after the longest hold of a lamp from which disagreement is a finding.
+const BEYOND_HOLD: Duration = Duration::from_millis(500);
+
+/// Default of the time for which sources may contradict each other.
+const DISAGREEMENT: Duration = Duration::from_secs(1);
+
+/// Reads the signals that report a fault, and the reaction to them.
+pub(super) fn faults(binder: &mut Binder<'_>, fields: &Fields<'_>) -> FaultBinding {
+    let fault = |fields: Fields<'_>| {
+        fields.require(&["text"], "");
+        let text = fields.string("text");
+        let sides = fields.keyword("side", SIDE).unwrap_or(Sides { left: true, right: true });
+        let role = binder.switch(&fields, ["on", "off"], &[], "");
+        fields.done();
+        Some(FaultSignal { role: role?, sides, text: text?.text })
+    };
+    let signals = fields.tables("fault_signal").filter_map(fault).collect();
+    FaultBinding { signals, on_fault: fields.keyword("on_fault", ON_FAULT).unwrap_or_default() }
+}
+
+/// Reads the sources of a section: the section itself as the only one, or those in its `source`, the most
+/// trusted first. `hold` is the time for which they may differ. `None` when a problem was noted.
+pub(super) fn sources<S>(
+    binder: &mut Binder<'_>,
+    fields: &Fields<'_>,
+    source: impl Fn(&mut Binder<'_>, &Fields<'_>) -> Option<S>,
+    hold: impl Fn(&[NamedSource<S>]) -> Duration,
+) -> Option<Sources<S>> {
+    let disagreement = fields.limit("disagreement_ms");
+    if !fields.has("source") {
+        if fields.has("disagreement_ms") {
+            let remedy = "remove it, or describe the sources in `source`";
+            fields.refuse("disagreement_ms", "`disagreement_ms` needs several sources", remedy);
+        }
+        return source(binder, fields).map(Sources::only);
+    }
+    fields.set_form("beside `source`");
+    let mut list: Vec<NamedSource<S>> = Vec::new();
+    let mut is_complete = true;
+    for part in fields.tables("source") {
+        let named = name(&part, &list);
+        let settings = SourceSettings { fallback: part.flag("fallback").unwrap_or_default() };
+        let condition = part.table("when").map(|when| condition(binder, when));
+        let source = source(binder, &part);
+        part.done();
+        match (named, source, condition) {
+            (Some(name), Some(source), None) => {
+                list.push(NamedSource { name, settings, condition: None, source });
+            }
+            (Some(name), Some(source), Some(Some(condition))) => {
+                list.push(NamedSource { name, settings, condition: Some(condition), source });
+            }
+            (None, ..) | (_, None, _) | (_, _, Some(None)) => is_complete = false,
+        }
+    }
+    if list.is_empty() && is_complete {
+        fields.refuse("source", "no source is given", "describe at least one");
+    }
+    let disagreement = disagreement.unwrap_or(DISAGREEMENT.max(hold(&list)));
+    is_complete.then_some(Sources { list, disagreement })
+}
+
+/// Reads the condition under which a source applies; `None` when a problem was noted.
+fn condition(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<Role<bool>> {
+    let remedy = "a condition needs signal, on and off, so that no value of the signal is guessed";
+    let role = binder.switch(&fields, ["on", "off"], UNUSABLE, remedy);
+    fields.done();
+    role
+}
+
+/// Reads the name of one of several sources.
+fn name<S>(fields: &Fields<'_>, others: &[NamedSource<S>]) -> Option<String> {
+    fields.require(&["name"], "name the source for diagnostics");
+    let name = fields.string("name")?.text;
+    if name.is_empty() || others.iter().any(|other| other.name == name) {
+        let reason =
+            if name.is_empty() { "the name is empty" } else { "another source of the section has this name" };
+        fields.refuse("name", reason, "give each source a name of its own");
+        return None;
+    }
+    Some(name)
+}
+
+/// The longest time for which lamps or a lever may be held on, and a bit; other sources may be off by then.
+pub(super) fn longest_hold(list: &[NamedSource<TurnSource>]) -> Duration {
+    let holds = list.iter().filter_map(|named| match &named.source {
+        TurnSource::Lamps { settings, .. } => Some(settings.hold),
+        TurnSource::Enumerated { tap_hold, .. } | TurnSource::Pair { tap_hold, .. } => *tap_hold,
+        TurnSource::Stalk { .. } => None,
+    });
+    holds.max().map_or(Duration::ZERO, |hold| hold.saturating_add(BEYOND_HOLD))
+}

@@ -1,0 +1,61 @@
+//! `[control_mode]` of a profile: a signal that names the mode, or a bit for each axis.
+
+use crate::config::reading::{Fields, Keywords};
+use crate::config::vehicle::binder::{Binder, NOT_AVAILABLE, UNUSABLE};
+use can_signal::validation::table::Role;
+use gateway_core::control_mode::ControlMode;
+use gateway_core::vehicle_status::control_mode::{Axes, ControlModeBinding, ControlModeSource};
+
+/// What is published while the mode is unknown; true for `NOT_READY`.
+const ON_UNKNOWN: Keywords<bool> = &[("withhold", false), ("not_ready", true)];
+
+/// Reads the binding; `None` when a problem was noted.
+pub(super) fn control_mode(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<ControlModeBinding> {
+    let is_not_ready_while_unknown = fields.keyword("on_unknown", ON_UNKNOWN).unwrap_or_default();
+    let source = if fields.has("signal") {
+        fields.set_form("with `signal`");
+        named(binder, &fields).map(ControlModeSource::Named)
+    } else {
+        fields.set_form("with a bit for each axis");
+        axes(binder, &fields).map(|axes| ControlModeSource::Axes(Box::new(axes)))
+    };
+    fields.done();
+    Some(ControlModeBinding { source: source?, is_not_ready_while_unknown })
+}
+
+fn named(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<Role<ControlMode>> {
+    let required = [("autonomous", ControlMode::Autonomous), ("manual", ControlMode::Manual)];
+    let optional = [
+        ("steer_only", ControlMode::AutonomousSteerOnly),
+        ("velocity_only", ControlMode::AutonomousVelocityOnly),
+        ("disengaged", ControlMode::Disengaged),
+        ("not_ready", ControlMode::NotReady),
+    ];
+    binder.states(fields, [&required, &optional], UNUSABLE, "")
+}
+
+fn axes(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<Axes> {
+    let before = binder.checker.count();
+    let switch = |binder: &mut Binder<'_>, fields: Fields<'_>| {
+        let role = binder.switch(&fields, ["on", "off"], NOT_AVAILABLE, "");
+        fields.done();
+        role
+    };
+    let mut one = |key| fields.table(key).and_then(|fields| switch(binder, fields));
+    let steering = one("steering");
+    let longitudinal = [one("accelerator"), one("brake"), one("speed")];
+    let ready = one("ready");
+    let mut several =
+        |key| -> Vec<_> { fields.tables(key).filter_map(|fields| switch(binder, fields)).collect() };
+    let (overrides, faults) = (several("override"), several("fault"));
+    let longitudinal: Vec<_> = longitudinal.into_iter().flatten().collect();
+    if binder.checker.count() > before {
+        return None;
+    }
+    if steering.is_none() && longitudinal.is_empty() {
+        let remedy = "give `signal`, or a bit for `steering`, `accelerator`, `brake` or `speed`";
+        fields.refuse("steering", "no axis is given", remedy);
+        return None;
+    }
+    Some(Axes { steering, longitudinal, ready: ready.into_iter().collect(), overrides, faults })
+}

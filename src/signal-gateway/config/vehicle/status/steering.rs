@@ -1,0 +1,30 @@
+//! `[steering]` of a profile: the angle of the steering wheel, or of the front wheels.
+
+use super::quantity::{STEERING_ANGLE, quantity};
+use super::sources::sources;
+use crate::config::reading::Fields;
+use crate::config::vehicle::binder::Binder;
+use gateway_core::vehicle_status::steering::{AngleOf, SteeringBinding, SteeringSource};
+
+/// Reads the binding; `None` when a problem was noted.
+pub(super) fn steering(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<SteeringBinding> {
+    let sources = sources(binder, &fields, |binder, fields, name| {
+        let (angle_of, angle) = match (fields.table("wheel"), fields.table("tire")) {
+            (Some(wheel), None) => (AngleOf::SteeringWheel, wheel),
+            (None, Some(tire)) => (AngleOf::Tire, tire),
+            (None, None) => {
+                let remedy = "give `wheel`, or `tire` if the vehicle sends the angle of the front wheels";
+                fields.refuse("wheel", "missing key `wheel`", remedy);
+                return None;
+            }
+            (Some(_), Some(_)) => {
+                fields.refuse("tire", "the angle of the steering wheel is given as well", "keep one of them");
+                return None;
+            }
+        };
+        let angle = quantity(binder, angle, &STEERING_ANGLE)?.quantity;
+        Some(SteeringSource { name, angle_of, angle })
+    });
+    fields.done();
+    (!sources.is_empty()).then_some(SteeringBinding { sources })
+}

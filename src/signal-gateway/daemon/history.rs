@@ -1,0 +1,302 @@
+//! Keeps what changes: in memory for whoever looks, and in a file over the end of the process.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::thread;
+use std::time::Duration;
+
+use crate::io::clock::Clock;
+use crate::io::history_file::{HistoryFile, ReadHistory, WriterState};
+use crate::io::recorder::log_of;
+use crate::report::gateway::Changes;
+use crate::report::text::counted;
+use gateway_base::diagnostics::Level;
+use gateway_base::time::{MonoTime, Now, WallStamp};
+use gateway_core::gateway::event::Output;
+use gateway_core::gateway::history::{
+    Change, ChangeKind, History, HistoryEntry, HistoryPage, HistoryRequest, InBlackBox,
+};
+
+/// Most memory of the history, bytes: at one change a second, about eight hours of them.
+const MAX_BYTES: usize = 12 * 1024 * 1024;
+/// Time between two writings of a history that changes, which is the most that a killed process loses.
+const SAVE_INTERVAL: Duration = Duration::from_secs(60);
+/// Longest wait for the disk at the end, after all other waits.
+const STOP_PATIENCE: Duration = Duration::from_millis(200);
+/// Most changes that a killed process can have numbered and not written.
+const MOST_UNWRITTEN: u64 = 100_000;
+/// Subject of what happens to the process itself.
+const SUBJECT: &str = "gateway";
+
+/// The history, for those who read it; clones share it.
+#[derive(Debug, Clone)]
+pub(super) struct SharedHistory(Arc<Mutex<Shared>>);
+
+#[derive(Debug)]
+struct Shared {
+    history: History,
+    /// Folder of the black-box files.
+    folder: Option<PathBuf>,
+}
+
+/// Why the frames of an entry cannot be shown.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub(super) enum NoFrames {
+    /// There is no entry of this number, or no longer.
+    #[error("there is no change of this number, or no longer")]
+    NoEntry,
+    /// No black box has been written for it.
+    #[error(
+        "no black box has the frames of this change: one is written around each change to ERROR, some seconds later"
+    )]
+    NotRecorded,
+    /// Its black box has been deleted, or was never written.
+    #[error("the black box {0} is no longer there; [black_box] keep says how many are kept")]
+    NoFile(String),
+}
+
+impl Shared {
+    /// Returns the number of the next change.
+    fn take(&mut self, notes: impl Iterator<Item = Note>) -> u64 {
+        for note in notes {
+            match note {
+                Note::Change(change, at, stamp) => self.history.add(change, at, stamp),
+                Note::Recorded(start, end, recording) => self.history.recorded((start, end), &recording),
+            }
+        }
+        self.history.next_number()
+    }
+}
+
+impl SharedHistory {
+    fn lock(&self) -> MutexGuard<'_, Shared> {
+        // A history is whole between two calls.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Returns the entries that a request asks for.
+    pub(super) fn page(&self, request: HistoryRequest) -> HistoryPage {
+        self.lock().history.page(request)
+    }
+
+    /// Returns the log with the frames of an entry, the entry, and its place in the log.
+    pub(super) fn frames(&self, number: u64) -> Result<(PathBuf, HistoryEntry, InBlackBox), NoFrames> {
+        let shared = self.lock();
+        let entry = shared.history.entry(number).ok_or(NoFrames::NoEntry)?.clone();
+        let folder = shared.folder.clone();
+        drop(shared);
+        let place = entry.black_box.clone().ok_or(NoFrames::NotRecorded)?;
+        let found = folder.and_then(|folder| log_of(&folder, &place.recording).ok()?);
+        match found {
+            Some(log) => Ok((log, entry, place)),
+            None => Err(NoFrames::NoFile(place.recording)),
+        }
+    }
+}
+
+/// Notes the changes of the gateway.
+pub(super) struct HistoryKeeper {
+    shared: SharedHistory,
+    changes: Changes,
+    /// What was noted while somebody read the history: the gateway's loop waits for nobody.
+    waiting: Vec<Note>,
+    next_number: u64,
+    clock: Clock,
+    /// Held for as long as the file is written.
+    lock: Option<File>,
+    writer: Option<HistoryWriter>,
+}
+
+enum Note {
+    Change(Change, Option<MonoTime>, WallStamp),
+    Recorded(MonoTime, MonoTime, String),
+}
+
+impl HistoryKeeper {
+    /// Begins an empty history, which is not written to a file.
+    pub(super) fn new() -> Self {
+        let shared = Shared { history: History::new(MAX_BYTES), folder: None };
+        Self {
+            shared: SharedHistory(Arc::new(Mutex::new(shared))),
+            changes: Changes::default(),
+            waiting: Vec::new(),
+            next_number: 0,
+            clock: Clock::start(),
+            lock: None,
+            writer: None,
+        }
+    }
+
+    /// The history, for those who read it.
+    pub(super) fn shared(&self) -> SharedHistory {
+        self.shared.clone()
+    }
+
+    /// Number of the next change, of those that are in the history already.
+    pub(super) fn next_number(&self) -> u64 {
+        self.next_number
+    }
+
+    /// Notes that the process has started, after the history of the file in this folder, and writes the file from now on;
+    /// returns what was in it. A file that is not understood is left alone, and nothing is written.
+    pub(super) fn begin(&mut self, folder: Option<&Path>) -> Vec<HistoryEntry> {
+        let file = folder.and_then(|folder| self.restore(folder));
+        // Greater than all that an earlier process can have given, unless the clock was set back.
+        let millis = self.clock.now().wall.as_nanos() / 1_000_000;
+        self.shared.lock().history.go_on_from(u64::try_from(millis).unwrap_or(0));
+        let earlier = self.shared.lock().history.entries();
+        self.note(ChangeKind::Started, format!("started, {}", env!("SIGNAL_GATEWAY_VERSION")));
+        self.writer = file.and_then(|file| {
+            let writer = HistoryWriter::start(file, self.shared.clone());
+            writer.inspect_err(|error| tracing::warn!("the history is not written: {error}")).ok()
+        });
+        earlier
+    }
+
+    /// Reads the file in this folder; returns it if it may be written.
+    fn restore(&mut self, folder: &Path) -> Option<HistoryFile> {
+        self.shared.lock().folder = Some(folder.to_owned());
+        let file = HistoryFile::in_folder(folder);
+        let (lock, read) = match file.claim().and_then(|lock| Ok((lock, file.read()?))) {
+            Ok(claimed) => claimed,
+            Err(error) => {
+                let path = file.path().display();
+                tracing::warn!(
+                    "the history is not kept over the end of the process: {path}: {error}; give it a folder \
+                     of its own by [black_box] folder, or move the file away"
+                );
+                return None;
+            }
+        };
+        let now = self.clock.now();
+        let mut shared = self.shared.lock();
+        if let Some(ReadHistory { writer, entries, unreadable }) = read {
+            let unreadable = unreadable + shared.history.restore(entries);
+            if unreadable > 0 {
+                let lines = counted(unreadable, "line");
+                let text = format!("{lines} of the history could not be read");
+                tracing::warn!("{}: {text}", file.path().display());
+                shared.history.add(process(ChangeKind::Missing, text), None, now.wall);
+            }
+            if writer == WriterState::Running {
+                let next = shared.history.next_number();
+                shared.history.go_on_from(next + MOST_UNWRITTEN);
+                let text = "the run before did not end in order; its last minute may be missing";
+                shared.history.add(process(ChangeKind::Missing, text.to_owned()), None, now.wall);
+            }
+        }
+        drop(shared);
+        self.lock = lock;
+        Some(file)
+    }
+
+    /// Notes the changes in an output.
+    pub(super) fn given_out(&mut self, output: &Output, at: MonoTime) {
+        let changes = self.changes.of(output);
+        if !changes.is_empty() {
+            let stamp = self.clock.now().wall;
+            self.waiting
+                .extend(changes.into_iter().map(|event| Note::Change(event.change(), Some(at), stamp)));
+        }
+        if !self.waiting.is_empty() {
+            self.take_over();
+        }
+    }
+
+    /// Notes that the frames from `start` to `end` are in a black-box recording.
+    pub(super) fn recorded(&mut self, start: Now, end: Now, recording: String) {
+        self.waiting.push(Note::Recorded(start.mono, end.mono, recording));
+        self.take_over();
+    }
+
+    /// Puts what waits into the history, unless somebody reads it at this moment.
+    fn take_over(&mut self) {
+        let mut shared = match self.shared.0.try_lock() {
+            Ok(shared) => shared,
+            Err(TryLockError::WouldBlock) => return,
+            Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
+        };
+        self.next_number = shared.take(self.waiting.drain(..));
+    }
+
+    /// Notes the end of the process, and begins to write the history for the last time.
+    pub(super) fn end(&mut self) {
+        self.note(ChangeKind::Stopped, "stopped".to_owned());
+        if let Some(writer) = &mut self.writer {
+            writer.stop = None;
+        }
+    }
+
+    /// Waits until the history is written. Call it when all else has ended, so that the disk had that time as well.
+    pub(super) fn wait(self) {
+        let is_late = |writer: &HistoryWriter| {
+            writer.ended.recv_timeout(STOP_PATIENCE) == Err(RecvTimeoutError::Timeout)
+        };
+        if self.writer.as_ref().is_some_and(is_late) {
+            tracing::warn!("the end of the history is not written: the disk is too slow");
+        }
+    }
+
+    fn note(&mut self, kind: ChangeKind, text: String) {
+        let now = self.clock.now();
+        self.waiting.push(Note::Change(process(kind, text), None, now.wall));
+        self.next_number = self.shared.lock().take(self.waiting.drain(..));
+    }
+}
+
+/// What has happened to the process itself.
+fn process(kind: ChangeKind, text: String) -> Change {
+    let level = if kind == ChangeKind::Missing { Level::Warn } else { Level::Ok };
+    Change { kind, level, subject: SUBJECT.to_owned(), text, remedy: String::new() }
+}
+
+/// Writes the file in a thread: from time to time, and at the end.
+struct HistoryWriter {
+    /// Dropped to stop it.
+    stop: Option<Sender<()>>,
+    ended: Receiver<()>,
+}
+
+impl HistoryWriter {
+    fn start(file: HistoryFile, shared: SharedHistory) -> std::io::Result<Self> {
+        let (stop, stopped) = channel();
+        let (end, ended) = channel();
+        thread::Builder::new().name("history".to_owned()).spawn(move || {
+            // Dropped at the end, which ends the wait of `stop`.
+            let _end: Sender<()> = end;
+            write_until(&stopped, &file, &shared);
+        })?;
+        Ok(Self { stop: Some(stop), ended })
+    }
+}
+
+fn write_until(stopped: &Receiver<()>, file: &HistoryFile, shared: &SharedHistory) {
+    let (mut written, mut is_failing) = (None, false);
+    // At once, so that the file tells that this process runs.
+    let mut interval = Duration::ZERO;
+    loop {
+        let is_over = stopped.recv_timeout(interval) != Err(RecvTimeoutError::Timeout);
+        interval = SAVE_INTERVAL;
+        let (revision, entries) = {
+            let shared = shared.lock();
+            let revision = Some(shared.history.revision());
+            (revision, if revision == written && !is_over { Vec::new() } else { shared.history.entries() })
+        };
+        if revision != written || is_over {
+            let writer = if is_over { WriterState::Stopped } else { WriterState::Running };
+            match file.write(&entries, writer) {
+                Ok(()) => (written, is_failing) = (revision, false),
+                Err(error) if is_failing => tracing::debug!("{}: {error}", file.path().display()),
+                Err(error) => {
+                    is_failing = true;
+                    tracing::warn!("the history is not written: {}: {error}", file.path().display());
+                }
+            }
+        }
+        if is_over {
+            return;
+        }
+    }
+}

@@ -1,0 +1,352 @@
+//! `run` and `demo`: the gateway between its edges, in one loop.
+//!
+//! A single thread owns the gateway. It sleeps until an input, a deadline or a signal comes, and
+//! feeds the service manager's watchdog from the same loop: a loop that hangs is restarted.
+
+pub mod bus_survey;
+pub mod discover;
+mod error;
+mod fault_recorder;
+mod gateway_io;
+mod history;
+mod pages;
+pub mod publisher;
+mod receivers;
+pub mod recording;
+pub mod rehearsal;
+pub mod reload;
+mod ros_environment;
+mod signals;
+mod status_changes;
+pub mod vehicle;
+mod watchdog;
+mod watching;
+
+pub use error::DaemonError;
+pub use pages::ReportPage;
+pub use watching::build;
+
+use std::future::pending;
+use std::io;
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use tokio::time::sleep_until;
+
+use crate::config::Settings;
+use crate::config::gateway::{SourceKind, Stamps};
+use crate::io::can::log::{Log, no_frame};
+use crate::io::can::sender_lock::SenderLock;
+use crate::io::clock::Clock;
+use crate::io::ros::inbox::{Arrival, Inbox};
+use crate::replay::{RecordedInput, Recording, Replay, Routes};
+use crate::report::gateway::JsonTimeline;
+use crate::report::view::View;
+use can_signal::can::{BusIndex, CanInput, IdMatch, LinkState, link_text};
+use gateway_base::time::{MonoTime, Now};
+use gateway_core::command::input::CommandInput;
+use gateway_core::gateway::call::GatewayCall;
+use gateway_core::gateway::live::Live;
+use gateway_io::{GatewayIo, Woken};
+use receivers::Receivers;
+use reload::{ReadConfiguration, Reloader};
+use signals::StopSignals;
+
+/// How a recording is played.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Playback {
+    /// Factor on the original timing.
+    pub speed: f64,
+    /// True to start again at the end.
+    pub repeat: bool,
+    /// Time that goes into message stamps.
+    pub stamps: Stamps,
+    /// True to continue at the end with silent buses instead of returning.
+    pub stay: bool,
+}
+
+/// Opens the recording, first at the start and again for each repetition.
+pub type Reopen<'a> = &'a dyn Fn() -> io::Result<Recording>;
+
+/// Longest wait for the last frames to the vehicle when the queue of the bus is full.
+const LAST_FRAMES: Duration = Duration::from_millis(300);
+
+/// Longest time for which a late recording is played without a check for a stop or for messages.
+const MAX_SIGNAL_POLL: Duration = Duration::from_millis(20);
+
+/// Time without a frame after which [`listen`] passes an empty batch.
+const QUIET: Duration = Duration::from_millis(100);
+
+/// Runs on the configured source until a stop signal arrives. SIGHUP reloads the result of `read`, unless a recording
+/// is played.
+pub fn run(
+    settings: Settings,
+    view: View,
+    read: ReadConfiguration,
+    report: ReportPage,
+) -> Result<(), DaemonError> {
+    match (settings.source, settings.recording.clone()) {
+        (SourceKind::Socketcan, _) => runtime()?.block_on(run_live(settings, view, read, report)),
+        (SourceKind::Recording, None) => Err(DaemonError::NoRecording),
+        (SourceKind::Recording, Some(recording)) => {
+            let playback = Playback {
+                speed: recording.speed,
+                repeat: recording.repeat,
+                stamps: recording.stamps,
+                stay: true,
+            };
+            let reopen = || Log::open(&recording.file).map(Recording::from);
+            let name = recording.file.display().to_string();
+            let mut routes = Routes::by_interface(&settings.gateway);
+            routes.adopt_only_interface(&recording.file);
+            play(settings, view, None, Some(report), (&name, &reopen, routes), playback)
+        }
+    }
+}
+
+/// Plays a recording in real time, publishing as `run` does. With `report` it keeps black boxes and history in the
+/// configured folder.
+pub fn play(
+    settings: Settings,
+    view: View,
+    json: Option<JsonTimeline>,
+    report: Option<ReportPage>,
+    (name, reopen, routes): (&str, Reopen<'_>, Routes),
+    playback: Playback,
+) -> Result<(), DaemonError> {
+    runtime()?.block_on(async {
+        let keeps_history = report.is_some();
+        let mut gateway_io = GatewayIo::open(&settings, view, json, report)?;
+        if keeps_history {
+            gateway_io.keep_history(&settings);
+            gateway_io.open_black_box(&settings, &vec![LinkState::Up; settings.gateway.buses.len()]);
+        }
+        gateway_io.keep_configuration();
+        // On the heap: the settings make it large.
+        let outcome = Box::pin(play_on(settings, &mut gateway_io, (name, reopen, routes), playback)).await;
+        gateway_io.close();
+        outcome
+    })
+}
+
+/// Passes the frames of the configured interfaces with these `ids` (all frames if `None`) to `take`, until a stop
+/// signal arrives or `take` fails. After a silence `take` gets an empty batch.
+pub fn listen(
+    settings: &Settings,
+    ids: impl Fn(BusIndex) -> Option<Vec<IdMatch>>,
+    mut take: impl FnMut(&[CanInput]) -> io::Result<()>,
+) -> Result<(), DaemonError> {
+    runtime()?.block_on(async {
+        let mut stop = StopSignals::listen()?;
+        let (mut receivers, _) = Receivers::start(settings, ids);
+        loop {
+            tokio::select! {
+                () = stop.requested() => return Ok(()),
+                () = sleep_until((Instant::now() + QUIET).into()) => take(&[])?,
+                batch = receivers.recv() => {
+                    let batch = batch?;
+                    for input in &batch {
+                        if let CanInput::Link { bus, state } = *input
+                            && state != LinkState::Up
+                            && let Some(bus) = settings.gateway.buses.get(usize::from(bus.0))
+                        {
+                            tracing::warn!("{}", link_text(&bus.interface, state));
+                        }
+                    }
+                    take(&batch)?;
+                }
+            }
+        }
+    })
+}
+
+/// Passes the inputs of one interface to `take`, until `take` breaks, a stop signal arrives, or `length` is over. The
+/// state of a link that is not up is passed as well.
+pub fn listen_to(
+    interface: &str,
+    length: Duration,
+    mut take: impl FnMut(CanInput) -> ControlFlow<()>,
+) -> Result<(), DaemonError> {
+    runtime()?.block_on(async {
+        let mut stop = StopSignals::listen()?;
+        let mut receivers = Receivers::of_all_frames(&[interface.to_owned()]);
+        let end = sleep_until((Instant::now() + length).into());
+        tokio::pin!(end);
+        loop {
+            tokio::select! {
+                () = stop.requested() => return Ok(()),
+                () = &mut end => return Ok(()),
+                batch = receivers.recv() => {
+                    if batch?.into_iter().try_for_each(&mut take).is_break() {
+                        return Ok(());
+                    }
+                }
+            }
+        }
+    })
+}
+
+fn runtime() -> io::Result<tokio::runtime::Runtime> {
+    tokio::runtime::Builder::new_current_thread().enable_all().build()
+}
+
+async fn run_live(
+    settings: Settings,
+    view: View,
+    read: ReadConfiguration,
+    report: ReportPage,
+) -> Result<(), DaemonError> {
+    let _sender_lock = SenderLock::take(settings.gateway.command_interfaces()).await?;
+    let mut gateway_io = GatewayIo::open(&settings, view, None, Some(report))?;
+    gateway_io.keep_history(&settings);
+    let (mut receivers, transmitters) =
+        Receivers::start(&settings, |bus| Some(settings.gateway.relevant_ids(bus)));
+    let (links, early) = receivers.first_links(settings.gateway.buses.len()).await?;
+    gateway_io.open_black_box(&settings, &links);
+    gateway_io.observe_process(&settings);
+    let mut reloader = Reloader::new(read);
+    let inbox = gateway_io.inbox();
+    let clock = Clock::start();
+    let started = clock.now();
+    gateway_io.record_call(GatewayCall::Start(links.clone()), started);
+    let mut live = Live::new(settings.gateway, &links, started);
+    gateway_io.receive(&mut live, early, clock.now());
+    gateway_io.ready(live.gateway(), clock.now());
+    // Deadline for the last frames to the vehicle, and the outcome, after a stop request or a failure.
+    let mut ending: Option<(Instant, Result<(), DaemonError>)> = None;
+    let outcome = loop {
+        // Read before frames are sent, so that frames that are due before the end are sent however long that takes.
+        let looked = Instant::now();
+        gateway_io.emit_live(&mut live, &transmitters, &clock);
+        gateway_io.show(live.gateway(), clock.now());
+        let mut reason = gateway_io.take_failure().filter(|_| ending.is_none()).map(Err);
+        if ending.as_ref().is_some_and(|(end, _)| live.is_finished() || looked >= *end)
+            && let Some((_, outcome)) = ending
+        {
+            break outcome;
+        }
+        let wake = clock.instant(live.wake_at()).min(gateway_io.next_look);
+        let wake = ending.as_ref().map_or(wake, |(end, _)| wake.min(*end));
+        let wake = if reason.is_some() { Instant::now() } else { wake };
+        let is_receiving = !matches!(ending, Some((_, Err(_))));
+        tokio::select! {
+            () = gateway_io.stop.requested(), if ending.is_none() => reason = Some(Ok(())),
+            () = gateway_io.watchdog.ping_due() => gateway_io.supervisor.feed_watchdog(),
+            () = gateway_io.watching.due() => {}
+            () = gateway_io.reload.requested(), if ending.is_none() => {
+                gateway_io.supervisor.reloading();
+                reloader.request();
+            }
+            read = reloader.finished(), if ending.is_none() => {
+                let mut state = gateway_io.configuration.take().unwrap_or_default();
+                reload::apply(read, &mut state, (&mut live, &receivers, &mut gateway_io), clock.now());
+                gateway_io.configuration = Some(state);
+                if !reloader.request_again() {
+                    gateway_io.ready(live.gateway(), clock.now());
+                }
+            }
+            batch = receivers.recv(), if is_receiving => match batch {
+                Ok(batch) => gateway_io.receive(&mut live, batch, clock.now()),
+                Err(error) => reason = Some(Err(error)),
+            },
+            arrival = next_received(inbox.as_deref()) => {
+                gateway_io.receive_sample(&mut live, arrival, clock.now());
+            }
+            () = sleep_until(wake.into()) => {}
+        }
+        if let (Some(reason), None) = (reason, &ending) {
+            let now = clock.now();
+            gateway_io.record_call(GatewayCall::Stop, now);
+            live.take([CommandInput::Stop], now, |_, _| ());
+            ending = Some((Instant::now() + LAST_FRAMES, reason));
+        }
+    };
+    gateway_io.close();
+    outcome
+}
+
+/// Returns the next sample of ROS 2. Never completes without a source. Cancel safe.
+async fn next_received(inbox: Option<&Inbox>) -> Arrival {
+    let Some(inbox) = inbox else { return pending().await };
+    match inbox.take().await {
+        Some(arrival) => arrival,
+        // The end of a session is noticed when something is published.
+        None => pending().await,
+    }
+}
+
+async fn play_on(
+    settings: Settings,
+    gateway_io: &mut GatewayIo,
+    (name, reopen, routes): (&str, Reopen<'_>, Routes),
+    playback: Playback,
+) -> Result<(), DaemonError> {
+    let unreadable = |error| DaemonError::Recording { file: name.to_owned(), error };
+    let clock = Clock::start();
+    let (recording, gateway) = (reopen().map_err(unreadable)?, settings.gateway);
+    let replay = match playback.stamps {
+        Stamps::Recorded => Replay::new(gateway, recording, routes),
+        Stamps::Now => Replay::in_the_present(clock.now().wall, gateway, recording, routes),
+    };
+    let mut replay = replay.map_err(unreadable)?.in_real_time();
+    gateway_io.ready(replay.gateway(), replay.now());
+    let inbox = gateway_io.inbox();
+    let mut polled = Instant::now();
+    loop {
+        let now = replay.now();
+        gateway_io.emit(|| replay.poll_output(), now)?;
+        gateway_io.show(replay.gateway(), now);
+        let Some(next) = replay.next_time() else {
+            if let Some(breakage) = replay.log().breakage() {
+                tracing::warn!(file = name, "{breakage}");
+            }
+            if playback.repeat {
+                replay.rewind(reopen().map_err(unreadable)?).map_err(unreadable)?;
+                gateway_io.view.begin_again(now.mono);
+            }
+            // A recording without a frame of ours has nothing to repeat.
+            if replay.next_time().is_none() {
+                if replay.counts().is_empty() {
+                    return Err(unreadable(no_frame()));
+                }
+                if !playback.stay {
+                    return Ok(());
+                }
+                replay.end();
+            }
+            continue;
+        };
+        let real = MonoTime::ZERO.after(next.since(MonoTime::ZERO).div_f64(playback.speed));
+        let wake = clock.instant(real);
+        // Frames are µs apart: only what lies ahead is waited for.
+        if wake > Instant::now() || polled.elapsed() > MAX_SIGNAL_POLL {
+            let woken = gateway_io.wait_until(wake, next_received(inbox.as_deref())).await?;
+            polled = Instant::now();
+            let now = clock.now();
+            replay.set_wall_time(now.wall);
+            match woken {
+                Woken::Stopped => return Ok(()),
+                Woken::Received(arrival) => {
+                    gateway_io.record_sample(&arrival, replay.now().wall);
+                    let at = now.mono.since(MonoTime::ZERO).mul_f64(playback.speed);
+                    replay.receive(arrival.input, MonoTime::ZERO.after(at));
+                    continue;
+                }
+                Woken::Watched => continue,
+                Woken::Due => {}
+            }
+        }
+        replay.set_wall_time(clock.now().wall);
+        if let Some((RecordedInput::Can(input), at)) = replay.upcoming() {
+            let (mut input, recorded) = (*input, replay.now().wall.after(at.since(replay.now().mono)));
+            let is_present = playback.stamps == Stamps::Now;
+            let wall = if is_present { clock.now().wall } else { recorded };
+            if let (CanInput::Frame { stamp, .. }, true) = (&mut input, is_present) {
+                *stamp = wall;
+            }
+            gateway_io.record_received(input, wall);
+            gateway_io.keep(Some(input), Now { mono: at, wall });
+        }
+        replay.step().map_err(unreadable)?;
+    }
+}

@@ -1,0 +1,133 @@
+//! Another configuration for the running gateway: read and checked beside the loop, then put into effect within it.
+
+use std::future::pending;
+use std::sync::Arc;
+use std::thread;
+
+use tokio::sync::oneshot;
+
+use super::gateway_io::GatewayIo;
+use super::receivers::Receivers;
+use crate::config::Settings;
+use crate::io::process_log;
+use gateway_base::time::Now;
+use gateway_core::gateway::call::GatewayCall;
+use gateway_core::gateway::configuration::{
+    Change, ConfigurationState, EffectiveConfiguration, changes_text, plan,
+};
+use gateway_core::gateway::live::Live;
+
+/// Reads the configuration again, with all that it names, and checks it as at the start; an error is for people.
+pub type ReadConfiguration = Arc<dyn Fn() -> Result<Settings, String> + Send + Sync>;
+
+/// `MESSAGE_ID` of a reload in the journal. They never change.
+const RELOADED: &str = "4c1e8a4b0f5d4a0e9f0b6a3d7c52e130";
+const REFUSED: &str = "4c1e8a4b0f5d4a0e9f0b6a3d7c52e131";
+
+/// A configuration that can be used.
+type Read = Result<Box<Settings>, String>;
+
+/// Reads configurations, one at a time.
+pub(super) struct Reloader {
+    read: ReadConfiguration,
+    reading: Option<oneshot::Receiver<Read>>,
+    /// Requested while one was being read, which may have missed what it is about.
+    is_requested_again: bool,
+}
+
+impl Reloader {
+    pub(super) fn new(read: ReadConfiguration) -> Self {
+        Self { read, reading: None, is_requested_again: false }
+    }
+
+    /// Begins to read; [`Self::finished`] gives the result.
+    pub(super) fn request(&mut self) {
+        if self.reading.is_some() {
+            self.is_requested_again = true;
+            return;
+        }
+        let (sender, reading) = oneshot::channel();
+        self.reading = Some(reading);
+        let read = Arc::clone(&self.read);
+        let work = move || {
+            let read = read().map(Box::new);
+            // The receiver is gone once the gateway stops.
+            let _ = sender.send(read);
+        };
+        // Without a thread the sender is dropped, which `finished` reports.
+        let _ = thread::Builder::new().name("reload".to_owned()).spawn(work);
+    }
+
+    /// Waits for the configuration that is being read; for ever when none is. Loses nothing when it is given up.
+    pub(super) async fn finished(&mut self) -> Read {
+        let Some(reading) = &mut self.reading else { return pending().await };
+        let read = reading.await.unwrap_or_else(|_| Err("reading it has failed unexpectedly".to_owned()));
+        self.reading = None;
+        read
+    }
+
+    /// Begins to read again if that was requested meanwhile. Returns false if there is nothing more to read.
+    pub(super) fn request_again(&mut self) -> bool {
+        let is_requested = std::mem::take(&mut self.is_requested_again);
+        if is_requested {
+            self.request();
+        }
+        is_requested
+    }
+}
+
+/// A configuration that is not put into effect.
+struct ReloadRefusal {
+    reason: String,
+    /// What it would have changed, as far as that is known.
+    changes: Vec<Change>,
+}
+
+/// Puts a configuration into effect, or refuses it as a whole: the status, the diagnostics and the journal say so.
+pub(super) fn apply(
+    read: Read,
+    state: &mut ConfigurationState,
+    edges: (&mut Live, &Receivers, &mut GatewayIo),
+    now: Now,
+) {
+    match take_over(read, &state.in_effect, edges, now) {
+        Ok((parts, changes)) => {
+            let text = changes_text(&changes);
+            let text = if text.is_empty() { "nothing is different" } else { &text };
+            let text = format!("configuration reloaded: {text}");
+            process_log::record(tracing::Level::INFO, "configuration", &text, &[("MESSAGE_ID", RELOADED)]);
+            state.applied(parts, changes, now.wall);
+        }
+        Err(ReloadRefusal { reason, changes }) => {
+            let text = format!("configuration not reloaded, the one before goes on: {reason}");
+            let cause = reason.lines().next().unwrap_or_default();
+            let fields = [("MESSAGE_ID", REFUSED), ("CAUSE", cause)];
+            process_log::record(tracing::Level::WARN, "configuration", &text, &fields);
+            state.refused(reason, changes, now.wall);
+        }
+    }
+}
+
+/// Puts a configuration into effect; gives its parts, and those that were others before.
+fn take_over(
+    read: Read,
+    in_effect: &EffectiveConfiguration,
+    (live, receivers, gateway_io): (&mut Live, &Receivers, &mut GatewayIo),
+    now: Now,
+) -> Result<(EffectiveConfiguration, Vec<Change>), ReloadRefusal> {
+    let settings = *read.map_err(|reason| ReloadRefusal { reason, changes: Vec::new() })?;
+    let plan = plan(in_effect, &settings.in_effect);
+    if !plan.restart.is_empty() {
+        let reason = format!("restart needed for {}", changes_text(&plan.restart));
+        return Err(ReloadRefusal { reason, changes: plan.restart });
+    }
+    // What is received from here on is handled under the new configuration, which leaves aside what it does not need.
+    if let Err(error) = receivers.receive_ids(|bus| settings.gateway.relevant_ids(bus)) {
+        let reason = format!("the CAN filters cannot be set: {error}");
+        return Err(ReloadRefusal { reason, changes: plan.reloadable });
+    }
+    gateway_io.reconfigure(&settings);
+    gateway_io.record_call(GatewayCall::Reconfigure, now);
+    live.reconfigure(settings.gateway);
+    Ok((settings.in_effect, plan.reloadable))
+}

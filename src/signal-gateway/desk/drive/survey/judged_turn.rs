@@ -1,0 +1,181 @@
+//! A turn of a route, and whether its signal is right where it is required.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::config::drive::DriveFile;
+use gateway_base::names::variant_name;
+use lanelet2_map::geometry::Point;
+use lanelet2_map::geometry::polyline::{length_m, nearest};
+use lanelet2_map::geometry::required_end::required_end;
+use lanelet2_map::lane_network::{LaneId, TurnDirection};
+use lanelet2_map::tag_check::MapFlaw;
+use turn_signal::side::Side;
+
+/// Sections are judged this far from their ends, metres, since distances are measured along the middle of the lanes.
+const MARGIN_M: f64 = 1.5;
+
+/// What is wrong with the signal of a turn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SignalFault {
+    /// Its side is not shown at all while it is required.
+    Missed,
+    /// It is shown during a part of the required section only.
+    Short,
+    /// The other side is shown while this one is required.
+    Opposite,
+    /// It goes off and on again on the way through the turn.
+    Flickering,
+}
+
+impl SignalFault {
+    /// All faults, in the order of reports.
+    pub const ALL: [Self; 4] = [Self::Missed, Self::Short, Self::Opposite, Self::Flickering];
+
+    /// What it is called.
+    pub fn name(self) -> &'static str {
+        variant_name(&self)
+    }
+}
+
+/// The side to which a lanelet turns, and the flaw of the map if its tag does not say so.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct ExpectedSide {
+    pub(super) side: Side,
+    pub(super) flaw: Option<MapFlaw>,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct JudgedTurn {
+    pub(super) lane: LaneId,
+    pub(super) side: Side,
+    /// Its start, metres from the start of the route.
+    pub(super) start_m: f64,
+    /// Where its signal is required: from the front at its start to the rear axle at the end of the required section.
+    required_m: [f64; 2],
+    /// A flaw of the map at one of its lanelets, or at one that is one turn with it.
+    pub(super) flaw: Option<MapFlaw>,
+}
+
+/// Returns the turns of a route; several lanelets to one side that follow each other are one.
+pub(super) fn turns(
+    file: &DriveFile,
+    lanes: &[LaneId],
+    expected: &BTreeMap<LaneId, ExpectedSide>,
+) -> Vec<JudgedTurn> {
+    let front_m = file.decider.vehicle.front_m();
+    let threshold_deg = file.decider.parameters.intersection_angle_threshold_deg;
+    let flaws = flaws(file, lanes, expected);
+    let mut start_m = 0.0;
+    let mut turns = Vec::new();
+    let side = |lane: &LaneId| expected.get(lane).map(|expected| expected.side);
+    for group in lanes.chunk_by(|one, next| side(one) == side(next)) {
+        let middle: Vec<Point> = group
+            .iter()
+            .filter_map(|id| file.road.lane(*id))
+            .flat_map(|lane| lane.centerline.iter().copied())
+            .collect();
+        if let ([lane, ..], Some(side)) = (group, group.first().and_then(side)) {
+            let end = required_end(&middle, threshold_deg).and_then(|end| nearest(&middle, end.position));
+            let required_m = [start_m - front_m, start_m + end.map_or(0.0, |end| end.arc_m)];
+            let flaw = group.iter().find_map(|lane| flaws.get(lane).copied().cloned());
+            turns.push(JudgedTurn { lane: *lane, side, start_m, required_m, flaw });
+        }
+        start_m += length_m(&middle);
+    }
+    turns
+}
+
+/// Returns the flaw of the map by which each lanelet of a route is signalled wrongly: its own, or one of a lanelet with the same tag next to it, with
+/// which it is one turn to the decider.
+fn flaws<'a>(
+    file: &DriveFile,
+    lanes: &[LaneId],
+    expected: &'a BTreeMap<LaneId, ExpectedSide>,
+) -> BTreeMap<LaneId, &'a MapFlaw> {
+    let turn_direction = |lane: &LaneId| file.road.lane(*lane).map(|lane| lane.turn_direction);
+    let is_one_turn = |one: &LaneId, next: &LaneId| {
+        matches!(turn_direction(one), Some(TurnDirection::Left | TurnDirection::Right))
+            && turn_direction(one) == turn_direction(next)
+    };
+    let tagged_alike = lanes.chunk_by(is_one_turn);
+    let flawed = tagged_alike.filter_map(|group| {
+        let flaw = group.iter().find_map(|lane| expected.get(lane)?.flaw.as_ref())?;
+        Some(group.iter().map(move |lane| (*lane, flaw)))
+    });
+    flawed.flatten().collect()
+}
+
+impl JudgedTurn {
+    /// Returns what is wrong with the signal, given what is `shown` at each position of the rear axle in metres; `None` if nothing is.
+    pub(super) fn fault(&self, turns: &[Self], shown: &[(f64, Option<Side>)]) -> Option<SignalFault> {
+        let [from_m, to_m] = self.required_m;
+        let within = |at_m: f64, margin_m: f64| at_m >= from_m + margin_m && at_m <= to_m - margin_m;
+        let other_is_required = |at_m: f64| {
+            let is_near =
+                |turn: &Self| at_m >= turn.required_m[0] - MARGIN_M && at_m <= turn.required_m[1] + MARGIN_M;
+            turns.iter().any(|turn| turn.side != self.side && is_near(turn))
+        };
+        let required: Vec<Option<Side>> = shown
+            .iter()
+            .filter(|(at_m, _)| within(*at_m, MARGIN_M) && !other_is_required(*at_m))
+            .map(|(_, side)| *side)
+            .collect();
+        let is_shown = |side: &Option<Side>| *side == Some(self.side);
+        if required.is_empty() {
+            return None;
+        }
+        if required.iter().any(|side| side.is_some_and(|side| side != self.side)) {
+            return Some(SignalFault::Opposite);
+        }
+        if !required.iter().any(is_shown) {
+            return Some(SignalFault::Missed);
+        }
+        if !required.iter().all(is_shown) {
+            return Some(SignalFault::Short);
+        }
+        let through: Vec<bool> =
+            shown.iter().filter(|(at_m, _)| within(*at_m, 0.0)).map(|(_, side)| is_shown(side)).collect();
+        let comes_on = through.windows(2).filter(|pair| matches!(pair, [false, true])).count();
+        (comes_on > 1).then_some(SignalFault::Flickering)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn turn(side: Side, required_m: [f64; 2]) -> JudgedTurn {
+        JudgedTurn { lane: 7, side, start_m: required_m[0] + 4.0, required_m, flaw: None }
+    }
+
+    /// What is shown at each metre from 0 to 99.
+    fn shown(side: impl Fn(u8) -> Option<Side>) -> Vec<(f64, Option<Side>)> {
+        (0..100).map(|at_m| (f64::from(at_m), side(at_m))).collect()
+    }
+
+    #[test]
+    fn each_fault_is_found_and_a_right_signal_has_none() {
+        use Side::{Left, Right};
+        let of = |side: &dyn Fn(u8) -> Option<Side>| {
+            let left = turn(Left, [40.0, 60.0]);
+            left.fault(&[left.clone(), turn(Right, [70.0, 80.0])], &shown(side))
+        };
+        let during = |range: std::ops::Range<u8>| move |at_m| range.contains(&at_m).then_some(Left);
+        assert_eq!(of(&during(10..65)), None);
+        assert_eq!(of(&during(41..60)), None, "within the tolerance");
+        assert_eq!(of(&during(61..70)), Some(SignalFault::Missed));
+        assert_eq!(of(&during(48..65)), Some(SignalFault::Short));
+        assert_eq!(of(&|at_m| Some(if at_m < 50 { Left } else { Right })), Some(SignalFault::Opposite));
+        let near = turn(Left, [40.0, 72.0]);
+        let both = shown(|at_m| Some(if at_m < 68 { Left } else { Right }));
+        assert_eq!(
+            near.fault(&[near.clone(), turn(Right, [69.0, 80.0])], &both),
+            None,
+            "where both are required either may be shown"
+        );
+        assert_eq!(turn(Left, [200.0, 220.0]).fault(&[], &both), None, "not driven");
+    }
+}

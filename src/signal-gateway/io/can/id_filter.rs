@@ -1,0 +1,64 @@
+//! The identifiers that are received on an interface. They can be changed at any time.
+
+use std::io;
+use std::os::fd::{AsFd as _, OwnedFd};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use super::socket::{CanSocket, filter_frames};
+use can_signal::can::IdMatch;
+
+/// The data frames that the kernel lets through for one interface. The receiving task and its owner share it.
+#[derive(Debug, Clone, Default)]
+pub struct IdFilter(Arc<Mutex<FilterState>>);
+
+#[derive(Debug, Default)]
+struct FilterState {
+    ids: Option<Vec<IdMatch>>,
+    /// The receiving socket; `None` while the interface is not open.
+    socket: Option<OwnedFd>,
+}
+
+impl IdFilter {
+    /// Lets the frames of these messages through, which need up to 512 filters, or all frames if `None`.
+    pub fn new(ids: Option<Vec<IdMatch>>) -> Self {
+        Self(Arc::new(Mutex::new(FilterState { ids, socket: None })))
+    }
+
+    /// Changes the identifiers, also for when the interface is opened again. The kernel adds the new filters before
+    /// it removes the old ones, so no frame that passes both is lost. Returns the error of `setsockopt`, e.g.
+    /// `EINVAL` for more than 512 filters; the filter is then unchanged.
+    pub fn set(&self, ids: Vec<IdMatch>) -> io::Result<()> {
+        let mut state = self.state();
+        let ids = Some(ids);
+        if state.ids != ids {
+            state.socket.as_ref().map_or(Ok(()), |socket| filter_frames(socket, ids.as_deref()))?;
+            state.ids = ids;
+        }
+        Ok(())
+    }
+
+    /// Returns the present identifiers; `None` means all.
+    pub fn ids(&self) -> Option<Vec<IdMatch>> {
+        self.state().ids.clone()
+    }
+
+    /// Applies changes to this socket as well, until the result is dropped.
+    pub(super) fn attach(&self, socket: &CanSocket) -> io::Result<Attached> {
+        self.state().socket = Some(socket.as_fd().try_clone_to_owned()?);
+        Ok(Attached(self.clone()))
+    }
+
+    /// A panic cannot leave the state inconsistent.
+    fn state(&self) -> MutexGuard<'_, FilterState> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Detaches the socket when it is dropped.
+pub(super) struct Attached(IdFilter);
+
+impl Drop for Attached {
+    fn drop(&mut self) {
+        self.0.state().socket = None;
+    }
+}

@@ -1,0 +1,40 @@
+//! An element of a message that is an array: the lights, groups or markers of one emission.
+
+use std::fmt::Debug;
+
+use serde::Serialize;
+
+use gateway_base::time::WallStamp;
+use traffic_lights::compat::Compat;
+
+/// The position of the emission's stamp in a message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum StampPosition {
+    /// The message has no stamp.
+    Nowhere,
+    /// The message begins with the stamp.
+    Message,
+    /// Each element begins with the stamp.
+    Elements,
+}
+
+/// An element of the array that a message consists of.
+pub(super) trait ArrayElement: Serialize {
+    /// The item of [`LightsContent`](traffic_lights::emission::LightsContent) that the element shows.
+    type Item: Debug + Clone;
+    /// Position of the stamp in the message.
+    const STAMP: StampPosition;
+    /// Alignment of the first field, bytes.
+    const ALIGNMENT: usize;
+
+    /// Makes the element of an item.
+    fn new(item: &Self::Item, stamp: WallStamp, compat: Compat) -> Self;
+
+    /// True if both items have the same element, stamps aside.
+    fn is_same(one: &Self::Item, other: &Self::Item) -> bool;
+}
+
+/// Makes the elements of all items, in order.
+pub(super) fn elements<E: ArrayElement>(items: &[E::Item], stamp: WallStamp, compat: Compat) -> Vec<E> {
+    items.iter().map(|item| E::new(item, stamp, compat)).collect()
+}

@@ -1,0 +1,73 @@
+//! Messages with traffic lights: the message of each type that an emission becomes.
+
+use serde::{Serialize, Serializer};
+
+use super::generated::autoware_perception_msgs::{TrafficLightGroupArray, TrafficSignalArray};
+use super::generated::rosgraph_msgs::Clock;
+use super::generated::traffic_simulator_msgs::TrafficLightArrayV1;
+use super::generated::visualization_msgs::MarkerArray;
+pub use traffic_lights::architecture::LightsType;
+use traffic_lights::compat::Compat;
+use traffic_lights::emission::{Emission, LightsContent};
+
+/// A message that shows traffic lights.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LightsMessage {
+    /// One entry for each head.
+    ArrayV1(TrafficLightArrayV1),
+    /// One entry for each group.
+    SignalArray(TrafficSignalArray),
+    /// One entry for each group, with predictions.
+    GroupArray(TrafficLightGroupArray),
+    /// One marker for each lamp.
+    MarkerArray(MarkerArray),
+    /// The time of the frame.
+    Clock(Clock),
+}
+
+impl LightsMessage {
+    /// The messages of a type for an emission, in the order of sending: none when the type is not for such
+    /// content, two for upstream's markers, else one.
+    pub fn of(emission: &Emission, lights: LightsType, compat: Compat) -> Vec<Self> {
+        let stamp = emission.stamp;
+        match (&emission.content, lights) {
+            (LightsContent::Lights(heads), LightsType::ArrayV1) => {
+                vec![Self::ArrayV1(TrafficLightArrayV1::new(heads, compat))]
+            }
+            (LightsContent::Groups(groups), LightsType::SignalArray) => {
+                vec![Self::SignalArray(TrafficSignalArray::new(groups, stamp, compat))]
+            }
+            (LightsContent::Groups(groups), LightsType::GroupArray) => {
+                vec![Self::GroupArray(TrafficLightGroupArray::new(groups, stamp, compat))]
+            }
+            (LightsContent::Markers(lamps), LightsType::MarkerArray) => {
+                let spheres = Self::MarkerArray(MarkerArray::spheres(lamps, stamp, compat));
+                match compat {
+                    Compat::Improved => vec![spheres],
+                    Compat::Upstream => vec![Self::MarkerArray(MarkerArray::delete_all(stamp)), spheres],
+                }
+            }
+            (LightsContent::Clock, LightsType::Clock) => vec![Self::Clock(Clock { clock: stamp.into() })],
+            (
+                LightsContent::Lights(_)
+                | LightsContent::Groups(_)
+                | LightsContent::Markers(_)
+                | LightsContent::Clock,
+                _,
+            ) => Vec::new(),
+        }
+    }
+}
+
+/// Serialises the message itself, without the variant.
+impl Serialize for LightsMessage {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::ArrayV1(message) => message.serialize(serializer),
+            Self::SignalArray(message) => message.serialize(serializer),
+            Self::GroupArray(message) => message.serialize(serializer),
+            Self::MarkerArray(message) => message.serialize(serializer),
+            Self::Clock(message) => message.serialize(serializer),
+        }
+    }
+}

@@ -1,0 +1,251 @@
+//! Messages with traffic lights in CDR, of which only what changed is encoded.
+//!
+//! Each of them is an array. An element that did not change keeps its bytes, one that did is encoded at
+//! their position, and a message in which nothing changed differs from the last one by its stamps only. Bytes
+//! that a writer still holds never change: a copy of them is patched, and they themselves once they are free.
+
+use std::ops::Range;
+use std::sync::{Arc, Weak};
+
+use byteorder::LittleEndian;
+use serde::Serialize;
+
+use super::array_element::{ArrayElement, StampPosition};
+use super::cdr_bytes::CdrBytes;
+use super::generated::autoware_perception_msgs::{TrafficLightGroup, TrafficSignal};
+use super::generated::builtin_interfaces::Time;
+use super::generated::rosgraph_msgs::Clock;
+use super::generated::traffic_simulator_msgs::TrafficLightV1;
+use super::generated::visualization_msgs::{Marker, MarkerArray};
+use gateway_base::time::WallStamp;
+use traffic_lights::architecture::LightsType;
+use traffic_lights::compat::Compat;
+use traffic_lights::emission::{Emission, LightsContent};
+
+#[cfg(test)]
+mod properties;
+
+/// Encoded messages kept for reuse. A writer holds the last message until it has the next one, so two take turns.
+const MAX_KEPT: usize = 2;
+/// The largest alignment of a CDR field, bytes.
+const MAX_ALIGNMENT: usize = 8;
+/// Length of an encoded `builtin_interfaces/msg/Time`, bytes.
+const TIME_LENGTH: usize = 8;
+
+/// Encodes the emissions of one topic as messages of one type.
+#[derive(Debug)]
+pub struct LightsEncoder {
+    compat: Compat,
+    array: AnyArray,
+}
+
+#[derive(Debug)]
+enum AnyArray {
+    Lights(ArrayEncoder<TrafficLightV1>),
+    Signals(ArrayEncoder<TrafficSignal>),
+    Groups(ArrayEncoder<TrafficLightGroup>),
+    Markers(ArrayEncoder<Marker>),
+    /// No array, and nothing to keep.
+    Clock,
+}
+
+impl LightsEncoder {
+    /// An encoder that has encoded nothing yet.
+    pub fn new(lights: LightsType, compat: Compat) -> Self {
+        let array = match lights {
+            LightsType::ArrayV1 => AnyArray::Lights(ArrayEncoder::default()),
+            LightsType::SignalArray => AnyArray::Signals(ArrayEncoder::default()),
+            LightsType::GroupArray => AnyArray::Groups(ArrayEncoder::default()),
+            LightsType::MarkerArray => AnyArray::Markers(ArrayEncoder::default()),
+            LightsType::Clock => AnyArray::Clock,
+        };
+        Self { compat, array }
+    }
+
+    /// Encodes what [`LightsMessage::of`](super::LightsMessage::of) makes of an emission, byte for byte.
+    pub fn encode(&mut self, emission: &Emission) -> cdr_encoding::Result<Vec<CdrBytes>> {
+        let (stamp, compat) = (emission.stamp, self.compat);
+        Ok(match (&mut self.array, &emission.content) {
+            (AnyArray::Lights(array), LightsContent::Lights(lights)) => {
+                vec![array.encode(lights, stamp, compat)?]
+            }
+            (AnyArray::Signals(array), LightsContent::Groups(groups)) => {
+                vec![array.encode(groups, stamp, compat)?]
+            }
+            (AnyArray::Groups(array), LightsContent::Groups(groups)) => {
+                vec![array.encode(groups, stamp, compat)?]
+            }
+            (AnyArray::Markers(array), LightsContent::Markers(markers)) => {
+                let spheres = array.encode(markers, stamp, compat)?;
+                match compat {
+                    Compat::Improved => vec![spheres],
+                    Compat::Upstream => vec![CdrBytes::encode(&MarkerArray::delete_all(stamp))?, spheres],
+                }
+            }
+            (AnyArray::Clock, LightsContent::Clock) => {
+                vec![CdrBytes::encode(&Clock { clock: stamp.into() })?]
+            }
+            (
+                _,
+                LightsContent::Lights(_)
+                | LightsContent::Groups(_)
+                | LightsContent::Markers(_)
+                | LightsContent::Clock,
+            ) => Vec::new(),
+        })
+    }
+}
+
+/// Encodes arrays of one kind of element.
+#[derive(Debug)]
+struct ArrayEncoder<E: ArrayElement> {
+    /// The last messages, the newest first.
+    kept: Vec<EncodedArray<E::Item>>,
+}
+
+impl<E: ArrayElement> Default for ArrayEncoder<E> {
+    fn default() -> Self {
+        Self { kept: Vec::new() }
+    }
+}
+
+impl<E: ArrayElement> ArrayEncoder<E> {
+    fn encode(
+        &mut self,
+        items: &Arc<Vec<E::Item>>,
+        stamp: WallStamp,
+        compat: Compat,
+    ) -> cdr_encoding::Result<CdrBytes> {
+        if let Some(last) =
+            self.kept.first().filter(|last| E::STAMP == StampPosition::Nowhere && last.shows(items))
+        {
+            return Ok(last.bytes.clone());
+        }
+        let free = self.kept.iter_mut().position(|kept| Arc::get_mut(&mut kept.bytes.0).is_some());
+        let mut encoded = match free {
+            Some(index) => self.kept.remove(index),
+            None => self.kept.first().cloned().unwrap_or_default(),
+        };
+        if !encoded.shows(items) {
+            if !encoded.patch::<E>(items, stamp, compat)? {
+                encoded.rebuild::<E>(items, stamp, compat)?;
+            }
+            encoded.content = Arc::downgrade(items);
+        }
+        encoded.set_stamp(E::STAMP, stamp);
+        let bytes = encoded.bytes.clone();
+        self.kept.insert(0, encoded);
+        self.kept.truncate(MAX_KEPT);
+        Ok(bytes)
+    }
+}
+
+/// A message in CDR, and what it shows.
+#[derive(Debug, Clone)]
+struct EncodedArray<T> {
+    /// The list of which the message was made, known by its address, which is not given to another list meanwhile.
+    /// Holding the list itself would make the core copy it with the next change.
+    content: Weak<Vec<T>>,
+    items: Vec<T>,
+    /// The bytes of each element, without the padding before it.
+    spans: Vec<Range<usize>>,
+    bytes: CdrBytes,
+}
+
+impl<T> Default for EncodedArray<T> {
+    fn default() -> Self {
+        Self { content: Weak::new(), items: Vec::new(), spans: Vec::new(), bytes: CdrBytes::default() }
+    }
+}
+
+impl<T: Clone> EncodedArray<T> {
+    fn shows(&self, items: &Arc<Vec<T>>) -> bool {
+        Weak::as_ptr(&self.content) == Arc::as_ptr(items)
+    }
+
+    /// Encodes the elements that changed over their predecessors. False when there are more or fewer
+    /// elements than before, or one has another length now; then the message has to be rebuilt.
+    fn patch<E: ArrayElement<Item = T>>(
+        &mut self,
+        items: &[T],
+        stamp: WallStamp,
+        compat: Compat,
+    ) -> cdr_encoding::Result<bool> {
+        if self.bytes.0.is_empty() || self.items.len() != items.len() {
+            return Ok(false);
+        }
+        let bytes = Arc::make_mut(&mut self.bytes.0);
+        let mut element = Vec::new();
+        for ((shown, span), item) in self.items.iter_mut().zip(&self.spans).zip(items) {
+            if E::is_same(shown, item) {
+                continue;
+            }
+            element.clear();
+            append(&E::new(item, stamp, compat), span.start, &mut element)?;
+            let Some(old) = bytes.get_mut(span.clone()).filter(|old| old.len() == element.len()) else {
+                return Ok(false);
+            };
+            old.copy_from_slice(&element);
+            shown.clone_from(item);
+        }
+        Ok(true)
+    }
+
+    /// Makes a new message, out of the old bytes where an element is the same as before.
+    fn rebuild<E: ArrayElement<Item = T>>(
+        &mut self,
+        items: &[T],
+        stamp: WallStamp,
+        compat: Compat,
+    ) -> cdr_encoding::Result<()> {
+        let count = u32::try_from(items.len()).unwrap_or(u32::MAX);
+        let mut bytes = Vec::with_capacity(self.bytes.0.len());
+        match E::STAMP {
+            StampPosition::Message => append(&(Time::from(stamp), count), 0, &mut bytes)?,
+            StampPosition::Nowhere | StampPosition::Elements => append(&count, 0, &mut bytes)?,
+        }
+        let mut spans = Vec::with_capacity(items.len());
+        for (index, item) in items.iter().enumerate() {
+            let start = bytes.len().next_multiple_of(E::ALIGNMENT);
+            bytes.resize(start, 0);
+            let known = self.items.get(index).zip(self.spans.get(index)).filter(|(shown, span)| {
+                span.start % MAX_ALIGNMENT == start % MAX_ALIGNMENT && E::is_same(shown, item)
+            });
+            match known.and_then(|(_, span)| self.bytes.0.get(span.clone())) {
+                Some(known) => bytes.extend_from_slice(known),
+                None => append(&E::new(item, stamp, compat), start, &mut bytes)?,
+            }
+            spans.push(start..bytes.len());
+        }
+        (self.items, self.spans, self.bytes) = (items.to_vec(), spans, CdrBytes(Arc::new(bytes)));
+        Ok(())
+    }
+
+    fn set_stamp(&mut self, position: StampPosition, stamp: WallStamp) {
+        let Time { sec, nanosec } = stamp.into();
+        let (bytes, [sec, nanosec]) =
+            (Arc::make_mut(&mut self.bytes.0), [sec.to_le_bytes(), nanosec.to_le_bytes()]);
+        let mut set_at = |start: usize| {
+            if let Some(time) = bytes.get_mut(start..start + TIME_LENGTH) {
+                time.copy_from_slice([sec, nanosec].as_flattened());
+            }
+        };
+        match position {
+            StampPosition::Nowhere => {}
+            StampPosition::Message => set_at(0),
+            StampPosition::Elements => self.spans.iter().for_each(|span| set_at(span.start)),
+        }
+    }
+}
+
+/// Appends a value as it is encoded at a position of a message: alignment counts from the start of the message.
+/// The position is a multiple of 4.
+fn append(value: &impl Serialize, position: usize, bytes: &mut Vec<u8>) -> cdr_encoding::Result<()> {
+    if position.is_multiple_of(MAX_ALIGNMENT) {
+        return cdr_encoding::to_writer::<_, LittleEndian, _>(bytes, value);
+    }
+    let end = bytes.len();
+    cdr_encoding::to_writer::<_, LittleEndian, _>(&mut *bytes, &(0_u32, value))?;
+    bytes.drain(end..end + size_of::<u32>());
+    Ok(())
+}

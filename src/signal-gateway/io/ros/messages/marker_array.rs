@@ -1,0 +1,83 @@
+//! `visualization_msgs/msg/MarkerArray`: lamps as spheres for a viewer
+//! (docs/spec/traffic-lights.md, "Markers").
+
+use super::array_element::{ArrayElement, StampPosition, elements};
+use super::geometry_msgs::{Pose, Vector3};
+use super::std_msgs::{ColorRGBA, Header};
+use super::visualization_msgs::{Marker, MarkerArray};
+use gateway_base::time::WallStamp;
+use lanelet2_map::light_map::LampColor;
+use traffic_lights::bulb::Color;
+use traffic_lights::compat::Compat;
+use traffic_lights::emission::LampMarker;
+
+/// Frame of all markers.
+pub(super) const FRAME: &str = "map";
+/// Namespace of all lamps with a number that fits the field.
+const NAMESPACE: &str = "bulb";
+/// Diameter of a lamp.
+const DIAMETER_M: f64 = 0.3;
+/// Opacity of a lamp that is off.
+const ALPHA_OFF: f32 = 0.3;
+/// Lamps of a head have numbers below this.
+const NUMBERS_PER_HEAD: i64 = 4;
+
+impl MarkerArray {
+    /// Creates a sphere for each lamp.
+    pub fn spheres(lamps: &[LampMarker], stamp: WallStamp, compat: Compat) -> Self {
+        Self { markers: elements(lamps, stamp, compat) }
+    }
+
+    /// Creates the message that deletes all markers drawn before. Upstream sends it before each array of spheres; a
+    /// single publisher that always draws all lamps does not need it (Q19).
+    pub fn delete_all(stamp: WallStamp) -> Self {
+        let header = Header::new(stamp, FRAME);
+        Self { markers: vec![Marker { header, action: Marker::DELETEALL, ..Marker::default() }] }
+    }
+}
+
+impl ArrayElement for Marker {
+    type Item = LampMarker;
+    const STAMP: StampPosition = StampPosition::Elements;
+    const ALIGNMENT: usize = 4;
+
+    fn new(marker: &LampMarker, stamp: WallStamp, compat: Compat) -> Self {
+        let (number, [r, g, b]) = match marker.lamp.color {
+            LampColor::Green => (Color::Green as u8, [0.0, 1.0, 0.0]),
+            LampColor::Yellow => (Color::Yellow as u8, [1.0, 1.0, 0.0]),
+            LampColor::Red => (Color::Red as u8, [1.0, 0.0, 0.0]),
+        };
+        let (ns, id) = name(marker.way_id, number, compat);
+        Self {
+            header: Header::new(stamp, FRAME),
+            ns,
+            id,
+            r#type: Self::SPHERE,
+            action: Self::ADD,
+            pose: Pose { position: marker.lamp.position_m.into(), ..Pose::default() },
+            scale: Vector3 { x: DIAMETER_M, y: DIAMETER_M, z: DIAMETER_M },
+            color: ColorRGBA { r, g, b, a: if marker.is_on { 1.0 } else { ALPHA_OFF } },
+            ..Self::default()
+        }
+    }
+
+    fn is_same(one: &LampMarker, other: &LampMarker) -> bool {
+        one == other
+    }
+}
+
+/// Namespace and id of a lamp's marker: the way id times four plus the lamp's number. Ids too large for that
+/// have a namespace of their own; upstream's wrap around, and lamps of different heads can replace each other (Q6).
+fn name(way_id: i64, number: u8, compat: Compat) -> (String, i32) {
+    let id = way_id.wrapping_mul(NUMBERS_PER_HEAD).wrapping_add(i64::from(number));
+    let fitting = way_id
+        .checked_mul(NUMBERS_PER_HEAD)
+        .and_then(|first| first.checked_add(i64::from(number)))
+        .and_then(|id| i32::try_from(id).ok());
+    #[allow(clippy::cast_possible_truncation)] // upstream truncates
+    match (fitting, compat) {
+        (Some(id), _) => (NAMESPACE.to_owned(), id),
+        (None, Compat::Upstream) => (NAMESPACE.to_owned(), id as i32),
+        (None, Compat::Improved) => (format!("{NAMESPACE} {way_id}"), i32::from(number)),
+    }
+}

@@ -1,0 +1,195 @@
+//! Messages on their way out, by the topic they are for.
+//!
+//! A report, command or emission that waits to be sent is replaced by a newer one of the same topic. Messages of which
+//! each counts keep their order, and the oldest is dropped when `max_waiting` of their row wait.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::fmt;
+use std::sync::Arc;
+
+use serde::{Serialize, Serializer};
+
+use crate::io::ros::messages::CdrBytes;
+use crate::io::ros::messages::autoware_adapi_v1_msgs::DoorStatusArray;
+use crate::io::ros::messages::autoware_internal_planning_msgs::PlanningFactorArray;
+use crate::io::ros::messages::autoware_vehicle_msgs::{
+    ControlModeReport, GearReport, HazardLightsCommand, HazardLightsReport, SteeringReport,
+    TurnIndicatorsCommand, TurnIndicatorsReport, VelocityReport,
+};
+use crate::io::ros::messages::diagnostic_msgs::DiagnosticArray;
+use crate::io::ros::messages::visualization_msgs::MarkerArray;
+#[cfg(feature = "ros")]
+use crate::io::ros::parameters::Parameters;
+use crate::io::ros::topics::OutgoingTopic;
+use gateway_base::time::WallStamp;
+use gateway_core::gateway::event::Output;
+use gateway_core::vehicle_lights::output::VehicleLightsOutput;
+use gateway_core::vehicle_report::Step;
+use gateway_core::vehicle_status::output::VehicleStatusOutput;
+use traffic_lights::emission::{Emission, LightsTopic};
+use traffic_lights::output::TrafficLightOutput;
+use turn_signal::output::TurnSignalOutput;
+
+/// An instruction for a topic.
+pub(crate) enum Publication {
+    /// Publish this message now.
+    Publish(Box<dyn OutgoingPayload>),
+    /// Publish nothing, not even to late readers.
+    Withdraw,
+}
+
+/// A message, whatever its type.
+pub(crate) trait OutgoingPayload: Send {
+    /// Encodes the message for DDS and recordings; fails only for a sequence of more than 2³² − 1 elements.
+    fn cdr(&self) -> cdr_encoding::Result<CdrBytes>;
+
+    /// Encodes the message as one line of JSON.
+    fn json(&self) -> serde_json::Result<String>;
+}
+
+impl<M: Serialize + Send> OutgoingPayload for M {
+    fn cdr(&self) -> cdr_encoding::Result<CdrBytes> {
+        CdrBytes::encode(self)
+    }
+
+    fn json(&self) -> serde_json::Result<String> {
+        serde_json::to_string(self)
+    }
+}
+
+/// A message that is made when it is encoded: never, if its topic has no name.
+struct Lazy<F>(F);
+
+impl<M: Serialize, F: Fn() -> M> Serialize for Lazy<F> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        (self.0)().serialize(serializer)
+    }
+}
+
+impl Publication {
+    /// Creates the publication of a message.
+    pub(crate) fn of(message: impl Serialize + Send + 'static) -> Self {
+        Self::Publish(Box::new(message))
+    }
+
+    /// Creates the publication of a report.
+    fn report<T, M: Serialize + Send + 'static>(step: Step<T>, message: fn(T, WallStamp) -> M) -> Self {
+        match step {
+            Step::Publish(value, stamp) => Self::of(message(value, stamp)),
+            Step::Withdraw => Self::Withdraw,
+        }
+    }
+}
+
+impl fmt::Debug for Publication {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Publish(message) => write!(f, "Publish({})", message.json().unwrap_or_default()),
+            Self::Withdraw => f.write_str("Withdraw"),
+        }
+    }
+}
+
+/// Returns what an output publishes on which topics; nothing for traffic lights, whose topics are configured one by one,
+/// and for outputs that are not published.
+pub(crate) fn publications(output: &Output, hardware_id: &str) -> Vec<(OutgoingTopic, Publication)> {
+    match output {
+        Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step)) => {
+            let report = Publication::report(*step, TurnIndicatorsReport::new);
+            vec![(OutgoingTopic::TurnIndicatorsReport, report)]
+        }
+        Output::VehicleLights(VehicleLightsOutput::HazardLights(step)) => {
+            vec![(OutgoingTopic::HazardLightsReport, Publication::report(*step, HazardLightsReport::new))]
+        }
+        Output::VehicleStatus(output) => vec![status(*output)],
+        Output::Diagnostics { diagnostics, stamp } => {
+            let array = DiagnosticArray::new(diagnostics, *stamp, hardware_id);
+            vec![(OutgoingTopic::Diagnostics, Publication::of(array))]
+        }
+        Output::TurnSignal(TurnSignalOutput::TurnCommand { command, stamp }) => {
+            let message = TurnIndicatorsCommand::new(*command, *stamp);
+            vec![(OutgoingTopic::TurnCommand, Publication::of(message))]
+        }
+        Output::TurnSignal(TurnSignalOutput::HazardCommand { command, stamp }) => {
+            let message = HazardLightsCommand::new(*command, *stamp);
+            vec![(OutgoingTopic::HazardCommand, Publication::of(message))]
+        }
+        Output::TurnSignal(TurnSignalOutput::Sections { decision, stamp }) => {
+            let (drawn, stamp) = ([Arc::clone(decision), Arc::clone(decision)], *stamp);
+            let [markers, factors] = drawn;
+            let markers = Lazy(move || MarkerArray::sections(&markers, stamp));
+            let factors = Lazy(move || PlanningFactorArray::of_decision(&factors, stamp));
+            vec![
+                (OutgoingTopic::SectionMarkers, Publication::of(markers)),
+                (OutgoingTopic::PlanningFactors, Publication::of(factors)),
+            ]
+        }
+        Output::TurnSignal(TurnSignalOutput::Decision(_)) | Output::TrafficLights(_) | Output::Command(_) => {
+            Vec::new()
+        }
+    }
+}
+
+/// Returns what an output of the vehicle's status publishes.
+fn status(output: VehicleStatusOutput) -> (OutgoingTopic, Publication) {
+    match output {
+        VehicleStatusOutput::Velocity(step) => {
+            (OutgoingTopic::VelocityReport, Publication::report(step, VelocityReport::new))
+        }
+        VehicleStatusOutput::Steering(step) => {
+            (OutgoingTopic::SteeringReport, Publication::report(step, SteeringReport::new))
+        }
+        VehicleStatusOutput::Gear(step) => {
+            (OutgoingTopic::GearReport, Publication::report(step, GearReport::new))
+        }
+        VehicleStatusOutput::ControlMode(step) => {
+            (OutgoingTopic::ControlModeReport, Publication::report(step, ControlModeReport::new))
+        }
+        VehicleStatusOutput::Doors(step) => {
+            (OutgoingTopic::DoorStatusArray, Publication::report(step, DoorStatusArray::new))
+        }
+    }
+}
+
+/// Everything that waits to be sent.
+#[derive(Debug, Default)]
+pub(in crate::io) struct OutgoingMessages {
+    /// What waits for each topic, oldest first.
+    pub(in crate::io) topics: BTreeMap<OutgoingTopic, VecDeque<Publication>>,
+    /// The newest emission of each topic of traffic lights.
+    pub(in crate::io) lights: BTreeMap<LightsTopic, Emission>,
+    /// The newest parameters of the node.
+    #[cfg(feature = "ros")]
+    pub(in crate::io) parameters: Option<Box<Parameters>>,
+    /// True if the session leaves the graph after sending the rest.
+    #[cfg(feature = "ros")]
+    pub(in crate::io) stop: bool,
+}
+
+impl OutgoingMessages {
+    /// Adds the messages of an output; returns true if they replaced an emission that was not sent.
+    pub(in crate::io) fn put(&mut self, output: &Output, hardware_id: &str) -> bool {
+        if let Output::TrafficLights(TrafficLightOutput::Publish(emission)) = output {
+            return self.lights.insert(emission.topic, emission.clone()).is_some();
+        }
+        for (topic, publication) in publications(output, hardware_id) {
+            self.put_publication(topic, publication);
+        }
+        false
+    }
+
+    /// Adds a publication, and drops the oldest of its topic if too many wait.
+    pub(in crate::io) fn put_publication(&mut self, topic: OutgoingTopic, publication: Publication) {
+        let waiting = self.topics.entry(topic).or_default();
+        if waiting.len() >= topic.row().max_waiting {
+            waiting.pop_front();
+        }
+        waiting.push_back(publication);
+    }
+
+    /// Returns true if nothing waits.
+    #[cfg(test)]
+    pub(in crate::io) fn is_empty(&self) -> bool {
+        self.topics.is_empty() && self.lights.is_empty()
+    }
+}

@@ -1,0 +1,269 @@
+//! The topics we write: name, type, quality of service, and the samples that an output becomes.
+
+pub(crate) mod messages;
+
+use std::collections::{HashMap, VecDeque};
+
+use crate::io::ros::link::Order;
+#[cfg(feature = "ros")]
+use crate::io::ros::link::WrittenTopic;
+use crate::io::ros::messages::{CdrBytes, LightsEncoder, LightsType, TypeName};
+use crate::io::ros::outgoing::messages::{OutgoingMessages, Publication};
+use crate::io::ros::topics::{
+    Delivery, Durability, LightsTopicSettings, OutgoingTopic, RowDurability, TopicFlow, Topics, lights_row,
+};
+use traffic_lights::compat::Compat;
+use traffic_lights::emission::LightsTopic;
+
+/// The source of a topic's messages.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(in crate::io) enum OutgoingSource {
+    Topic(OutgoingTopic),
+    Lights(LightsTopic, LightsType, Compat),
+}
+
+/// A topic we write.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(in crate::io) struct Outgoing {
+    /// Absolute name of the topic.
+    pub(in crate::io) name: String,
+    /// Message type of the topic.
+    pub(in crate::io) type_name: TypeName,
+    /// Durability offered to readers.
+    pub(in crate::io) durability: Durability,
+    /// Samples that the writer keeps.
+    pub(in crate::io) depth: i32,
+    /// Delivery of the messages to readers.
+    pub(in crate::io) delivery: Delivery,
+    /// Source of the messages.
+    pub(in crate::io) source: OutgoingSource,
+}
+
+impl Outgoing {
+    fn topic(topic: OutgoingTopic, name: &str, configured: Durability) -> Self {
+        let row = topic.row();
+        let durability = match row.durability {
+            RowDurability::Configured => configured,
+            RowDurability::Fixed(durability) => durability,
+        };
+        Self {
+            name: name.to_owned(),
+            type_name: row.type_name,
+            durability,
+            depth: row.depth,
+            delivery: row.delivery,
+            source: OutgoingSource::Topic(topic),
+        }
+    }
+
+    fn lights(topic: &LightsTopicSettings) -> Self {
+        let (type_name, depth) = lights_row(topic.lights);
+        Self {
+            name: topic.name.clone(),
+            type_name,
+            durability: Durability::TransientLocal,
+            depth,
+            delivery: Delivery::Stream,
+            source: OutgoingSource::Lights(topic.topic, topic.lights, topic.compat),
+        }
+    }
+
+    /// Returns the part of the network side's settings that is about the topic.
+    #[cfg(feature = "ros")]
+    pub(in crate::io) fn written(&self) -> WrittenTopic {
+        let (package, message) = self.type_name;
+        WrittenTopic {
+            name: self.name.clone(),
+            type_name: (package.to_owned(), message.to_owned()),
+            durability: self.durability,
+            depth: self.depth,
+            delivery: self.delivery,
+        }
+    }
+
+    /// Returns true for a topic that many nodes write: statuses and the log.
+    pub(in crate::io) fn is_shared(&self) -> bool {
+        let OutgoingSource::Topic(topic) = self.source else { return false };
+        topic.row().flow == TopicFlow::Gateway
+    }
+
+    /// Returns true for a report on the vehicle.
+    #[cfg(feature = "ros")]
+    pub(in crate::io) fn is_report(&self) -> bool {
+        let OutgoingSource::Topic(topic) = self.source else { return false };
+        matches!(topic.row().flow, TopicFlow::VehicleLights | TopicFlow::VehicleStatus)
+    }
+
+    /// Returns a short name for people.
+    #[cfg(any(feature = "ros", test))]
+    pub(in crate::io) fn label(&self) -> &'static str {
+        match self.source {
+            OutgoingSource::Topic(topic) => topic.row().label,
+            OutgoingSource::Lights(LightsTopic::GroundTruth, ..) => "lights",
+            OutgoingSource::Lights(LightsTopic::Camera, ..) => "camera lights",
+            OutgoingSource::Lights(LightsTopic::V2i, ..) => "V2I lights",
+            OutgoingSource::Lights(LightsTopic::Arbiter, ..) => "arbiter lights",
+            OutgoingSource::Lights(LightsTopic::Markers, ..) => "markers",
+            OutgoingSource::Lights(LightsTopic::Clock, ..) => "clock",
+        }
+    }
+}
+
+/// Returns all topics that are written, with the traffic lights before the topics of the decider.
+pub(in crate::io) fn table(topics: &Topics, durability: Durability) -> Vec<Outgoing> {
+    let outgoing = |(topic, name)| Outgoing::topic(topic, name, durability);
+    let is_first = |topic: OutgoingTopic| topic < OutgoingTopic::TurnCommand;
+    let first = topics.named().filter(|(topic, _)| is_first(*topic)).map(outgoing);
+    let rest = topics.named().filter(|(topic, _)| !is_first(*topic)).map(outgoing);
+    first.chain(topics.lights.iter().map(Outgoing::lights)).chain(rest).collect()
+}
+
+/// The encoders of traffic lights. Topics with the same source share one.
+pub(in crate::io) type LightsEncoders = HashMap<OutgoingSource, LightsEncoder>;
+
+/// Returns the orders that follow from the messages, each with the position of its topic in the table.
+/// A message that several topics send is encoded once. An error is the text of the encoder.
+pub(in crate::io) fn orders(
+    table: &[Outgoing],
+    encoders: &mut LightsEncoders,
+    messages: &OutgoingMessages,
+) -> Vec<(usize, Result<Order, String>)> {
+    let mut orders = Vec::new();
+    let mut made: Vec<(OutgoingSource, Result<Vec<CdrBytes>, String>)> = Vec::new();
+    for (position, outgoing) in table.iter().enumerate() {
+        match outgoing.source {
+            OutgoingSource::Topic(topic) => {
+                orders.extend(messages.topics.get(&topic).map(|waiting| (position, order(waiting))));
+            }
+            source @ OutgoingSource::Lights(topic, lights, compat) => {
+                let Some(emission) = messages.lights.get(&topic) else { continue };
+                let known =
+                    made.iter().find(|(known, _)| *known == source).map(|(_, samples)| samples.clone());
+                let samples = known.unwrap_or_else(|| {
+                    let encoder =
+                        encoders.entry(source).or_insert_with(|| LightsEncoder::new(lights, compat));
+                    let samples = encoder.encode(emission);
+                    let samples = samples.map_err(|error| error.to_string());
+                    made.push((source, samples.clone()));
+                    samples
+                });
+                orders.push((position, samples.map(Order::Publish)));
+            }
+        }
+    }
+    orders
+}
+
+/// Returns the order to publish what waits for a topic, or to withdraw what was published.
+fn order(waiting: &VecDeque<Publication>) -> Result<Order, String> {
+    let mut samples = Vec::new();
+    for publication in waiting {
+        match publication {
+            Publication::Publish(message) => samples.push(message.cdr().map_err(|error| error.to_string())?),
+            Publication::Withdraw => samples.clear(),
+        }
+    }
+    Ok(if samples.is_empty() { Order::Withdraw } else { Order::Publish(samples) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::ros::topics::OUTGOING;
+    use gateway_base::time::WallStamp;
+    use traffic_lights::emission::{Emission, LightsContent};
+
+    fn topics() -> Topics {
+        let lights_topic = |topic, name: &str, lights| LightsTopicSettings {
+            topic,
+            name: name.to_owned(),
+            lights,
+            compat: Compat::Improved,
+        };
+        let mut topics = Topics::default()
+            .with(OutgoingTopic::VelocityReport, "/i")
+            .with(OutgoingTopic::SteeringReport, "/j")
+            .with(OutgoingTopic::GearReport, "/k")
+            .with(OutgoingTopic::ControlModeReport, "/l")
+            .with(OutgoingTopic::DoorStatusArray, "/m")
+            .with(OutgoingTopic::TurnCommand, "/e")
+            .with(OutgoingTopic::HazardCommand, "/f")
+            .with(OutgoingTopic::SectionMarkers, "/g")
+            .with(OutgoingTopic::PlanningFactors, "/h")
+            .with(OutgoingTopic::Log, "/rosout");
+        topics.lights = vec![
+            lights_topic(LightsTopic::V2i, "/a", LightsType::GroupArray),
+            lights_topic(LightsTopic::V2i, "/b", LightsType::GroupArray),
+            lights_topic(LightsTopic::V2i, "/c", LightsType::SignalArray),
+            lights_topic(LightsTopic::Markers, "/d", LightsType::MarkerArray),
+        ];
+        topics
+    }
+
+    #[test]
+    fn each_topic_has_its_durability_depth_and_delivery() {
+        let configured = Durability::TransientLocal;
+        let table = table(&topics(), configured);
+        let actual: Vec<_> = table
+            .iter()
+            .map(|outgoing| (outgoing.label(), outgoing.durability, outgoing.depth, outgoing.delivery))
+            .collect();
+        let (kept, volatile) = (Durability::TransientLocal, Durability::Volatile);
+        assert_eq!(
+            actual,
+            [
+                ("turn", configured, 1, Delivery::Report),
+                ("hazard", configured, 1, Delivery::Report),
+                ("velocity", volatile, 1, Delivery::Live),
+                ("steering", volatile, 1, Delivery::Live),
+                ("gear", configured, 1, Delivery::Report),
+                ("control mode", configured, 1, Delivery::Report),
+                ("doors", configured, 1, Delivery::Report),
+                ("diagnostics", volatile, 10, Delivery::Once),
+                ("V2I lights", kept, 10, Delivery::Stream),
+                ("V2I lights", kept, 10, Delivery::Stream),
+                ("V2I lights", kept, 10, Delivery::Stream),
+                ("markers", kept, 1, Delivery::Stream),
+                ("turn command", volatile, 1, Delivery::Once),
+                ("hazard command", volatile, 1, Delivery::Once),
+                ("section markers", volatile, 1, Delivery::Once),
+                ("planning factors", volatile, 1, Delivery::Once),
+                ("log", kept, 100, Delivery::Log),
+            ]
+        );
+    }
+
+    #[test]
+    fn a_state_of_the_vehicle_has_the_durability_that_is_configured() {
+        let table = table(&topics(), Durability::Volatile);
+        assert!(table.iter().all(|outgoing| {
+            let is_shared = matches!(outgoing.source, OutgoingSource::Lights(..));
+            is_shared || outgoing.label() == "log" || outgoing.durability == Durability::Volatile
+        }));
+    }
+
+    #[test]
+    fn each_topic_is_at_the_position_of_its_row() {
+        for row in &OUTGOING {
+            assert_eq!(row.topic.row().topic, row.topic);
+        }
+    }
+
+    #[test]
+    fn an_emission_goes_to_its_topics_only_and_each_message_is_made_once() {
+        let mut messages = OutgoingMessages::default();
+        let content = LightsContent::groups([]);
+        let emission = Emission { topic: LightsTopic::V2i, stamp: WallStamp::default(), content };
+        messages.lights.insert(LightsTopic::V2i, emission);
+        let orders =
+            orders(&table(&topics(), Durability::Volatile), &mut LightsEncoders::default(), &messages);
+        let positions: Vec<_> = orders.iter().map(|(position, _)| *position).collect();
+        assert_eq!(positions, [8, 9, 10]);
+        let sample = |index: usize| match &orders[index].1 {
+            Ok(Order::Publish(samples)) => samples[0].clone(),
+            other => panic!("{other:?}"),
+        };
+        assert!(std::ptr::eq(sample(0).as_ref(), sample(1).as_ref()));
+        assert!(!std::ptr::eq(sample(0).as_ref(), sample(2).as_ref()));
+    }
+}

@@ -1,0 +1,280 @@
+//! The reception of the network side's messages: samples become inputs, its state becomes a status. Nothing in them is
+//! trusted.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::duplicate_filter::{DuplicateFilter, Receipt};
+use super::inbox::{Arrival, Inbox};
+use super::link::{FromNetwork, NetworkStatus, Sample, Violation};
+use super::reading::read;
+use super::topics::{Subscription, SubscriptionKind};
+use gateway_core::command::origin::{SampleId, WriterId};
+use gateway_core::gateway::event::Input;
+use traffic_lights::input::TrafficLightInput;
+
+/// State and counts of a topic that is read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct IncomingStatus {
+    /// Absolute name of the topic.
+    pub name: Arc<str>,
+    /// Writers that are matched now.
+    pub writers: usize,
+    /// Samples that were handed on to the inbox.
+    pub received: u64,
+    /// Samples that were not of the topic's type.
+    pub undecodable: u64,
+    /// Groups that were left out because of an undefined number.
+    pub rejected_groups: u64,
+}
+
+/// A message that concerns the session itself.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum NetworkSignal {
+    /// The network was joined.
+    Ready,
+    /// The network cannot be joined, for this reason.
+    Failed(String),
+    /// The state of the network side has changed; the counts of the topics that are read are noted already.
+    Status(NetworkStatus),
+    /// The answer to a ping.
+    Pong {
+        /// The number of the ping.
+        number: u64,
+        /// A sample came back for it.
+        has_echo: bool,
+        /// A sample has arrived at a reader beside the network side's participant since the last answer.
+        is_heard: bool,
+    },
+}
+
+/// The subscriptions of a session, and what was received for them.
+#[derive(Debug)]
+pub struct TopicReception {
+    inbox: Arc<Inbox>,
+    /// Number of topics that are written.
+    written: usize,
+    subscriptions: Vec<ReceivedTopic>,
+    taken_anew: TakenAnew,
+}
+
+/// Writers that continued far below a number that was received under their identity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct TakenAnew {
+    /// How often there was one.
+    pub count: u64,
+    /// When there was one last.
+    pub last: Option<Instant>,
+}
+
+#[derive(Debug)]
+struct ReceivedTopic {
+    kind: SubscriptionKind,
+    duplicate_filter: DuplicateFilter,
+    status: IncomingStatus,
+}
+
+impl TopicReception {
+    /// A reception of nothing yet into an inbox, beside so many topics that are written.
+    pub fn new(subscriptions: &[Subscription], written: usize, inbox: Arc<Inbox>) -> Self {
+        let received = |subscription: &Subscription| ReceivedTopic {
+            kind: subscription.kind,
+            duplicate_filter: DuplicateFilter::default(),
+            status: IncomingStatus {
+                name: subscription.name.as_str().into(),
+                writers: 0,
+                received: 0,
+                undecodable: 0,
+                rejected_groups: 0,
+            },
+        };
+        Self {
+            inbox,
+            written,
+            subscriptions: subscriptions.iter().map(received).collect(),
+            taken_anew: TakenAnew::default(),
+        }
+    }
+
+    /// Takes a message that the network side has sent until now: a sample goes to the inbox, unless it was received before. What concerns
+    /// the session is given back.
+    pub fn take(&mut self, frame: &[u8], now: Instant) -> Result<Option<NetworkSignal>, Violation> {
+        match FromNetwork::decode(frame)? {
+            FromNetwork::Sample(sample) => self.take_sample(&sample, now)?,
+            FromNetwork::Unreadable(subscription, reason) => {
+                undecodable(&mut self.subscription(subscription)?.status, reason);
+            }
+            FromNetwork::Ready => return Ok(Some(NetworkSignal::Ready)),
+            FromNetwork::Failed(reason) => return Ok(Some(NetworkSignal::Failed(printable(reason)))),
+            FromNetwork::Pong { number, has_echo, is_heard } => {
+                return Ok(Some(NetworkSignal::Pong { number, has_echo, is_heard }));
+            }
+            FromNetwork::Status(status) => {
+                for counts in [&status.readers, &status.other_writers] {
+                    if counts.len() != self.written {
+                        return Err(Violation::Topic(counts.len()));
+                    }
+                }
+                if status.writers.len() != self.subscriptions.len() {
+                    return Err(Violation::Topic(status.writers.len()));
+                }
+                for (received, writers) in self.subscriptions.iter_mut().zip(&status.writers) {
+                    received.status.writers = usize::try_from(*writers).unwrap_or(usize::MAX);
+                }
+                return Ok(Some(NetworkSignal::Status(status)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Notes that the network side is gone: no writer is matched.
+    pub fn lose_writers(&mut self) {
+        self.subscriptions.iter_mut().for_each(|received| received.status.writers = 0);
+    }
+
+    /// State and counts of the topics that are read, in the order of the settings.
+    pub fn statuses(&self) -> impl Iterator<Item = &IncomingStatus> {
+        self.subscriptions.iter().map(|received| &received.status)
+    }
+
+    /// Returns the writers that restarted their numbers.
+    pub fn taken_anew(&self) -> TakenAnew {
+        self.taken_anew
+    }
+
+    /// Notes that `count` writers restarted their numbers.
+    pub fn note_taken_anew(&mut self, count: u32, now: Instant) {
+        if self.taken_anew.count == 0 {
+            tracing::warn!(
+                "numbers far ahead came under the identity of a writer, which goes on below them: it is taken anew; look \
+                 for who sends in its name"
+            );
+        }
+        let count = self.taken_anew.count.saturating_add(count.into());
+        self.taken_anew = TakenAnew { count, last: Some(now) };
+    }
+
+    /// The inbox in which inputs wait.
+    pub fn inbox(&self) -> &Inbox {
+        &self.inbox
+    }
+
+    fn subscription(&mut self, index: u16) -> Result<&mut ReceivedTopic, Violation> {
+        let index = usize::from(index);
+        self.subscriptions.get_mut(index).ok_or(Violation::Topic(index))
+    }
+
+    fn take_sample(&mut self, sample: &Sample<'_>, now: Instant) -> Result<(), Violation> {
+        let ReceivedTopic { kind, duplicate_filter, status } = self.subscription(sample.subscription)?;
+        let endian = sample.encoding.into();
+        let id = SampleId { writer: WriterId(sample.writer), sequence: sample.number };
+        match read(*kind, id, sample.bytes, endian) {
+            Ok(input) => {
+                let receipt = duplicate_filter.take(sample.writer, sample.number, now);
+                if receipt == Receipt::Again {
+                    return Ok(());
+                }
+                status.received += 1;
+                status.rejected_groups += rejected(&input);
+                let (subscription, bytes) = (usize::from(sample.subscription), sample.bytes.to_vec().into());
+                self.inbox.put(Arrival { subscription, input, bytes, endian });
+                if receipt == Receipt::TakenAnew {
+                    self.note_taken_anew(1, now);
+                }
+            }
+            Err(error) => undecodable(status, &error.to_string()),
+        }
+        Ok(())
+    }
+}
+
+fn undecodable(status: &mut IncomingStatus, reason: &str) {
+    if status.undecodable == 0 {
+        let (name, reason) = (&*status.name, printable(reason));
+        tracing::warn!(log.subject = name, "{name}: a sample is not of the topic's type: {reason}");
+    }
+    status.undecodable += 1;
+}
+
+/// A text of the network side on one line of a log.
+fn printable(text: &str) -> String {
+    text.chars().map(|character| if character.is_control() { ' ' } else { character }).collect()
+}
+
+/// Groups of the input that could not be read.
+fn rejected(input: &Input) -> u64 {
+    match input {
+        Input::TrafficLight(
+            TrafficLightInput::States { rejected, .. } | TrafficLightInput::Camera { rejected, .. },
+        ) => u64::from(*rejected),
+        Input::TrafficLight(_) | Input::Can(_) | Input::Planner(_) | Input::Command(_) | Input::Tick => 0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::ros::link::SampleEncoding;
+
+    fn frame(message: &FromNetwork<'_>) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        message.encode(&mut bytes);
+        bytes
+    }
+
+    fn reception() -> TopicReception {
+        let subscriptions = [Subscription::new("/c", SubscriptionKind::Command)];
+        TopicReception::new(&subscriptions, 2, Arc::default())
+    }
+
+    fn text(number: i64, bytes: &[u8]) -> Vec<u8> {
+        let sample =
+            Sample { subscription: 0, writer: [1; 16], number, encoding: SampleEncoding::Little, bytes };
+        frame(&FromNetwork::Sample(sample))
+    }
+
+    #[test]
+    fn a_sample_is_handed_on_once_and_an_undecodable_one_is_counted() {
+        let mut reception = reception();
+        let hello = [3, 0, 0, 0, b'a', b'b', 0];
+        for sample in [text(1, &hello), text(1, &hello), text(2, &hello), text(3, &[1])] {
+            assert_eq!(reception.take(&sample, Instant::now()), Ok(None));
+        }
+        assert_eq!(
+            reception.take(&frame(&FromNetwork::Unreadable(0, "line\nbreak")), Instant::now()),
+            Ok(None)
+        );
+        let status = reception.statuses().next().unwrap();
+        assert_eq!((status.received, status.undecodable), (2, 2));
+        assert_eq!(std::iter::from_fn(|| reception.inbox().try_take()).count(), 2);
+    }
+
+    #[test]
+    fn topics_that_do_not_exist_are_violations() {
+        let mut reception = reception();
+        assert_eq!(
+            reception.take(&frame(&FromNetwork::Unreadable(1, "")), Instant::now()),
+            Err(Violation::Topic(1))
+        );
+        let mut status = |readers: &[u32], other_writers: &[u32], writers: &[u32]| {
+            let [readers, other_writers, writers] = [readers, other_writers, writers].map(<[u32]>::to_vec);
+            let status = NetworkStatus { readers, writers, other_writers, ..NetworkStatus::default() };
+            reception
+                .take(&frame(&FromNetwork::Status(status)), Instant::now())
+                .map(|signal| signal.is_some())
+        };
+        assert_eq!(status(&[1, 2], &[0, 1], &[3]), Ok(true));
+        assert_eq!(status(&[1], &[0, 1], &[3]), Err(Violation::Topic(1)));
+        assert_eq!(status(&[1, 2], &[0, 1, 2], &[3]), Err(Violation::Topic(3)));
+        assert_eq!(status(&[1, 2], &[0, 1], &[]), Err(Violation::Topic(0)));
+        assert_eq!(reception.statuses().next().unwrap().writers, 3);
+        reception.lose_writers();
+        assert_eq!(reception.statuses().next().unwrap().writers, 0);
+    }
+
+    #[test]
+    fn a_text_stays_on_its_line() {
+        let failed = reception().take(&frame(&FromNetwork::Failed("a\nb")), Instant::now());
+        assert_eq!(failed, Ok(Some(NetworkSignal::Failed("a b".to_owned()))));
+    }
+}

@@ -1,0 +1,109 @@
+//! What the caller sees of the network side: its status, and what weighs on it.
+
+use std::time::{Duration, Instant};
+
+use super::{Active, Exchange, NetworkPhase};
+use crate::io::ros::link::NetworkStatus;
+use crate::io::ros::session::crowd::MAX_PEERS;
+use crate::io::ros::session::status::OutgoingStatus;
+use gateway_core::gateway::network::{Burden, NetworkState, SharedTopic};
+use gateway_core::gateway::process_status::LostLines;
+
+/// Time after which age and memory are noted again.
+const NOTE_INTERVAL: Duration = Duration::from_secs(1);
+/// Time for which a restart counts among the recent ones.
+const RECENT: Duration = Duration::from_secs(60);
+
+impl Exchange {
+    /// Shows the status to the caller, with the state when it has changed or is due.
+    pub(super) fn show(&mut self, now: Instant) {
+        self.unended.retain_mut(|host| host.end().is_none());
+        let is_due = self.noted.as_ref().is_none_or(|(noted, at)| {
+            let NetworkState { is_up, has_echo, restarts, last_failure, .. } = noted;
+            now.duration_since(*at) >= NOTE_INTERVAL
+                || (is_up, has_echo) != (&self.state.is_up, &self.state.has_echo)
+                || (restarts, last_failure) != (&self.state.restarts, &self.state.last_failure)
+        });
+        let none = NetworkStatus::default();
+        let (seen, joined) = match &self.phase {
+            NetworkPhase::Active(active) => (&active.status, active.joined),
+            NetworkPhase::Ending { .. } | NetworkPhase::Down { .. } | NetworkPhase::Refused => (&none, None),
+        };
+        if is_due {
+            self.state.age = joined.map(|joined| now.saturating_duration_since(joined));
+            self.state.peers = peers(seen);
+            let active = match &self.phase {
+                NetworkPhase::Active(active) => Some(active),
+                NetworkPhase::Ending { .. } | NetworkPhase::Down { .. } | NetworkPhase::Refused => None,
+            };
+            let reading = active.map(|active| active.host.look()).unwrap_or_default();
+            self.state.processor_percent = self.processor.look(reading.threads, now);
+            self.state.memory_bytes = reading.memory_bytes;
+            let burdens = [
+                (active.is_some_and(|active| !active.liveness.is_heard()), Burden::Unheard),
+                (self.state.peers >= MAX_PEERS, Burden::Crowd),
+                (self.processor.is_busy(), Burden::Busy),
+            ];
+            self.state.burden = burdens.into_iter().find_map(|(is_there, burden)| is_there.then_some(burden));
+            let taken_anew = self.reception.taken_anew();
+            self.state.taken_anew = taken_anew.count;
+            self.state.since_taken_anew = taken_anew.last.map(|last| now.saturating_duration_since(last));
+            self.ends.retain(|end| now.saturating_duration_since(*end) < RECENT);
+            self.state.recent_ends = self.ends.len();
+            let lost_lines = active.map(|active| active.lost_lines()).unwrap_or_default();
+            self.state.confinement = active.and_then(|active| active.host.confinement());
+            self.state.links = self.state.links.as_ref().map(|_| seen.links.clone().unwrap_or_default());
+            self.state.has_other_graph = seen.has_left_graph || self.has_other_distribution;
+            self.state.lost_lines = self.lost_lines.plus(lost_lines);
+            self.noted = Some((self.state.clone(), now));
+        }
+        let count = |count: u32| usize::try_from(count).unwrap_or(usize::MAX);
+        self.mailbox.update_status(|status| {
+            for (index, outgoing) in status.outgoing.iter_mut().enumerate() {
+                outgoing.readers = seen.readers.get(index).copied().map_or(0, count);
+                outgoing.other_writers = seen.other_writers.get(index).copied().map_or(0, count);
+            }
+            for (shown, incoming) in status.incoming.iter_mut().zip(self.reception.statuses()) {
+                shown.clone_from(incoming);
+            }
+            status.missing_peers = count(seen.missing_peers);
+            status.has_probe = seen.has_probe;
+            status.rebuilds = seen.rebuilds;
+            status.unanswered_requests = seen.unanswered_requests;
+            status.write_errors = seen.write_errors.saturating_add(self.send_errors);
+            if is_due {
+                status.network.clone_from(&self.state);
+            }
+            let shared = status.outgoing.iter().filter(|topic| topic.is_report && topic.other_writers > 0);
+            let shared = shared.map(|OutgoingStatus { name, other_writers, .. }| SharedTopic {
+                name: name.to_string(),
+                other_writers: *other_writers,
+            });
+            status.network.shared_topics = shared.collect();
+        });
+    }
+}
+
+/// Participants of others, and their endpoints that are matched with ours.
+pub(super) fn peers(status: &NetworkStatus) -> u32 {
+    let matched = status.readers.iter().chain(&status.writers).copied();
+    matched.fold(status.participants, u32::saturating_add)
+}
+
+impl Active {
+    /// Returns the log lines that it did not write; none of a thread, which shares the log of this process.
+    pub(super) fn lost_lines(&self) -> LostLines {
+        if self.host.is_isolated() { self.status.lost_lines } else { LostLines::default() }
+    }
+
+    /// Writes what waits, and reads until the other end is closed.
+    pub(super) async fn end(&mut self) {
+        while self.link.flush().is_ok() && self.link.read().is_ok() {
+            // What it still has to say is of no use.
+            while let Ok(Some(_)) = self.link.next_frame() {}
+            if self.link.ready().await.is_err() {
+                return;
+            }
+        }
+    }
+}

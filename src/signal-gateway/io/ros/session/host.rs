@@ -1,0 +1,174 @@
+//! The host of a network side: a process, or a thread of this one.
+
+use std::io;
+use std::os::fd::AsFd as _;
+use std::os::unix::net::UnixStream;
+use std::process::Child;
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use rustix::process::{DumpableBehavior, set_dumpable_behavior};
+use tracing::level_filters::LevelFilter;
+
+use super::child::{ProcessReading, failure, spawn};
+use super::confinement_watch::ConfinementWatch;
+use super::liveness::RestartDelay;
+use super::supervisor::Supervised;
+use crate::io::ros::link::datagram;
+use crate::io::ros::network::serve;
+use crate::io::ros::settings::Isolation;
+use gateway_core::gateway::confinement::{Confinement, Layer, Layers};
+use gateway_core::gateway::network::{NetworkFailure, Place};
+
+/// Starts network sides, one after the other.
+pub(super) struct Hosts {
+    isolation: Isolation,
+    delay: RestartDelay,
+    /// The service of the last one did not start.
+    has_no_service: bool,
+}
+
+/// A running network side.
+#[derive(Debug)]
+pub(super) enum Host {
+    /// A process, and what is known of its confinement.
+    Process(Child, ConfinementWatch),
+    /// A process of another user.
+    Service(Supervised, ConfinementWatch),
+    /// A thread, which cannot be ended from outside.
+    Thread(JoinHandle<io::Result<()>>),
+}
+
+impl Hosts {
+    /// Creates the hosts of a session.
+    pub(super) fn new(isolation: Isolation) -> Self {
+        Self { isolation, delay: RestartDelay::default(), has_no_service: false }
+    }
+
+    /// Notes an end, and the age that was reached since it joined the network; gives the time to the start of the next one. A
+    /// service that does not even start is done without from then on.
+    pub(super) fn note_end(&mut self, failure: &NetworkFailure, age: Option<Duration>) -> Duration {
+        self.has_no_service |= *failure == NetworkFailure::SupervisorEnded && age.is_none();
+        self.delay.next(age)
+    }
+
+    /// Starts a network side; gives our end of its link. From the first process on, none of our user looks into our memory.
+    pub(super) fn start(&self) -> io::Result<(Host, UnixStream)> {
+        let (ours, theirs) = UnixStream::pair()?;
+        let Isolation::Process { program, memory_limit_mb, supervisor } = &self.isolation else {
+            let thread = thread::Builder::new().name("ros network".to_owned());
+            return Ok((Host::Thread(thread.spawn(|| serve(theirs, |_| Ok(())))?), ours));
+        };
+        set_dumpable_behavior(DumpableBehavior::NotDumpable)?;
+        let (watched, reporting) = datagram::pair()?;
+        let level = LevelFilter::current().to_string();
+        let mut missing = Layers::default();
+        if let Some(supervisor) = supervisor {
+            let ends = [theirs.as_fd(), reporting.as_fd()];
+            let refused = || Err(io::Error::other("its service did not start"));
+            let start = || Supervised::start(supervisor, &level, *memory_limit_mb, ends);
+            match if self.has_no_service { refused() } else { start() } {
+                Ok(supervised) => {
+                    return Ok((Host::Service(supervised, ConfinementWatch::start(watched, missing)?), ours));
+                }
+                Err(error) => {
+                    tracing::warn!("the network process is confined without {}: {error}", Layer::OwnUser);
+                    missing = [Layer::OwnUser].into_iter().collect();
+                }
+            }
+        }
+        let child = spawn(program, &level, *memory_limit_mb, theirs, reporting)?;
+        Ok((Host::Process(child, ConfinementWatch::start(watched, missing)?), ours))
+    }
+}
+
+impl Host {
+    /// Returns where the network side runs.
+    pub(super) fn place(&self) -> Place {
+        match self {
+            Self::Process(..) => Place::Process,
+            Self::Service(..) => Place::Service,
+            Self::Thread(_) => Place::Thread,
+        }
+    }
+
+    /// True for a process of its own.
+    pub(super) fn is_isolated(&self) -> bool {
+        self.place() != Place::Thread
+    }
+
+    /// Ends it at once, if it can be ended.
+    pub(super) fn kill(&mut self) {
+        match self {
+            // One that has ended by itself was waited for by us, or still will be.
+            Self::Process(child, _) => drop(child.kill()),
+            Self::Service(supervised, _) => supervised.kill(),
+            Self::Thread(_) => {}
+        }
+    }
+
+    /// The cause of its end; `None` while it has not ended, or cannot be waited for.
+    pub(super) fn end(&mut self) -> Option<NetworkFailure> {
+        match self {
+            Self::Process(child, _) => child.try_wait().ok().flatten().map(failure),
+            Self::Service(supervised, _) => supervised.end(),
+            Self::Thread(thread) if !thread.is_finished() => None,
+            // The panic of a thread that has ended is reported by its hook.
+            Self::Thread(_) => Some(NetworkFailure::Panicked),
+        }
+    }
+
+    /// What the kernel knows of its own process now; nothing of what cannot be read.
+    pub(super) fn look(&self) -> ProcessReading {
+        match self {
+            Self::Process(child, _) => ProcessReading::of(child.id()),
+            Self::Service(supervised, _) => supervised.look(),
+            Self::Thread(_) => ProcessReading::default(),
+        }
+    }
+
+    /// How its own process is confined; `None` as long as it has not said so.
+    pub(super) fn confinement(&self) -> Option<Confinement> {
+        match self {
+            Self::Process(_, watch) | Self::Service(_, watch) => watch.confinement(),
+            Self::Thread(_) => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::process::{Command, Stdio};
+
+    use super::*;
+    use crate::waiting::wait_for;
+
+    #[test]
+    fn a_program_that_is_missing_is_an_error_and_one_that_ends_is_seen() {
+        let start = |program: &str| {
+            let program = program.into();
+            Hosts::new(Isolation::Process { program, memory_limit_mb: 64, supervisor: None }).start()
+        };
+        assert!(start("/nowhere/signal-gateway").is_err());
+        let (mut host, _link) = start("/bin/false").unwrap();
+        let end = wait_for("the end of the program", || host.end());
+        assert_eq!(end, NetworkFailure::Exited(1));
+    }
+
+    #[test]
+    fn a_process_has_memory_of_its_own_until_it_is_killed() {
+        let child = Command::new("cat").stdin(Stdio::piped()).spawn().unwrap();
+        let (watched, _reporting) = datagram::pair().unwrap();
+        let mut host = Host::Process(child, ConfinementWatch::start(watched, Layers::default()).unwrap());
+        assert!(
+            host.is_isolated()
+                && host.look().memory_bytes.is_some_and(|bytes| bytes > 0 && bytes % 1024 == 0)
+        );
+        host.kill();
+        let Host::Process(child, _) = &mut host else { panic!("it was a process") };
+        child.wait().unwrap();
+        assert_eq!((host.end(), host.look().memory_bytes), (Some(NetworkFailure::Signalled(9)), None));
+        let thread = Host::Thread(thread::spawn(|| Ok(())));
+        assert_eq!((thread.is_isolated(), thread.look().memory_bytes), (false, None));
+    }
+}

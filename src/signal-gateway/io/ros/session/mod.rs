@@ -1,0 +1,232 @@
+//! The session: a node in the ROS 2 graph that publishes any number of topics and reads any number.
+//!
+//! It owns a thread; the caller only puts messages into its mailbox and is never held up. Received messages wait in an
+//! inbox. The thread encodes and decodes messages, and exchanges them with the network side ([`network`](super::network)),
+//! which alone joins DDS: a process that the session starts (through a [`supervisor`] of another user, where systemd has one), watches and
+//! replaces, or a thread of this process.
+//!
+//! The network side answers pings with the help of a sample of its own that goes out and comes back. One that is silent
+//! for a second in which it could run is killed, and so is one that breaks the rules of the link. One that answers while its
+//! samples no longer arrive at a reader of our own, or to which too many peers were announced, is told to leave. The next one
+//! starts after a delay, gets what is current on each topic, and announces it as a new participant does.
+
+mod child;
+mod confinement_watch;
+mod crowd;
+mod error;
+mod exchange;
+mod host;
+mod liveness;
+mod mailbox;
+mod network_settings;
+mod processor_watch;
+mod rosout;
+mod status;
+pub mod supervisor;
+mod threads;
+
+use std::io;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::thread;
+use std::time::Duration;
+
+use ros2_client::names::{Name, NodeName};
+use tokio::runtime::Builder;
+
+use super::inbox::Inbox;
+pub use super::network::DISTRO;
+use super::network::identifier_length;
+use super::outgoing;
+use super::parameters::Parameters;
+pub use super::reception::IncomingStatus;
+pub use super::settings::{Isolation, Recovery, RosSettings, Transport, TypeHashes, ZenohSettings};
+pub use super::topics::{
+    Durability, LightsTopicSettings, OutgoingTopic, Reliability, Subscription, SubscriptionKind, Topics,
+};
+use error::LAST_DOMAIN;
+pub use error::RosError;
+use exchange::Exchange;
+use gateway_core::gateway::event::Output;
+use mailbox::Mailbox;
+pub use status::{OutgoingStatus, RosStatus};
+
+/// Longest time that [`RosSession::stop`] waits for DDS to leave the graph.
+const STOP_PATIENCE: Duration = Duration::from_millis(450);
+/// Longest time that a start waits for the network side; after it, the session continues without one for now.
+const START_PATIENCE: Duration = Duration::from_secs(5);
+
+/// A session that runs in its thread.
+#[derive(Debug)]
+pub struct RosSession {
+    mailbox: Arc<Mailbox>,
+    inbox: Arc<Inbox>,
+    hardware_id: String,
+    ended: Receiver<()>,
+}
+
+impl RosSession {
+    /// Joins the graph. Blocks until DDS is up, for some 10 ms; at worst 5 s, and then continues without it for now.
+    pub fn start(settings: RosSettings) -> Result<Self, RosError> {
+        check(&settings)?;
+        let has_other_distribution = warn_of_other_distribution();
+        let mailbox = Arc::new(Mailbox::default());
+        let hardware_id = settings.hardware_id.clone();
+        let (end_sender, ended) = channel();
+        let (ready_sender, ready) = channel();
+        let inbox = Arc::new(Inbox::default());
+        let runtime = Builder::new_current_thread().enable_all().build()?;
+        let mut exchange = Exchange::new(settings, Arc::clone(&mailbox), Arc::clone(&inbox), ready_sender);
+        if has_other_distribution {
+            exchange.stay_outside_graph();
+        }
+        thread::Builder::new().name("ros".to_owned()).spawn(move || {
+            // Dropped last, also by a panic, which ends the wait of `stop`.
+            let _end = end_sender;
+            runtime.block_on(exchange.run());
+        })?;
+        match ready.recv_timeout(START_PATIENCE) {
+            Ok(Err(error)) => Err(error),
+            Ok(Ok(())) | Err(RecvTimeoutError::Timeout) => Ok(Self { mailbox, inbox, hardware_id, ended }),
+            Err(RecvTimeoutError::Disconnected) => {
+                Err(RosError::Start(io::Error::other("it ended while starting")))
+            }
+        }
+    }
+
+    /// Publishes an output. Never blocks: reports, commands and traffic lights not yet sent are replaced by newer
+    /// ones, diagnostics queue up to a bound.
+    pub fn send(&self, output: &Output) {
+        self.mailbox.put(output, &self.hardware_id);
+    }
+
+    /// Replaces the parameters of the node, where it has services for them.
+    pub fn set_parameters(&self, parameters: Parameters) {
+        self.mailbox.put_parameters(parameters);
+    }
+
+    /// The inbox in which received messages wait.
+    pub fn inbox(&self) -> Arc<Inbox> {
+        Arc::clone(&self.inbox)
+    }
+
+    /// State and counts of the session.
+    pub fn status(&self) -> RosStatus {
+        self.mailbox.status()
+    }
+
+    /// Sends what is still in the mailbox and leaves the graph, within half a second. When DDS
+    /// takes longer, it is left to end by itself.
+    pub fn stop(self) {
+        self.mailbox.stop();
+        // Ends when the thread has ended, or when the time is up.
+        let _ = self.ended.recv_timeout(STOP_PATIENCE);
+    }
+}
+
+impl Drop for RosSession {
+    fn drop(&mut self) {
+        self.mailbox.stop();
+    }
+}
+
+fn check(settings: &RosSettings) -> Result<(), RosError> {
+    NodeName::new(&settings.namespace, &settings.node).map_err(|why| RosError::Node {
+        node: settings.node.clone(),
+        namespace: settings.namespace.clone(),
+        why,
+    })?;
+    let written =
+        outgoing::table(&settings.topics, settings.durability).into_iter().map(|outgoing| outgoing.name);
+    let read = settings.subscriptions.iter().map(|subscription| subscription.name.clone());
+    for topic in written.chain(read) {
+        let refused = |why: String| RosError::Topic { topic: topic.clone(), why };
+        let name = Name::parse(&topic).map_err(|why| refused(why.to_string()))?;
+        if !name.is_absolute() {
+            return Err(refused("does not start with `/`".to_owned()));
+        }
+    }
+    if let Some(subscription) = settings.subscriptions.iter().find(|subscription| subscription.depth < 1) {
+        return Err(RosError::Depth { topic: subscription.name.clone(), depth: subscription.depth });
+    }
+    if settings.domain_id > LAST_DOMAIN {
+        return Err(RosError::Domain(settings.domain_id));
+    }
+    Ok(())
+}
+
+/// Warns if the environment names another distribution than this build; returns true if its graph differs. The data is the same
+/// in every distribution, the graph is not (see `graph.rs`).
+fn warn_of_other_distribution() -> bool {
+    match std::env::var("ROS_DISTRO") {
+        Ok(other) if other != DISTRO => {
+            tracing::warn!(
+                "ROS_DISTRO is `{other}`, but this build is for `{DISTRO}`: topics work, but `ros2 node` may not list \
+                 this node; install the build for `{other}`"
+            );
+            identifier_length(&other) != identifier_length(DISTRO)
+        }
+        Ok(_) | Err(_) => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tokio::task::yield_now;
+
+    use super::*;
+
+    fn refusal(change: impl FnOnce(&mut RosSettings)) -> String {
+        let mut settings = RosSettings::default();
+        change(&mut settings);
+        RosSession::start(settings).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn names_and_domains_that_ros_does_not_allow_are_refused() {
+        let rename = |settings: &mut RosSettings, topic, name: &str| {
+            settings.topics = settings.topics.clone().with(topic, name);
+        };
+        assert!(refusal(|s| s.node = "signal gateway".to_owned()).contains("`signal gateway`"));
+        assert!(refusal(|s| s.namespace = "vehicle".to_owned()).contains("`vehicle`"));
+        assert!(refusal(|s| rename(s, OutgoingTopic::Diagnostics, "diagnostics")).contains("`diagnostics`"));
+        assert!(refusal(|s| rename(s, OutgoingTopic::HazardLightsReport, "/a//b")).contains("`/a//b`"));
+        assert!(refusal(|s| s.domain_id = 233).contains("233"));
+        let commands = |name: &str, depth| Subscription {
+            name: name.to_owned(),
+            kind: SubscriptionKind::Command,
+            reliability: Reliability::Reliable,
+            durability: Durability::Volatile,
+            depth,
+        };
+        assert!(refusal(|s| s.subscriptions.push(commands("commands", 1))).contains("`commands`"));
+        assert!(refusal(|s| s.subscriptions.push(commands("/c", 0))).contains("depth of 0"));
+    }
+
+    #[test]
+    fn a_network_that_is_refused_when_the_start_waits_no_more_is_joined_again() {
+        let (starter, start) = channel();
+        drop(start);
+        let zenoh =
+            ZenohSettings { config: Some("no configuration".to_owned()), type_hashes: TypeHashes::Rihs01 };
+        let settings = RosSettings {
+            transport: Transport::Zenoh(zenoh),
+            isolation: Isolation::Thread,
+            ..RosSettings::default()
+        };
+        let mailbox = Arc::new(Mailbox::default());
+        let exchange = Exchange::new(settings, Arc::clone(&mailbox), Arc::default(), starter);
+        let runtime = Builder::new_current_thread().enable_all().build().unwrap();
+        runtime.block_on(async {
+            let restarted = async {
+                while mailbox.status().network.restarts == 0 {
+                    yield_now().await;
+                }
+            };
+            tokio::select! {
+                () = exchange.run() => panic!("it has ended: {:?}", mailbox.status()),
+                () = restarted => {}
+            }
+        });
+    }
+}

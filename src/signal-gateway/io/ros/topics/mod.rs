@@ -1,0 +1,342 @@
+//! The topics, one row for each: name, type, quality of service, flow, and the key of the configuration that renames it.
+//!
+//! docs/spec/vehicle-interface.md ("Topics and quality of service") and docs/spec/traffic-lights.md ("Messages and
+//! topics") say why; the log is as `rcl_qos_profile_rosout_default` of `rcl` has it.
+
+mod flow;
+mod incoming;
+mod qos;
+
+use std::collections::BTreeMap;
+
+use super::messages::autoware_adapi_v1_msgs::DoorStatusArray;
+use super::messages::autoware_internal_planning_msgs::PlanningFactorArray;
+use super::messages::autoware_perception_msgs::{TrafficLightGroupArray, TrafficSignalArray};
+use super::messages::autoware_vehicle_msgs::{
+    ControlModeReport, GearReport, HazardLightsCommand, HazardLightsReport, SteeringReport,
+    TurnIndicatorsCommand, TurnIndicatorsReport, VelocityReport,
+};
+use super::messages::diagnostic_msgs::DiagnosticArray;
+use super::messages::rcl_interfaces::Log;
+use super::messages::rosgraph_msgs::Clock;
+use super::messages::traffic_simulator_msgs::TrafficLightArrayV1;
+use super::messages::visualization_msgs::MarkerArray;
+use super::messages::{LightsType, TypeName};
+pub use flow::TopicFlow;
+pub use incoming::{IncomingRow, Subscription, SubscriptionKind};
+pub use qos::{Delivery, Durability, LOG_LIFESPAN, Reliability};
+use traffic_lights::compat::Compat;
+use traffic_lights::emission::LightsTopic;
+
+/// A topic that is written. The order is the order in settings, statuses and recordings; the topics of traffic lights,
+/// which are configured one by one ([`LightsTopicSettings`]), come before the topics of the decider.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[allow(missing_docs)] // see the rows
+pub enum OutgoingTopic {
+    TurnIndicatorsReport,
+    HazardLightsReport,
+    VelocityReport,
+    SteeringReport,
+    GearReport,
+    ControlModeReport,
+    DoorStatusArray,
+    Diagnostics,
+    TurnCommand,
+    HazardCommand,
+    SectionMarkers,
+    PlanningFactors,
+    Log,
+}
+
+/// A topic that is written, as far as it is not configured.
+#[derive(Debug, Clone, Copy)]
+pub struct OutgoingRow {
+    /// The topic that the row is about.
+    pub topic: OutgoingTopic,
+    /// Short name in texts for people.
+    pub label: &'static str,
+    /// The flow whose outputs are published.
+    pub flow: TopicFlow,
+    /// Section and key of the configuration that name the topic; `None` for a topic whose name is fixed.
+    pub key: Option<(&'static str, &'static str)>,
+    /// Absolute name unless configured; empty for a topic that is written only where the configuration names it.
+    pub default_name: &'static str,
+    /// Type of the messages.
+    pub type_name: TypeName,
+    /// Durability offered to readers.
+    pub durability: RowDurability,
+    /// Samples that the writer keeps for readers.
+    pub depth: i32,
+    /// Delivery of the messages to readers.
+    pub delivery: Delivery,
+    /// Messages that may wait to be sent; the oldest make room.
+    pub max_waiting: usize,
+    /// Meaning of the key, for the documentation.
+    pub doc: &'static str,
+    /// When a message is published, for the documentation.
+    pub when: &'static str,
+}
+
+/// The durability of a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RowDurability {
+    /// `[reports] durability` chooses it.
+    Configured,
+    /// The same in every configuration.
+    Fixed(Durability),
+}
+
+/// The topics that are written, in the order of [`OutgoingTopic`].
+pub const OUTGOING: [OutgoingRow; 13] = [
+    OutgoingRow {
+        topic: OutgoingTopic::TurnIndicatorsReport,
+        label: "turn",
+        key: Some(("ros.topics", "turn_indicators_status")),
+        default_name: "/vehicle/status/turn_indicators_status",
+        type_name: TurnIndicatorsReport::TYPE_NAME,
+        doc: "TurnIndicatorsReport",
+        ..REPORT
+    },
+    OutgoingRow {
+        topic: OutgoingTopic::HazardLightsReport,
+        label: "hazard",
+        key: Some(("ros.topics", "hazard_lights_status")),
+        default_name: "/vehicle/status/hazard_lights_status",
+        type_name: HazardLightsReport::TYPE_NAME,
+        doc: "HazardLightsReport",
+        ..REPORT
+    },
+    OutgoingRow {
+        topic: OutgoingTopic::VelocityReport,
+        label: "velocity",
+        key: Some(("ros.topics", "velocity_status")),
+        default_name: "/vehicle/status/velocity_status",
+        type_name: VelocityReport::TYPE_NAME,
+        doc: "VelocityReport; \"\": not published",
+        ..MEASUREMENT
+    },
+    OutgoingRow {
+        topic: OutgoingTopic::SteeringReport,
+        label: "steering",
+        key: Some(("ros.topics", "steering_status")),
+        default_name: "/vehicle/status/steering_status",
+        type_name: SteeringReport::TYPE_NAME,
+        doc: "SteeringReport; \"\": not published",
+        ..MEASUREMENT
+    },
+    OutgoingRow {
+        topic: OutgoingTopic::GearReport,
+        label: "gear",
+        key: Some(("ros.topics", "gear_status")),
+        default_name: "/vehicle/status/gear_status",
+        type_name: GearReport::TYPE_NAME,
+        doc: "GearReport; \"\": not published",
+        ..STATE
+    },
+    OutgoingRow {
+        topic: OutgoingTopic::ControlModeReport,
+        label: "control mode",
+        key: Some(("ros.topics", "control_mode_status")),
+        default_name: "/vehicle/status/control_mode",
+        type_name: ControlModeReport::TYPE_NAME,
+        doc: "ControlModeReport; \"\": not published",
+        ..STATE
+    },
+    OutgoingRow {
+        topic: OutgoingTopic::DoorStatusArray,
+        label: "doors",
+        key: Some(("ros.topics", "doors_status")),
+        default_name: "/vehicle/doors/status",
+        type_name: DoorStatusArray::TYPE_NAME,
+        doc: "DoorStatusArray; \"\": not published",
+        ..STATE
+    },
+    OutgoingRow {
+        topic: OutgoingTopic::Diagnostics,
+        label: "diagnostics",
+        flow: TopicFlow::Gateway,
+        key: Some(("ros.topics", "diagnostics")),
+        default_name: "/diagnostics",
+        type_name: DiagnosticArray::TYPE_NAME,
+        doc: "DiagnosticArray",
+        durability: RowDurability::Fixed(Durability::Volatile),
+        depth: 10,
+        delivery: Delivery::Once,
+        max_waiting: 64,
+        when: "4 Hz and at once on a change",
+    },
+    OutgoingRow {
+        topic: OutgoingTopic::TurnCommand,
+        label: "turn command",
+        key: Some(("turn_signal.outputs", "turn_command")),
+        default_name: "/planning/turn_indicators_cmd",
+        type_name: TurnIndicatorsCommand::TYPE_NAME,
+        doc: "TurnIndicatorsCommand",
+        ..DECISION
+    },
+    OutgoingRow {
+        topic: OutgoingTopic::HazardCommand,
+        label: "hazard command",
+        key: Some(("turn_signal.outputs", "hazard_command")),
+        default_name: "/planning/hazard_lights_cmd",
+        type_name: HazardLightsCommand::TYPE_NAME,
+        doc: "HazardLightsCommand",
+        ..DECISION
+    },
+    OutgoingRow {
+        topic: OutgoingTopic::SectionMarkers,
+        label: "section markers",
+        key: Some(("turn_signal.outputs", "markers")),
+        type_name: MarkerArray::TYPE_NAME,
+        doc: "e.g. \"/turn_signal/sections\": the sections as markers for RViz; also in shadow mode",
+        ..DECISION
+    },
+    OutgoingRow {
+        topic: OutgoingTopic::PlanningFactors,
+        label: "planning factors",
+        key: Some(("turn_signal.outputs", "planning_factors")),
+        type_name: PlanningFactorArray::TYPE_NAME,
+        doc: "e.g. \"/planning/planning_factors/signal_gateway\": what is signalled, as a planning factor; also in \
+              shadow mode",
+        ..DECISION
+    },
+    OutgoingRow {
+        topic: OutgoingTopic::Log,
+        label: "log",
+        flow: TopicFlow::Gateway,
+        key: None,
+        default_name: LOG_NAME,
+        type_name: Log::TYPE_NAME,
+        doc: "",
+        durability: RowDurability::Fixed(Durability::TransientLocal),
+        // `rclcpp` keeps a thousand, of all levels.
+        depth: LOG_DEPTH,
+        delivery: Delivery::Log,
+        // As many as the process log keeps, and one that counts the rest.
+        max_waiting: 129,
+        when: "each warning and error of the log",
+    },
+];
+
+/// The rest of the row of a report.
+const REPORT: OutgoingRow = OutgoingRow {
+    topic: OutgoingTopic::TurnIndicatorsReport,
+    label: "",
+    flow: TopicFlow::VehicleLights,
+    key: None,
+    default_name: "",
+    type_name: ("", ""),
+    doc: "",
+    durability: RowDurability::Configured,
+    depth: 1,
+    delivery: Delivery::Report,
+    max_waiting: 1,
+    when: "10 Hz and at once on a change",
+};
+/// The rest of the row of a state of the vehicle.
+const STATE: OutgoingRow = OutgoingRow { flow: TopicFlow::VehicleStatus, ..REPORT };
+/// The rest of the row of a report that is published with each frame. A late reader would take an earlier one for current.
+const MEASUREMENT: OutgoingRow = OutgoingRow {
+    durability: RowDurability::Fixed(Durability::Volatile),
+    delivery: Delivery::Live,
+    when: "with each frame, at most 50 Hz",
+    ..STATE
+};
+/// The rest of the row of a topic of the decider. It is not kept for late readers, for whom it is outdated.
+const DECISION: OutgoingRow = OutgoingRow {
+    flow: TopicFlow::TurnSignal,
+    durability: RowDurability::Fixed(Durability::Volatile),
+    delivery: Delivery::Once,
+    when: "10 Hz",
+    ..REPORT
+};
+
+/// The topic of all nodes' logs; tools know it by this name only.
+pub const LOG_NAME: &str = "/rosout";
+/// Samples of the log that its writer keeps.
+pub const LOG_DEPTH: i32 = 100;
+
+impl OutgoingTopic {
+    /// Returns the row of the topic.
+    pub fn row(self) -> &'static OutgoingRow {
+        &OUTGOING[self as usize]
+    }
+}
+
+/// The topics that are written, by absolute names (`/…`).
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Topics {
+    names: BTreeMap<OutgoingTopic, String>,
+    /// Traffic lights; none unless configured.
+    pub lights: Vec<LightsTopicSettings>,
+}
+
+impl Default for Topics {
+    /// Creates the topics of the vehicle's lights and of the diagnostics, with the names that Autoware expects.
+    fn default() -> Self {
+        let topics = [
+            OutgoingTopic::TurnIndicatorsReport,
+            OutgoingTopic::HazardLightsReport,
+            OutgoingTopic::Diagnostics,
+        ];
+        let none = Self { names: BTreeMap::new(), lights: Vec::new() };
+        topics.into_iter().fold(none, |topics, topic| topics.with(topic, topic.row().default_name))
+    }
+}
+
+impl Topics {
+    /// Returns the topics with this one under `name`, or without it if `name` is empty.
+    pub fn with(mut self, topic: OutgoingTopic, name: &str) -> Self {
+        if name.is_empty() {
+            self.names.remove(&topic);
+        } else {
+            self.names.insert(topic, name.to_owned());
+        }
+        self
+    }
+
+    /// Returns the topics with these of traffic lights.
+    pub fn with_lights(mut self, lights: Vec<LightsTopicSettings>) -> Self {
+        self.lights = lights;
+        self
+    }
+
+    /// Returns the name of a topic; `None` if it is not written.
+    pub fn name(&self, topic: OutgoingTopic) -> Option<&str> {
+        self.names.get(&topic).map(String::as_str)
+    }
+
+    /// Returns the topics that are written, except traffic lights, in order and with their names.
+    pub fn named(&self) -> impl Iterator<Item = (OutgoingTopic, &str)> {
+        self.names.iter().map(|(topic, name)| (*topic, name.as_str()))
+    }
+
+    /// Returns the names of all topics that are written.
+    pub fn names_mut(&mut self) -> impl Iterator<Item = &mut String> {
+        self.names.values_mut().chain(self.lights.iter_mut().map(|topic| &mut topic.name))
+    }
+}
+
+/// A topic with traffic lights. Several can carry the same emissions, as the V2I topic and its legacy name do.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LightsTopicSettings {
+    /// The emissions that are published there.
+    pub topic: LightsTopic,
+    /// Absolute name of the topic.
+    pub name: String,
+    /// The message that they become.
+    pub lights: LightsType,
+    /// The numbering of shapes and the width of ids that the message uses.
+    pub compat: Compat,
+}
+
+/// Returns the type of the messages and the number of samples that a writer keeps.
+pub const fn lights_row(lights: LightsType) -> (TypeName, i32) {
+    match lights {
+        LightsType::ArrayV1 => (TrafficLightArrayV1::TYPE_NAME, 10),
+        LightsType::SignalArray => (TrafficSignalArray::TYPE_NAME, 10),
+        LightsType::GroupArray => (TrafficLightGroupArray::TYPE_NAME, 10),
+        LightsType::MarkerArray => (MarkerArray::TYPE_NAME, 1),
+        LightsType::Clock => (Clock::TYPE_NAME, 1),
+    }
+}

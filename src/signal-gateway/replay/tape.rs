@@ -1,0 +1,350 @@
+//! A recording as inputs with virtual times.
+
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::io;
+use std::time::Duration;
+
+use super::FILLED_GAP;
+use super::routes::Routes;
+use crate::io::can::formats::EntryContent;
+use crate::io::can::log::{InterfaceIndex, Log, LogRecord, is_without_frames};
+use crate::io::sample_log::{LoggedSample, SampleContent, SampleLog};
+use can_signal::can::{BusIndex, CanId, CanInput, IdMatch};
+use gateway_base::time::gap_filling::MAX_SILENCE;
+use gateway_base::time::{MonoTime, Now, WallStamp};
+use gateway_core::gateway::call::{GatewayCall, TimedCall};
+use gateway_core::gateway::event::Input;
+
+/// A stamp earlier than the one before by less than this is a late line; by more, the recorder's
+/// clock was set back.
+const LATE_LINE: Duration = Duration::from_secs(1);
+
+/// The largest number of identifiers whose frames are counted: a J1939 group may come with half a million.
+const MAX_COUNTED_IDS: usize = 4096;
+
+/// What is replayed: frames, and with a bag the samples of ROS 2 in it.
+pub struct Recording {
+    /// The frames; it may have none if there are samples.
+    pub log: Log,
+    /// The samples, of the topics that the gateway reads.
+    pub samples: Option<SampleLog>,
+}
+
+impl From<Log> for Recording {
+    fn from(log: Log) -> Self {
+        Self { log, samples: None }
+    }
+}
+
+/// An input of a recording.
+#[derive(Debug)]
+pub enum RecordedInput {
+    /// Of a bus.
+    Can(CanInput),
+    /// Of ROS 2.
+    Sample(Box<LoggedSample>),
+}
+
+impl RecordCounts {
+    /// Returns true if nothing was read.
+    pub fn is_empty(&self) -> bool {
+        self.records + self.samples == 0
+    }
+}
+
+/// Counts of the entries read of a recording.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct RecordCounts {
+    /// Entries of any kind, but for samples of ROS 2.
+    pub records: u64,
+    /// Samples of ROS 2.
+    pub samples: u64,
+    /// Entries of interfaces that no bus is configured for.
+    pub foreign: u64,
+    /// Stamps that lay before an earlier one.
+    pub backwards: u64,
+    /// Steps of the recorder's clock longer than [`MAX_SILENCE`].
+    pub jumps: u64,
+    /// Silences of all interfaces that are longer than [`FILLED_GAP`], jumps left out.
+    pub gaps: u64,
+    /// The longest of them.
+    pub longest_gap: Duration,
+}
+
+pub(super) struct Tape {
+    pub(super) log: Log,
+    pub(super) samples: Option<SampleLog>,
+    /// The record and the sample that were read and not taken.
+    record: Option<LogRecord>,
+    sample: Option<Box<LoggedSample>>,
+    /// The recording has no frames.
+    has_only_samples: bool,
+    pub(super) routes: Routes,
+    clock: Option<TapeClock>,
+    /// Added to recorded stamps, ns.
+    shift: i64,
+    /// Stamp for the next record, when the recording begins again.
+    start: Option<WallStamp>,
+    /// The input that was read last; `None` when it was taken, and at the end.
+    pub(super) next: Option<(RecordedInput, Now)>,
+    /// An input that follows the bad lines before it.
+    held: Option<(CanInput, Now)>,
+    bad_reported: u64,
+    pub(super) counts: RecordCounts,
+    /// The messages whose frames are counted, with those that resemble them.
+    pub(super) counted: Vec<IdMatch>,
+    /// Number of data frames by interface and counted identifier.
+    pub(super) ids: BTreeMap<(InterfaceIndex, CanId), u64>,
+}
+
+/// Virtual time, and the newest stamp that was read by then.
+#[derive(Debug, Clone, Copy)]
+struct TapeClock {
+    mono: MonoTime,
+    stamp: WallStamp,
+}
+
+impl RecordedInput {
+    /// Returns the input of a bus; `None` for a sample.
+    pub fn can(&self) -> Option<&CanInput> {
+        match self {
+            Self::Can(input) => Some(input),
+            Self::Sample(_) => None,
+        }
+    }
+
+    /// Returns the input as the gateway takes it; `None` for a sample that is none, such as a call of the gateway that recorded it.
+    pub fn into_input(self) -> Option<Input> {
+        match self {
+            Self::Can(input) => Some(input.into()),
+            Self::Sample(sample) => match sample.content {
+                SampleContent::Input(input) => Some(input),
+                SampleContent::Call(TimedCall { call: GatewayCall::Note(bus, note), .. }) => {
+                    note.input(bus).map(Input::from)
+                }
+                SampleContent::Call(_) | SampleContent::TurnReport(_) => None,
+            },
+        }
+    }
+}
+
+impl Tape {
+    pub(super) fn new(Recording { log, samples }: Recording, routes: Routes) -> Self {
+        let counts = RecordCounts::default();
+        Self {
+            log,
+            samples,
+            record: None,
+            sample: None,
+            has_only_samples: false,
+            routes,
+            clock: None,
+            shift: 0,
+            start: None,
+            next: None,
+            held: None,
+            bad_reported: 0,
+            counts,
+            counted: Vec::new(),
+            ids: BTreeMap::new(),
+        }
+    }
+
+    /// Returns the virtual time of the last entry read, of whatever interface.
+    pub(super) fn length(&self) -> MonoTime {
+        self.clock.map_or(MonoTime::ZERO, |clock| clock.mono)
+    }
+
+    pub(super) fn rewind(&mut self, Recording { log, samples }: Recording) {
+        (self.log, self.samples) = (log, samples);
+        self.bad_reported = 0;
+        self.start = self.clock.map(|clock| clock.stamp.after(Duration::from_millis(1)));
+    }
+
+    /// Reads the next input, which replaces the one before.
+    pub(super) fn read_next(&mut self) -> io::Result<()> {
+        self.next = self.held.take().map(|(input, now)| (RecordedInput::Can(input), now));
+        if self.next.is_some() {
+            return Ok(());
+        }
+        loop {
+            if let Some(sample) = self.next_sample()? {
+                self.counts.samples += 1;
+                let (_, now) = self.advance(sample.logged);
+                self.next = Some((RecordedInput::Sample(sample), now));
+                return Ok(());
+            }
+            let read = self.next_record();
+            // Looked at where it lies, since each copy of a record costs as much as the rest of this.
+            let record = match &read {
+                Ok(Some(record)) => record,
+                Ok(None) => break,
+                Err(_) => return read.map(drop),
+            };
+            self.counts.records += 1;
+            if let EntryContent::Data(frame) = &record.content
+                && self.counted.iter().any(|ids| ids.resembles(frame.id()))
+            {
+                let is_full = self.ids.len() >= MAX_COUNTED_IDS;
+                match self.ids.entry((record.interface, frame.id())) {
+                    Entry::Occupied(mut count) => *count.get_mut() += 1,
+                    Entry::Vacant(_) if is_full => {}
+                    Entry::Vacant(first) => drop(first.insert(1)),
+                }
+            }
+            let (stamp, now) = self.advance(record.stamp);
+            let input = self.input(record, stamp);
+            self.counts.foreign += u64::from(input.is_none());
+            if let Some(bad) = self.new_bad_lines() {
+                self.held = input.map(|input| (input, now));
+                self.next = Some((RecordedInput::Can(bad), now));
+                return Ok(());
+            }
+            if let Some(input) = input {
+                self.next = Some((RecordedInput::Can(input), now));
+                return Ok(());
+            }
+        }
+        let last = self.clock.map(|clock| Now { mono: clock.mono, wall: clock.stamp });
+        self.next = self.new_bad_lines().map(RecordedInput::Can).zip(last);
+        Ok(())
+    }
+
+    /// Returns the next sample, if it was received before the next record.
+    fn next_sample(&mut self) -> io::Result<Option<Box<LoggedSample>>> {
+        let Some(samples) = &mut self.samples else { return Ok(None) };
+        if self.sample.is_none() {
+            self.sample = samples.next_sample()?.map(Box::new);
+        }
+        if self.record.is_none() && !self.has_only_samples {
+            self.record = match self.log.next_record() {
+                Err(error) if is_without_frames(&error) && self.sample.is_some() => {
+                    self.has_only_samples = true;
+                    None
+                }
+                read => read?,
+            };
+        }
+        let nanos = |stamp: WallStamp| stamp.as_nanos();
+        let is_first = match (&self.record, &self.sample) {
+            (Some(record), Some(sample)) => nanos(sample.logged) < nanos(record.stamp),
+            (record, _) => record.is_none(),
+        };
+        Ok(self.sample.take_if(|_| is_first))
+    }
+
+    /// Returns the next record; call [`Self::next_sample`] before.
+    fn next_record(&mut self) -> io::Result<Option<LogRecord>> {
+        if self.samples.is_some() { Ok(self.record.take()) } else { self.log.next_record() }
+    }
+
+    /// Returns the bad lines since the last call. They count for the first bus, since a bad line names none.
+    fn new_bad_lines(&mut self) -> Option<CanInput> {
+        let count = self.log.bad_lines() - std::mem::replace(&mut self.bad_reported, self.log.bad_lines());
+        let count = u32::try_from(count).unwrap_or(u32::MAX);
+        (count > 0).then_some(CanInput::BadRecords { bus: BusIndex(0), count })
+    }
+
+    fn input(&self, record: &LogRecord, stamp: WallStamp) -> Option<CanInput> {
+        let bus = self.routes.bus_of(&self.log.interfaces()[record.interface.0])?;
+        match record.content {
+            EntryContent::Data(frame) => Some(CanInput::Frame { bus, frame, stamp }),
+            EntryContent::Error(error) => Some(CanInput::ErrorFrame { bus, error }),
+            EntryContent::Note(note) => note.input(bus),
+            EntryContent::Remote => None,
+        }
+    }
+
+    /// Returns the record's stamp after shifting, and its virtual time.
+    fn advance(&mut self, recorded: WallStamp) -> (WallStamp, Now) {
+        if let Some(start) = self.start.take() {
+            self.shift = start.as_nanos().saturating_sub(recorded.as_nanos());
+        }
+        let stamp = WallStamp::from_nanos(recorded.as_nanos().saturating_add(self.shift));
+        let clock = self.clock.get_or_insert(TapeClock { mono: MonoTime::ZERO, stamp });
+        let nanos = stamp.as_nanos().saturating_sub(clock.stamp.as_nanos());
+        let size = Duration::from_nanos(nanos.unsigned_abs());
+        if nanos >= 0 {
+            if size > MAX_SILENCE {
+                self.counts.jumps += 1;
+            } else if size > FILLED_GAP {
+                self.counts.gaps += 1;
+                self.counts.longest_gap = self.counts.longest_gap.max(size);
+            }
+            clock.mono = clock.mono.after(size.min(MAX_SILENCE));
+            clock.stamp = stamp;
+        } else if size < LATE_LINE {
+            self.counts.backwards += 1;
+        } else {
+            self.counts.jumps += 1;
+            clock.stamp = stamp;
+        }
+        (stamp, Now { mono: clock.mono, wall: clock.stamp })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tape(text: &str) -> Tape {
+        let log = Log::new(Box::new(io::Cursor::new(text.as_bytes().to_vec()))).unwrap();
+        Tape::new(log.into(), Routes(vec![("can0".into(), BusIndex(0))]))
+    }
+
+    fn all(tape: &mut Tape) -> Vec<(u64, String)> {
+        let read_next = || {
+            tape.read_next().unwrap();
+            tape.next.take()
+        };
+        std::iter::from_fn(read_next)
+            .map(|(input, now)| (now.mono.as_nanos() / 1_000_000, text(&input)))
+            .collect()
+    }
+
+    fn text(input: &RecordedInput) -> String {
+        let RecordedInput::Can(input) = input else { return format!("{input:?}") };
+        match input {
+            CanInput::Frame { frame, stamp, .. } => format!("{frame} {}", stamp.as_nanos() / 1_000_000),
+            other @ (CanInput::Link { .. }
+            | CanInput::Drops { .. }
+            | CanInput::ErrorFrame { .. }
+            | CanInput::Controller { .. }
+            | CanInput::BadRecords { .. }) => format!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn late_lines_do_not_turn_the_clock_back_and_jumps_do_not_stop_it() {
+        let mut tape = tape(
+            "(10.0) can0 001#\n(10.5) can0 002#\n(10.4) can0 003#\n(10.6) can1 004#\n(99999.0) can0 005#\n\
+             (20.0) can0 006#\n(20.1) can0 007#\n",
+        );
+        let frames = all(&mut tape);
+        let times: Vec<_> = frames.iter().map(|(ms, _)| *ms).collect();
+        assert_eq!(times, [0, 500, 500, 3_600_600, 3_600_600, 3_600_700]);
+        assert_eq!(frames[2].1, "003# 10400", "the frame keeps its own stamp");
+        assert_eq!(
+            tape.counts,
+            RecordCounts { records: 7, foreign: 1, backwards: 1, jumps: 2, ..RecordCounts::default() }
+        );
+    }
+
+    #[test]
+    fn bad_lines_come_before_the_frame_behind_them_and_at_the_end() {
+        let mut tape = tape("(1.0) can0 001#\nx\ny\n(2.0) can0 002#\nz\n");
+        let order: Vec<_> = all(&mut tape).into_iter().map(|(_, text)| text).collect();
+        let bad = |count| format!("{:?}", CanInput::BadRecords { bus: BusIndex(0), count });
+        assert_eq!(order, ["001# 1000".to_owned(), bad(2), "002# 2000".to_owned(), bad(1)]);
+    }
+
+    #[test]
+    fn a_repeated_recording_goes_on_in_time() {
+        let text = "(5.0) can0 001#\n(5.1) can0 002#\n";
+        let mut tape = tape(text);
+        all(&mut tape);
+        tape.rewind(Log::new(Box::new(io::Cursor::new(text.as_bytes().to_vec()))).unwrap().into());
+        assert_eq!(all(&mut tape), [(101, "001# 5101".to_owned()), (201, "002# 5201".to_owned())]);
+    }
+}

@@ -1,0 +1,154 @@
+//! Texts and JSON of the cars that are supported, for `profiles`.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use super::text::escaped;
+use gateway_core::provenance::ProvenanceSummary;
+use vehicle_bringup::car_model::{CarModel, DimensionRange, ModelProfile, ModelSearch, ModelVerdict};
+
+/// What a shipped profile describes, and how much of it is verified.
+#[derive(Debug, Serialize)]
+pub struct ProfileSummary {
+    /// Name of the profile.
+    pub profile: String,
+    /// Name of its vehicle.
+    pub vehicle: String,
+    /// What it requires to be observed before it reports, as texts.
+    pub requires: Vec<String>,
+    /// Names of its buses.
+    pub buses: Vec<String>,
+    /// Parts of the vehicle that it describes, as words.
+    pub describes: Vec<&'static str>,
+    /// Number of its facts.
+    pub facts: usize,
+    /// Numbers of facts that have been verified.
+    pub verified: ProvenanceSummary,
+}
+
+/// The answer whether a car is supported.
+#[derive(Debug, Serialize)]
+pub struct ModelAnswer<'a> {
+    /// Name of the car as it was given.
+    pub car: &'a str,
+    /// The models that it may be.
+    #[serde(flatten)]
+    pub search: &'a ModelSearch<'a>,
+    /// The profiles of these models.
+    pub profiles: Vec<ProfileSummary>,
+}
+
+/// Largest number of models in an answer; more than all variants of one model.
+const LISTED: usize = 12;
+
+impl ModelAnswer<'_> {
+    /// Returns the answer as text: yes or no, the models, their profiles, and what to do next.
+    pub fn text(&self) -> String {
+        let (car, models) = (escaped(self.car), &self.search.models);
+        let mut text = match self.search.verdict {
+            ModelVerdict::Supported => format!("yes: a profile reads the {car}\n"),
+            ModelVerdict::OtherYears => format!("not sure: a profile reads the {car} in other years\n"),
+            ModelVerdict::NoProfile => format!("no: no profile reads the {car}\n"),
+            ModelVerdict::Unknown if models.is_empty() => {
+                format!("unknown: the list of models does not have {car}\n")
+            }
+            ModelVerdict::Unknown => {
+                format!("unknown: {car} is not a model of the list, which has of this make\n")
+            }
+        };
+        if self.search.verdict == ModelVerdict::Unknown {
+            let mut names: Vec<_> = models.iter().map(|model| model.model.as_str()).collect();
+            names.dedup();
+            for line in
+                super::text::wrapped(&names.join(", "), Some(96), 0).iter().filter(|line| !line.is_empty())
+            {
+                let _ = writeln!(text, "  {line}");
+            }
+        } else {
+            text += "\n";
+            text += &rows(models.iter().take(LISTED).copied());
+            let notes = models.iter().take(LISTED).filter_map(|model| model.note.as_ref());
+            for line in notes.flat_map(|note| super::text::wrapped(note, Some(96), 0)) {
+                let _ = writeln!(text, "  {line}");
+            }
+            if let Some(range) = DimensionRange::of(models.iter().copied()) {
+                let (wheel_base, ratio) = (span(range.wheel_base_m()), span(range.steering_ratio()));
+                let _ = writeln!(
+                    text,
+                    "  opendbc lists a wheel base of {wheel_base} m and a steering ratio of {ratio}; neither is proven"
+                );
+            }
+            if let hidden @ 1.. = models.len().saturating_sub(LISTED) {
+                let _ =
+                    writeln!(text, "  and {hidden} more: --json, or `signal-gateway profiles list --models`");
+            }
+        }
+        text += "\n";
+        let is_readable = self.search.verdict > ModelVerdict::NoProfile;
+        for profile in self.profiles.iter().filter(|_| is_readable) {
+            text += &profile.text();
+        }
+        text + match self.search.verdict {
+            ModelVerdict::Supported | ModelVerdict::OtherYears => {
+                "next: `signal-gateway identify --live can0` compares it with your car, `signal-gateway init` writes the configuration\n"
+            }
+            ModelVerdict::NoProfile | ModelVerdict::Unknown => {
+                "next: `signal-gateway identify --live can0` tries all profiles, `signal-gateway discover` makes one for a car that has none\n"
+            }
+        }
+    }
+}
+
+impl ProfileSummary {
+    fn text(&self) -> String {
+        let verified = [
+            (self.verified.car, "a car"),
+            (self.verified.recording, "a recording"),
+            (self.verified.bench, "a bench"),
+        ];
+        let verified = verified.iter().filter(|(count, _)| *count > 0);
+        let verified: Vec<_> = verified.map(|(count, by)| format!("{count} verified by {by}")).collect();
+        let proven =
+            if verified.is_empty() { "none of them verified".to_owned() } else { verified.join(", ") };
+        let mut text = format!(
+            "{} ({}): {} on bus {}; {} facts, {proven}\n",
+            self.profile,
+            self.vehicle,
+            self.describes.join(", "),
+            self.buses.join(", "),
+            self.facts
+        );
+        for requirement in &self.requires {
+            let _ = writeln!(text, "  it requires {requirement}");
+        }
+        text
+    }
+}
+
+/// Returns a range as text, e.g. `2.6 to 2.8`.
+pub fn span((least, greatest): (f64, f64)) -> String {
+    if least < greatest { format!("{least} to {greatest}") } else { least.to_string() }
+}
+
+/// Returns a line for each model: its name with the years, and its profile and plug or why there is none.
+pub fn rows<'a>(models: impl IntoIterator<Item = &'a CarModel> + Clone) -> String {
+    let width = models.clone().into_iter().map(|model| model.name().chars().count()).max().unwrap_or(0);
+    let mut text = String::new();
+    for model in models {
+        let name = model.name();
+        let _ = match &model.profile {
+            ModelProfile::Shipped { profile, plug: Some(plug) } => {
+                writeln!(text, "  {name:width$}  {profile}, plug {plug}")
+            }
+            ModelProfile::Shipped { profile, plug: None } => writeln!(text, "  {name:width$}  {profile}"),
+            ModelProfile::Missing { reason } => writeln!(text, "  {name:width$}  no profile: {reason}"),
+        };
+    }
+    text
+}
+
+/// Returns anything as JSON with a line end.
+pub fn json(content: &(impl Serialize + ?Sized)) -> String {
+    serde_json::to_string_pretty(content).unwrap_or_default() + "\n"
+}

@@ -1,0 +1,75 @@
+//! What is counted since start: a row for each count, of which metrics, page and status text are made.
+
+use can_signal::can::BusSnapshot;
+use gateway_core::command::snapshot::FunctionSnapshot;
+use turn_signal::flow::snapshot::DeciderSnapshot;
+
+/// A row of the tables below.
+pub(super) struct Count<T> {
+    /// Name of its metric, without prefix and suffix.
+    pub(super) metric: &'static str,
+    /// Help of its metric.
+    pub(super) help: &'static str,
+    /// Its name on the page and in the status text, which show it only where it has one.
+    pub(super) label: Option<&'static str>,
+    /// True if the page leaves it out while it is 0.
+    pub(super) only_if_any: bool,
+    pub(super) value: fn(&T) -> u64,
+}
+
+const fn row<T>(metric: &'static str, help: &'static str, value: fn(&T) -> u64) -> Count<T> {
+    Count { metric, help, label: None, only_if_any: false, value }
+}
+
+const fn shown<T>(
+    metric: &'static str,
+    label: &'static str,
+    help: &'static str,
+    value: fn(&T) -> u64,
+) -> Count<T> {
+    Count { metric, help, label: Some(label), only_if_any: false, value }
+}
+
+pub(super) const BUS: [Count<BusSnapshot>; 6] = [
+    row("bus_frames", "Frames of the vehicle profile", |bus| bus.frames),
+    shown("bus_dropped_frames", "drops", "Frames dropped by the kernel or by the gateway", |bus| bus.drops),
+    shown("bus_error_frames", "error frames", "Error frames", |bus| bus.error_frames),
+    shown("bus_link_losses", "link losses", "Times that the link was lost", |bus| bus.link_losses),
+    shown("bus_controller_bus_off", "bus-offs", "Times that the controller went bus-off", |bus| bus.bus_offs),
+    Count {
+        only_if_any: true,
+        ..shown("bus_bad_records", "unreadable records", "Unreadable records of a recording", |bus| {
+            bus.bad_records
+        })
+    },
+];
+
+pub(super) const FUNCTION: [Count<FunctionSnapshot>; 3] = [
+    row("commands_received", "Commands received", |function| function.commands),
+    row("command_driver_overrides", "Times that the driver did something else", |function| {
+        function.driver_overrides
+    }),
+    row(
+        "command_feedback_mismatches",
+        "Times that the report differed from the command for too long",
+        |function| function.feedback_mismatches,
+    ),
+];
+
+pub(super) const DECIDER: [Count<DeciderSnapshot>; 5] = [
+    row("decider_cycles", "Cycles of the turn signal decider", |decider| decider.cycles),
+    row("decider_changes", "Decisions that differed from the one before", |decider| decider.changes),
+    row(
+        "decider_shortened_signals",
+        "Signals that waited until a junction was passed which offers their side",
+        |decider| decider.shortened_signals,
+    ),
+    row("decider_judged_signals", "Turn signals of another planner that were judged", |decider| {
+        decider.signal_verdicts.judged()
+    }),
+    row(
+        "decider_wrong_signals",
+        "Turn signals of another planner that did not agree with the rules",
+        |decider| decider.signal_verdicts.judged() - decider.signal_verdicts.agree,
+    ),
+];

@@ -1,0 +1,185 @@
+//! A discovery as text, for a person in a car.
+
+use std::fmt::Write as _;
+
+use can_signal::can::DriverMark;
+use gateway_base::time::MonoTime;
+use vehicle_bringup::discovery::capture::MessageKey;
+use vehicle_bringup::discovery::findings::{Certainty, DiscoveryFindings};
+use vehicle_bringup::discovery::timeline::DriverAction;
+
+/// Columns from which on a terminal shows a request in full, beside its countdown.
+const WIDE: usize = 80;
+
+/// What the driver is asked to do, in a line of a terminal of that width.
+pub fn request(mark: DriverMark, width: usize) -> &'static str {
+    if width < WIDE { short_request(mark) } else { long_request(mark) }
+}
+
+/// What the driver is asked to do, and the action that comes next, in a line of a terminal of that width.
+pub fn request_and_next(mark: DriverMark, next: Option<DriverAction>, width: usize) -> String {
+    let request = request(mark, width);
+    let Some(next) = next else { return request.to_owned() };
+    let room = if width < WIDE { 30 } else { 60 };
+    format!("{request:<room$}next: {}", next.to_string().to_uppercase())
+}
+
+fn short_request(mark: DriverMark) -> &'static str {
+    match mark {
+        DriverMark::Quiet => "HANDS OFF  touch nothing",
+        DriverMark::Left => "LEFT       indicate, leave on",
+        DriverMark::Right => "RIGHT      indicate, leave on",
+        DriverMark::Hazard => "HAZARD     press, leave on",
+        DriverMark::Off => "OFF        all off again",
+    }
+}
+
+fn long_request(mark: DriverMark) -> &'static str {
+    match mark {
+        DriverMark::Quiet => "HANDS OFF  touch nothing: pedals, lever, wheel",
+        DriverMark::Left => "LEFT       indicate LEFT now, all the way, and leave it on",
+        DriverMark::Right => "RIGHT      indicate RIGHT now, all the way, and leave it on",
+        DriverMark::Hazard => "HAZARD     press the HAZARD button now, and leave it on",
+        DriverMark::Off => "OFF        everything off again",
+    }
+}
+
+/// A bar for the time left, with whole seconds: `■■■□□ 3 s`.
+pub fn countdown(from: MonoTime, until: MonoTime, now: MonoTime) -> String {
+    let total = until.since(from).as_millis().div_ceil(1000).max(1);
+    let left = until.since(now).as_millis().div_ceil(1000).min(total);
+    let squares = |count: u128, square: &str| square.repeat(usize::try_from(count).unwrap_or(0));
+    format!("{}{} {left:>2} s", squares(total - left, "■"), squares(left, "□"))
+}
+
+/// What responded to an action: `4 bits of 2A5 and 1F0 responded`.
+pub fn seen(action: DriverAction, messages: &[MessageKey], bits: usize) -> String {
+    const LISTED: usize = 4;
+    if messages.is_empty() {
+        return format!("{action}: nothing responded");
+    }
+    let ids: Vec<_> = messages.iter().take(LISTED).map(|key| format!("0x{}", key.id)).collect();
+    let more = messages.len().saturating_sub(LISTED);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    let bits = if bits == 1 { "1 bit".to_owned() } else { format!("{bits} bits") };
+    format!("{action}: {bits} responded, in {}{more}", ids.join(", "))
+}
+
+/// Why actions are repeated.
+pub fn repeats(actions: &[DriverAction]) -> String {
+    let names: Vec<_> = actions.iter().map(|action| action.to_string().to_uppercase()).collect();
+    let why = "Not every request was followed clearly, or too few were.";
+    format!("Not sure about {} yet: once more.\n{why}", names.join(" and "))
+}
+
+/// The largest number of rivals that are listed.
+const MAX_RIVALS: usize = 3;
+
+/// The result, in lines.
+pub fn result(findings: &DiscoveryFindings) -> String {
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let mut line = |heading: &str, content: &str| {
+        let _ = writeln!(text, "{heading:<9} {content}");
+    };
+    let sides = [DriverAction::Left, DriverAction::Right].map(|side| findings.certainty(side));
+    match findings.turn.first() {
+        Some(turn) if findings.is_usable() => {
+            line("turn", &turn.form.to_string());
+            let [left, right] =
+                [DriverAction::Left, DriverAction::Right].map(|side| turn.followed_text(side));
+            line("", &format!("followed {left} requests to the left, {right} to the right"));
+            for rival in findings.turn.iter().skip(1).take(MAX_RIVALS) {
+                line("  rival", &rival.form.to_string());
+                line("", &format!("  not taken: {}", rival.explanation(turn)));
+            }
+        }
+        Some(turn) => {
+            let [left, right] = sides;
+            line("turn", &format!("NOT SURE (left: {left}, right: {right}). The best candidate is"));
+            line("", &turn.form.to_string());
+            let [left, right] =
+                [DriverAction::Left, DriverAction::Right].map(|side| turn.followed_text(side));
+            let only = if findings.turn_doubt.is_some() { "" } else { "but only " };
+            line("", &format!("{only}followed {left} requests to the left, {right} to the right"));
+            if let Some(doubt) = findings.turn_doubt {
+                line("", &format!("but {doubt}"));
+            }
+        }
+        None => line("turn", "NOT FOUND: no signal on this bus follows both sides"),
+    }
+    if let Some(form) = findings.moved_at_rest {
+        line("", &format!("{form} followed both sides, but it changed during HANDS OFF as well."));
+        line("", "Was the lever moved then? Repeat the session, and touch nothing during HANDS OFF");
+    }
+    match findings.hazard.first() {
+        Some(hazard) if findings.certainty(DriverAction::Hazard) == Certainty::Sure => {
+            line("hazard", &hazard.form.to_string());
+            line("", &format!("followed {} requests", hazard.followed_text(DriverAction::Hazard)));
+        }
+        Some(hazard) => {
+            line("hazard", &format!("NOT SURE: {}", hazard.form));
+            line(
+                "",
+                &format!(
+                    "followed {} requests; written as not visible",
+                    hazard.followed_text(DriverAction::Hazard)
+                ),
+            );
+            if let Some(doubt) = findings.hazard_doubt {
+                line("", &format!("but {doubt}"));
+            }
+        }
+        None => {
+            let certainty = findings.certainty(DriverAction::Hazard);
+            line("hazard", &format!("{certainty}; written as not visible"));
+        }
+    }
+    let turn = findings.turn.first().map(|turn| turn.form.signals()).unwrap_or_default();
+    let hazard = findings.hazard.first().and_then(|hazard| hazard.form.signal());
+    let mut messages: Vec<_> = turn.into_iter().chain(hazard).map(|signal| signal.message).collect();
+    messages.sort_unstable();
+    messages.dedup();
+    for message in messages {
+        let Some(protection) = findings.protection.get(&message) else { continue };
+        let counter =
+            protection.counter.map(|counter| format!("counter {} to {}", counter.first, counter.last));
+        let checksum = protection.checksum.as_ref().map(|checksum| format!("checksum {}", checksum.kind));
+        let found: Vec<_> = counter.into_iter().chain(checksum).collect();
+        let found =
+            if found.is_empty() { "neither counter nor known checksum".to_owned() } else { found.join(", ") };
+        line("protected", &format!("0x{}: {found}", message.id));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_request_fits_beside_its_longest_countdown() {
+        let at = MonoTime::from_millis;
+        let countdown = countdown(at(0), at(10_000), at(0)).chars().count();
+        for (width, mark) in [80, 50].into_iter().flat_map(|width| {
+            [DriverMark::Quiet, DriverMark::Left, DriverMark::Right, DriverMark::Hazard, DriverMark::Off]
+                .map(|mark| (width, mark))
+        }) {
+            // The marker of the line, the number of the request, and two blanks before the countdown.
+            let length = 2 + 5 + request(mark, width).len() + 2 + countdown;
+            // Only nothing is asked for so long.
+            let length = if mark == DriverMark::Quiet { length } else { length - 5 };
+            assert!(length <= width, "{mark:?} at {width}: {length}");
+        }
+        let line = request_and_next(DriverMark::Off, Some(DriverAction::Right), 50);
+        assert!(line.ends_with("next: RIGHT"), "{line}");
+    }
+
+    #[test]
+    fn countdown_shows_the_seconds_left() {
+        let at = MonoTime::from_millis;
+        assert_eq!(countdown(at(1000), at(6000), at(1000)), "□□□□□  5 s");
+        assert_eq!(countdown(at(1000), at(6000), at(4500)), "■■■□□  2 s");
+        assert_eq!(countdown(at(1000), at(6000), at(9000)), "■■■■■  0 s");
+    }
+}

@@ -1,0 +1,141 @@
+//! What a drive looks like apart from its signals: speed, stops, and the way on the map.
+
+use super::super::Snapshot;
+use crate::config::drive::DriveFile;
+use crate::report::chart::{Bar, IndicatorState, Look, Mark, Plan, PlanLane, PlanPoint};
+use lanelet2_map::lane_network::{LaneId, Lanelet, TurnDirection};
+
+/// Below this the vehicle stands, m/s.
+const STANDING_MPS: f64 = 0.1;
+/// Shorter stops are left out, seconds.
+const MIN_STOP_S: f64 = 0.5;
+/// Parts of the distance for each of which the speed is drawn.
+const SPEED_BARS: u32 = 200;
+/// Points of the way are at least so far apart, metres.
+const POINT_GAP_M: f64 = 0.5;
+/// Lanes farther from the way are left out, metres.
+const NEAR_M: f64 = 30.0;
+
+/// What is drawn of a cycle.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cycle {
+    at_s: f64,
+    at_m: f64,
+    speed_mps: f64,
+    position: PlanPoint,
+    lane: Option<LaneId>,
+    indicator: IndicatorState,
+}
+
+impl Cycle {
+    /// The cycle of a snapshot, with its signal.
+    pub(super) fn new(snapshot: &Snapshot<'_>, indicator: IndicatorState) -> Self {
+        let position = snapshot.pose.position;
+        Self {
+            at_s: snapshot.at_s,
+            at_m: snapshot.at_m,
+            speed_mps: snapshot.speed_mps,
+            position: (position.x_m, position.y_m),
+            lane: snapshot.lane,
+            indicator,
+        }
+    }
+}
+
+/// The speed over the distance, m/s, as bars whose height is its share of the highest.
+pub(super) fn speed(cycles: &[Cycle], (from, to): (f64, f64)) -> Vec<Bar> {
+    let top = top_mps(cycles);
+    if top <= 0.0 || to <= from {
+        return Vec::new();
+    }
+    let width = (to - from) / f64::from(SPEED_BARS);
+    let bar = |number: u32| {
+        let (begin, end) = (from + f64::from(number) * width, from + f64::from(number + 1) * width);
+        // The last cycle before the end of the part.
+        let cycle = cycles.iter().rev().find(|cycle| cycle.at_m < end)?;
+        let speed_mps = cycle.speed_mps.abs();
+        let text = format!("{:.1} km/h", speed_mps * 3.6);
+        Some(Bar { from: begin, to: end, look: Look::Share(speed_mps / top, text) })
+    };
+    let mut bars: Vec<Bar> = Vec::new();
+    for bar in (0..SPEED_BARS).filter_map(bar) {
+        match bars.last_mut() {
+            Some(last) if last.look == bar.look => last.to = bar.to,
+            Some(_) | None => bars.push(bar),
+        }
+    }
+    bars
+}
+
+/// The name of the speed's row, with its range.
+pub(super) fn speed_label(cycles: &[Cycle]) -> String {
+    format!("speed, 0 to {:.0} km/h", top_mps(cycles) * 3.6)
+}
+
+fn top_mps(cycles: &[Cycle]) -> f64 {
+    cycles.iter().map(|cycle| cycle.speed_mps.abs()).fold(0.0, f64::max)
+}
+
+/// A mark for each stop.
+pub(super) fn stops(cycles: &[Cycle]) -> Vec<Mark> {
+    let stands = |cycle: &Cycle| cycle.speed_mps.abs() < STANDING_MPS;
+    let groups = cycles.chunk_by(|one, other| stands(one) == stands(other));
+    let stop = |group: &[Cycle]| {
+        let (first, last) = (group.first()?, group.last()?);
+        let lasts_s = last.at_s - first.at_s;
+        let text = format!("stands for {lasts_s:.1} s");
+        (stands(first) && lasts_s >= MIN_STOP_S).then_some(Mark { at: first.at_m, text })
+    };
+    groups.filter_map(stop).collect()
+}
+
+/// The lanes near the way, and the way with the signals on it.
+pub(super) fn plan(file: &DriveFile, cycles: &[Cycle]) -> Plan {
+    let mut driven: Vec<(IndicatorState, Vec<PlanPoint>)> = Vec::new();
+    for cycle in cycles {
+        let point = cycle.position;
+        match driven.last_mut() {
+            Some((indicator, points)) if *indicator == cycle.indicator => {
+                if points.last().is_none_or(|last| distance(*last, point) >= POINT_GAP_M) {
+                    points.push(point);
+                }
+            }
+            // The signal changes at this point: the parts meet here.
+            Some((_, points)) => {
+                points.push(point);
+                driven.push((cycle.indicator, vec![point]));
+            }
+            None => driven.push((cycle.indicator, vec![point])),
+        }
+    }
+    let is_near = |lane: &Lanelet| {
+        let points = lane.centerline.iter().map(|point| (point.x_m, point.y_m));
+        let way = || driven.iter().flat_map(|(_, points)| points.iter().step_by(10));
+        points.into_iter().any(|point| way().any(|way| distance(*way, point) < NEAR_M))
+    };
+    let lanes = file.road.lanes().filter(|lane| is_near(lane)).map(|lane| PlanLane {
+        name: lane.id.to_string(),
+        side: side(lane.turn_direction),
+        is_driven: cycles.iter().any(|cycle| cycle.lane == Some(lane.id)),
+        outline: lane
+            .left_bound
+            .iter()
+            .chain(lane.right_bound.iter().rev())
+            .map(|point| (point.x_m, point.y_m))
+            .collect(),
+    });
+    Plan { lanes: lanes.collect(), driven }
+}
+
+/// The side that a lanelet turns to.
+pub(super) const fn side(direction: TurnDirection) -> Option<IndicatorState> {
+    match direction {
+        TurnDirection::None | TurnDirection::Straight => None,
+        TurnDirection::Left => Some(IndicatorState::Left),
+        TurnDirection::Right => Some(IndicatorState::Right),
+    }
+}
+
+fn distance(one: PlanPoint, other: PlanPoint) -> f64 {
+    (one.0 - other.0).hypot(one.1 - other.1)
+}

@@ -1,0 +1,159 @@
+//! A drive of the turn signal decider, written down.
+
+pub mod chart;
+mod sentence;
+pub mod shadow;
+
+use std::fmt;
+
+use serde_json::{Value, json};
+
+use super::decision;
+use super::joined;
+use crate::config::drive::Expectation;
+use lanelet2_map::geometry::Pose;
+use lanelet2_map::lane_network::LaneId;
+use sentence::Narrator;
+use turn_signal::compat::DeciderCompat;
+use turn_signal::decision::Decision;
+use turn_signal::headline::Headline;
+
+/// The decision at one cycle of a drive.
+#[derive(Debug, Clone, Copy)]
+pub struct Snapshot<'a> {
+    /// The `compat` of the decider.
+    pub compat: DeciderCompat,
+    /// Seconds from the start.
+    pub at_s: f64,
+    /// The rear axle, metres along the route.
+    pub at_m: f64,
+    /// The rear axle on the map.
+    pub pose: Pose,
+    /// Speed, m/s; negative while backing up.
+    pub speed_mps: f64,
+    /// The lanelet of the rear axle.
+    pub lane: Option<LaneId>,
+    /// The decision with its reasons.
+    pub decision: &'a Decision,
+}
+
+/// The outcome of the expectations with one `compat`.
+#[derive(Debug, Clone)]
+pub struct Verdict<'a> {
+    /// The `compat` of the decider.
+    pub compat: DeciderCompat,
+    /// The number of expectations that held.
+    pub met: usize,
+    /// Those that did not.
+    pub failed: Vec<Failed<'a>>,
+}
+
+/// An expectation that failed.
+#[derive(Debug, Clone)]
+pub struct Failed<'a> {
+    /// The expectation.
+    pub expectation: &'a Expectation,
+    /// The `compat` of the decider.
+    pub compat: DeciderCompat,
+    /// The first mismatch, with its position.
+    pub reason: String,
+}
+
+/// Writes a drive as lines, for one `compat` after the other.
+#[derive(Debug, Clone)]
+pub struct DriveWriter {
+    form: DriveForm,
+    last: Option<Headline>,
+    narrator: Narrator,
+}
+
+/// The form of the lines of a drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DriveForm {
+    /// One sentence for each change.
+    Sentences,
+    /// The sentence with all numbers below it, for each change of a reason as well.
+    Numbers,
+    /// One JSON object for each change of a reason.
+    Json,
+}
+
+/// Indentation of what belongs to a `compat`.
+const INDENT: &str = "  ";
+/// Indentation of numbers and reasons, below their sentence.
+const DETAILS: &str = "      ";
+
+impl DriveWriter {
+    /// A writer that has written nothing.
+    pub fn new(form: DriveForm) -> Self {
+        Self { form, last: None, narrator: Narrator::default() }
+    }
+
+    /// Begins a `compat`; the first decision after it is a change.
+    pub fn begin(&mut self, compat: DeciderCompat) -> Option<String> {
+        *self = Self::new(self.form);
+        (self.form != DriveForm::Json).then(|| compat.name().to_owned())
+    }
+
+    /// The lines of a cycle; `None` when the decision is the one before, distances and ages apart, and not `whole`.
+    /// Every cycle is given, in order.
+    pub fn write(&mut self, snapshot: &Snapshot<'_>, whole: bool) -> Option<String> {
+        let (sentence, is_new) = self.narrator.next(snapshot);
+        let headline = Some(Headline::of(snapshot.decision));
+        let differs = self.last != headline;
+        self.last = headline;
+        let is_written = whole || if self.form == DriveForm::Sentences { is_new } else { differs };
+        is_written.then(|| match self.form {
+            DriveForm::Sentences => format!("{INDENT}{sentence}"),
+            DriveForm::Numbers => format!("{INDENT}{sentence}{}", details(snapshot)),
+            DriveForm::Json => fields(snapshot).to_string(),
+        })
+    }
+
+    /// The lines that end a `compat`: the number of expectations that held, and each that failed.
+    pub fn end(&self, verdict: &Verdict<'_>) -> String {
+        let Verdict { compat, met, failed } = verdict;
+        if self.form != DriveForm::Json {
+            let count = format!("expectations: {met} met, {} failed", failed.len());
+            let failed = failed.iter().map(|failed| format!("\nFAILED {failed}"));
+            return std::iter::once(count).chain(failed).collect();
+        }
+        let failed = failed.iter().map(
+            |failed| json!({ "expectation": failed.expectation.location.to_string(), "what": failed.reason }),
+        );
+        let expectations = json!({ "met": met, "failed": failed.collect::<Vec<_>>() });
+        json!({ "compat": compat.name(), "expectations": expectations }).to_string()
+    }
+}
+
+/// When, where, how fast, on which basis, and every reason, each as a line of its own.
+fn details(snapshot: &Snapshot<'_>) -> String {
+    let Snapshot { at_s, at_m, speed_mps, decision, .. } = snapshot;
+    let basis = decision::basis(decision);
+    let first = format!("{at_s:.3} s, {at_m:.2} m, {speed_mps:.2} m/s: {basis}");
+    let lines = std::iter::once(first).chain(decision::reasons(decision));
+    lines.map(|line| format!("\n{DETAILS}{line}")).collect()
+}
+
+fn fields(snapshot: &Snapshot<'_>) -> Value {
+    let position = snapshot.pose.position;
+    let vehicle = json!({
+        "compat": snapshot.compat.name(),
+        "t": snapshot.at_s,
+        "at_m": snapshot.at_m,
+        "x_m": position.x_m,
+        "y_m": position.y_m,
+        "yaw_rad": snapshot.pose.yaw_rad,
+        "speed_mps": snapshot.speed_mps,
+    });
+    joined(vehicle, decision::fields(snapshot.decision))
+}
+
+/// `file:line:column: key: from 37 to 116 m, improved: expected LEFT, found DISABLE at 40.00 m (4.000 s)`
+impl fmt::Display for Failed<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Expectation { location, interval, .. } = self.expectation;
+        let (from, to, unit) = (interval.from, interval.to, interval.unit);
+        write!(f, "{location}: from {from} to {to} {unit}, {}: {}", self.compat.name(), self.reason)
+    }
+}

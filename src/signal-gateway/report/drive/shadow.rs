@@ -1,0 +1,180 @@
+//! The shadow report of a recorded drive: each manoeuvre with the verdict on the signal that was given, and the agreement.
+
+use serde::Serialize;
+use serde_json::Value;
+
+use super::super::seconds;
+use super::super::text::counted;
+use turn_signal::side::Side;
+use turn_signal::signal_judge::{
+    DeciderReason, JudgedCounts, JudgedKind, JudgedManoeuvre, SignalVerdict, VerdictKind,
+};
+
+/// A manoeuvre of a recorded drive, judged.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ShadowManoeuvre {
+    /// What it is: `left turn on 111`.
+    pub what: String,
+    /// Its kind.
+    pub kind: JudgedKind,
+    /// The side that is asked for; of a needless signal the side that was shown.
+    pub side: Side,
+    /// The verdict on the signal.
+    pub verdict: SignalVerdict,
+    /// The side that was received first; `None` when neither was.
+    pub received: Option<Side>,
+    /// Start, seconds from the first message.
+    pub from_s: f64,
+    /// When the signal became required, seconds; `None` when it never did.
+    pub required_s: Option<f64>,
+    /// End, seconds.
+    pub to_s: f64,
+    /// The way driven until its start, metres.
+    pub at_m: f64,
+    /// Place of the rear axle at its start, metres in the frame of the map.
+    pub x_m: f64,
+    /// As `x_m`.
+    pub y_m: f64,
+    /// Speed at its start, m/s.
+    pub speed_mps: f64,
+    /// The decider at its start, in a sentence.
+    pub decider: String,
+    /// The reason of the decider, for programs.
+    pub reason: DeciderReason,
+}
+
+/// What a recorded drive comes to.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ShadowSummary {
+    /// The signal that was judged.
+    pub signal: &'static str,
+    /// Its topic.
+    pub topic: String,
+    /// Samples of it.
+    pub samples: u64,
+    /// Length of the recording, seconds.
+    pub length_s: f64,
+    /// The way driven, metres.
+    pub driven_m: f64,
+    /// Share of the manoeuvres whose signal agrees with the rules, percent; `None` when none was judged.
+    pub agreement_percent: Option<f64>,
+    /// The number of each verdict, by kind.
+    pub counts: JudgedCounts,
+}
+
+impl ShadowManoeuvre {
+    /// Describes a manoeuvre that began after `at_m` metres, when the decider said `decider`.
+    pub fn new(judged: &JudgedManoeuvre, at_m: f64, decider: String) -> Self {
+        let position = judged.odometry.pose.position;
+        let side = judged.side;
+        let what = judged.subject.and_then(|subject| subject.name(side.into()));
+        let what = what.unwrap_or_else(|| match judged.subject {
+            Some(_) => format!("signal to the {}", side.name()),
+            None => format!("{} signal for nothing", side.name()),
+        });
+        Self {
+            what,
+            kind: JudgedKind::of(judged.subject),
+            side,
+            verdict: judged.verdict,
+            received: judged.received,
+            from_s: seconds(judged.start),
+            required_s: judged.required_since.map(seconds),
+            to_s: seconds(judged.end),
+            at_m,
+            x_m: position.x_m,
+            y_m: position.y_m,
+            speed_mps: judged.odometry.speed_mps,
+            decider,
+            reason: judged.reason.clone(),
+        }
+    }
+
+    /// Returns the lines for people: one, and below it both sides' reasons if they differ.
+    pub fn text(&self) -> String {
+        let Self { what, verdict, from_s, at_m, x_m, y_m, .. } = self;
+        let line = format!("{from_s:8.1} s {at_m:8.1} m  {what}: {verdict}");
+        if verdict.kind() == VerdictKind::Agree {
+            return line;
+        }
+        let received = match self.received {
+            Some(side) => format!("the signal to the {}", side.name()),
+            None => "no signal".to_owned(),
+        };
+        format!(
+            "{line}\n             at x {x_m:.2}, y {y_m:.2} with {:.1} m/s, until {:.1} s\n             \
+             decider:  {}\n             received: {received}",
+            self.speed_mps, self.to_s, self.decider
+        )
+    }
+
+    /// Returns the sentence of its mark in a picture; `None` if the signals agree.
+    pub fn mark(&self) -> Option<String> {
+        (self.verdict.kind() != VerdictKind::Agree).then(|| format!("{}: {}", self.what, self.verdict))
+    }
+
+    /// Returns the line for programs.
+    pub fn json(&self) -> Value {
+        serde_json::json!({ "manoeuvre": self })
+    }
+}
+
+impl ShadowSummary {
+    /// Returns the lines for people.
+    pub fn text(&self) -> String {
+        let Self { signal, topic, samples, length_s, driven_m, counts, .. } = self;
+        let mut text = format!(
+            "{length_s:.1} s, {driven_m:.0} m; the signal is the {signal}'s, {topic}, with {}",
+            counted(*samples, "sample")
+        );
+        let total = counts.total();
+        match self.agreement_percent {
+            Some(percent) => {
+                let judged = counted(total.judged(), "manoeuvre");
+                text += &format!("\nagreement: {percent:.1} % of {judged}");
+            }
+            None => text += "\nagreement: nothing to judge",
+        }
+        for (kind, counts) in &counts.by_kind {
+            let verdicts = VerdictKind::ALL.into_iter().filter(|verdict| counts.of(*verdict) > 0);
+            let verdicts =
+                verdicts.map(|verdict| format!("{} {}", counts.of(verdict), verdict_name(verdict)));
+            text += &format!("\n  {}: {}", kind_name(*kind), verdicts.collect::<Vec<_>>().join(", "));
+        }
+        if counts.unjudged > 0 {
+            text += &format!("\n  without a verdict: {}, since an input was missing", counts.unjudged);
+        }
+        text
+    }
+
+    /// Returns the line for programs.
+    pub fn json(&self) -> Value {
+        serde_json::json!({ "summary": self })
+    }
+}
+
+fn verdict_name(verdict: VerdictKind) -> &'static str {
+    match verdict {
+        VerdictKind::Agree => "agree",
+        VerdictKind::Early => "early",
+        VerdictKind::Late => "late",
+        VerdictKind::Missing => "missing",
+        VerdictKind::WrongSide => "on the wrong side",
+        VerdictKind::Needless => "needless",
+    }
+}
+
+fn kind_name(kind: JudgedKind) -> &'static str {
+    match kind {
+        JudgedKind::Turn => "turns",
+        JudgedKind::RoundaboutEntry => "roundabout entries",
+        JudgedKind::RoundaboutExit => "roundabout exits",
+        JudgedKind::PullOut => "pull-outs",
+        JudgedKind::Avoidance => "avoidances",
+        JudgedKind::LaneChange => "lane changes",
+        JudgedKind::PullOver => "pull-overs",
+        JudgedKind::SideShift => "side shifts",
+        JudgedKind::Unnamed => "other signals of the decider",
+        JudgedKind::Nothing => "signals for nothing",
+    }
+}

@@ -1,0 +1,360 @@
+//! Outputs of the gateway: messages as JSON lines for programs, changes as lines for people.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::Serialize;
+use serde_json::json;
+
+use super::text::escaped;
+use super::{decision, seconds};
+use crate::io::ros::messages::LightsMessage;
+use crate::io::ros::outgoing::messages::{Publication, publications};
+use crate::io::ros::topics::Topics;
+use can_signal::can::{BusIndex, CanId, Frame};
+use gateway_base::diagnostics::{Level, Status};
+use gateway_base::time::MonoTime;
+use gateway_core::command::output::CommandOutput;
+use gateway_core::gateway::event::Output;
+use gateway_core::gateway::history::{Change, ChangeKind};
+use traffic_lights::emission::Emission;
+use traffic_lights::output::TrafficLightOutput;
+use turn_signal::output::TurnSignalOutput;
+
+/// One object a line: `{"t": seconds, "topic": name, "data": {message fields}}`.
+///
+/// Every published report is a line. Diagnostics are a line whenever a status changes, with the
+/// statuses that changed; plain refreshes are left out. A decision of the turn signal decider is a line
+/// when it or its reason has changed; its topic is [`DECISIONS`] and its data an
+/// object, see [`decision::fields`]. A frame to the vehicle is a line with the topic [`FRAMES`] and the data
+/// `{"bus": name, "id": number, "extended": bool, "fd": bool, "data": "hex", "sent": bool}`; `sent` is
+/// false in a dry run, and always in a replay.
+#[derive(Debug, Clone)]
+pub struct JsonTimeline {
+    /// Names of the topics, as configured.
+    pub topics: Topics,
+    /// `hardware_id` of each status.
+    pub hardware_id: String,
+    /// Name of each bus, by its index.
+    pub buses: Vec<String>,
+}
+
+/// Stands for the topic of decisions, which are not published.
+pub const DECISIONS: &str = "turn_signal_decision";
+
+/// Stands for the topic of frames to the vehicle, which are not published.
+pub const FRAMES: &str = "command_frame";
+
+#[derive(Serialize)]
+struct JsonLine<'a, T> {
+    /// Seconds of virtual time, to the nanosecond.
+    t: f64,
+    topic: &'a str,
+    data: T,
+}
+
+impl JsonTimeline {
+    /// The line for an output, without line end; `None` for what is not a message and for refreshes.
+    /// Traffic lights are a line for each message on each of their topics.
+    pub fn line(&self, output: &Output, at: MonoTime) -> Option<String> {
+        match output {
+            Output::TrafficLights(TrafficLightOutput::Publish(emission)) => self.lights(emission, at),
+            Output::TurnSignal(TurnSignalOutput::Decision(decision)) => {
+                line(at, DECISIONS, decision::fields(decision))
+            }
+            Output::Command(CommandOutput::Transmit { frame, .. }) => {
+                self.frame((frame.bus(), frame.frame()), true, at)
+            }
+            Output::Command(CommandOutput::WouldTransmit { bus, frame, .. }) => {
+                self.frame((*bus, frame), false, at)
+            }
+            Output::Diagnostics { diagnostics, .. } if diagnostics.refresh => None,
+            // For viewers on ROS; the lines have them in the decisions.
+            Output::TurnSignal(TurnSignalOutput::Sections { .. }) => None,
+            Output::VehicleLights(_)
+            | Output::VehicleStatus(_)
+            | Output::TrafficLights(_)
+            | Output::TurnSignal(_)
+            | Output::Diagnostics { .. } => self.published(output, at),
+        }
+    }
+
+    fn published(&self, output: &Output, at: MonoTime) -> Option<String> {
+        let lines = publications(output, &self.hardware_id).into_iter().filter_map(|(topic, publication)| {
+            let (Publication::Publish(message), Some(name)) = (publication, self.topics.name(topic)) else {
+                return None;
+            };
+            // Plain structs of numbers and strings: this cannot fail.
+            let [t, topic] = [serde_json::to_string(&seconds(at)).ok()?, serde_json::to_string(name).ok()?];
+            Some(format!(r#"{{"t":{t},"topic":{topic},"data":{}}}"#, message.json().ok()?))
+        });
+        let lines: Vec<_> = lines.collect();
+        (!lines.is_empty()).then(|| lines.join("\n"))
+    }
+
+    fn frame(&self, (bus, frame): (BusIndex, &Frame), sent: bool, at: MonoTime) -> Option<String> {
+        let bus = self.buses.get(usize::from(bus.0)).map_or("", String::as_str);
+        let data: String = frame.data().iter().map(|byte| format!("{byte:02X}")).collect();
+        let extended = matches!(frame.id(), CanId::Extended(_));
+        let fields = json!({
+            "bus": bus, "id": frame.id().number(), "extended": extended, "fd": frame.is_fd(),
+            "data": data, "sent": sent,
+        });
+        line(at, FRAMES, fields)
+    }
+
+    fn lights(&self, emission: &Emission, at: MonoTime) -> Option<String> {
+        let topics = self.topics.lights.iter().filter(|lights_topic| lights_topic.topic == emission.topic);
+        let lines: Vec<_> = topics
+            .flat_map(|lights_topic| {
+                let messages = LightsMessage::of(emission, lights_topic.lights, lights_topic.compat);
+                messages.into_iter().filter_map(|message| line(at, &lights_topic.name, message))
+            })
+            .collect();
+        (!lines.is_empty()).then(|| lines.join("\n"))
+    }
+}
+
+fn line(at: MonoTime, topic: &str, data: impl Serialize) -> Option<String> {
+    // Plain structs of numbers and strings: this cannot fail.
+    serde_json::to_string(&JsonLine { t: seconds(at), topic, data }).ok()
+}
+
+/// A change for people: of a report or of a status.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Event {
+    /// Severity of the status; WARN where a report ends.
+    pub level: Level,
+    /// Subject: `turn_indicators`, `hazard_lights` or an interface.
+    pub task: String,
+    /// `ENABLE_LEFT`, `no longer published`, or the message of a status.
+    pub text: String,
+    /// What has changed.
+    pub kind: ChangeKind,
+    /// Signals that it is about, as its status names them.
+    pub signals: Vec<String>,
+    /// What to do; empty if nothing is to be done.
+    pub remedy: String,
+}
+
+impl Event {
+    /// Returns the message of a status that is not OK; empty for other events.
+    pub fn cause(&self) -> &str {
+        let is_bad = self.kind == ChangeKind::Status && self.level > Level::Ok;
+        if is_bad { &self.text } else { "" }
+    }
+
+    /// `MESSAGE_ID` in the journal. There is one for each kind, and for each level of a status; they never change.
+    pub fn message_id(&self) -> &'static str {
+        match (self.kind, self.level) {
+            (ChangeKind::ReportPublished, _) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e101",
+            (ChangeKind::ReportWithdrawn, _) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e102",
+            (ChangeKind::CommandSent, _) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e120",
+            (_, Level::Ok) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e110",
+            (_, Level::Warn | Level::Stale) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e111",
+            (_, Level::Error) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e112",
+        }
+    }
+
+    /// The change for the history.
+    pub fn change(self) -> Change {
+        let Self { level, task, text, kind, remedy, .. } = self;
+        Change { kind, level, subject: task, text, remedy }
+    }
+}
+
+impl fmt::Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:<5} {:<16} {}", self.level.to_string(), escaped(&self.task), escaped(&self.text))
+    }
+}
+
+/// Finds the changes in a stream of outputs.
+#[derive(Debug, Clone, Default)]
+pub struct Changes {
+    reports: BTreeMap<&'static str, String>,
+    statuses: BTreeMap<String, (Level, String)>,
+}
+
+impl Changes {
+    /// The changes in this output.
+    pub fn of(&mut self, output: &Output) -> Vec<Event> {
+        match output {
+            Output::VehicleLights(output) => {
+                let (report, value) = output.named();
+                self.published(report, value.map(|name| (name.to_owned(), name.to_owned())))
+            }
+            Output::VehicleStatus(output) => {
+                let value = output.named().map(|value| (value.to_string(), value.state));
+                self.published(output.report().name(), value)
+            }
+            Output::Diagnostics { diagnostics, .. } => {
+                diagnostics.statuses.iter().filter_map(|status| self.status(status)).collect()
+            }
+            // Many a second, changed or not. Diagnostics have the decisions.
+            Output::TrafficLights(_) | Output::TurnSignal(_) => Vec::new(),
+            Output::Command(CommandOutput::Transmit { frame, is_news }) => {
+                commanded(*is_news, "sends", frame.frame())
+            }
+            Output::Command(CommandOutput::WouldTransmit { frame, is_news, .. }) => {
+                commanded(*is_news, "would send", frame)
+            }
+        }
+    }
+
+    /// The report on the turn topic, by the name of its constant; `None` while there is none.
+    pub fn turn(&self) -> Option<&str> {
+        self.reports.get("turn_indicators").map(String::as_str)
+    }
+
+    /// The report on the hazard topic, by the name of its constant; `None` while there is none.
+    pub fn hazard(&self) -> Option<&str> {
+        self.reports.get("hazard_lights").map(String::as_str)
+    }
+
+    /// Takes the text of a report, and the state whose change is an event; `None` when it is withdrawn.
+    fn published(&mut self, report: &'static str, value: Option<(String, String)>) -> Vec<Event> {
+        let (text, now) = value.unzip();
+        let before = match &now {
+            Some(state) => self.reports.insert(report, state.clone()),
+            None => self.reports.remove(report),
+        };
+        if before == now {
+            return Vec::new();
+        }
+        let (level, text, kind) = match text {
+            Some(text) => (Level::Ok, text, ChangeKind::ReportPublished),
+            None => (Level::Warn, "no longer published".to_owned(), ChangeKind::ReportWithdrawn),
+        };
+        vec![Event { level, task: report.to_owned(), text, kind, signals: Vec::new(), remedy: String::new() }]
+    }
+
+    fn status(&mut self, status: &Status) -> Option<Event> {
+        let now = (status.level, status.message.clone());
+        if self.statuses.get(&status.task) == Some(&now) {
+            return None;
+        }
+        self.statuses.insert(status.task.clone(), now);
+        Some(Event {
+            level: status.level,
+            task: status.task.clone(),
+            text: status.message.clone(),
+            kind: ChangeKind::Status,
+            signals: status.signals.clone(),
+            remedy: status.remedy.clone(),
+        })
+    }
+}
+
+fn commanded(is_news: bool, verb: &str, frame: &Frame) -> Vec<Event> {
+    let event = || Event {
+        level: Level::Ok,
+        task: FRAMES.to_owned(),
+        text: format!("{verb} {frame}"),
+        kind: ChangeKind::CommandSent,
+        signals: Vec::new(),
+        remedy: String::new(),
+    };
+    is_news.then(event).into_iter().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::ros::messages::LightsType;
+    use crate::io::ros::topics::LightsTopicSettings;
+    use gateway_base::diagnostics::Diagnostics;
+    use gateway_base::time::WallStamp;
+    use gateway_core::gateway::catalogue::LOG;
+    use gateway_core::vehicle_lights::output::VehicleLightsOutput;
+    use gateway_core::vehicle_lights::verdict::TurnIndicators;
+    use gateway_core::vehicle_report::Step;
+    use traffic_lights::compat::Compat;
+    use traffic_lights::emission::{GroupState, LightsContent, LightsTopic};
+
+    fn timeline(topics: Topics) -> JsonTimeline {
+        JsonTimeline { topics, hardware_id: "car".into(), buses: vec!["body".into()] }
+    }
+
+    fn left() -> Output {
+        let step = Step::Publish(TurnIndicators::EnableLeft, WallStamp::from_nanos(1_500_000_001));
+        Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step))
+    }
+
+    const WITHDRAW: Output = Output::VehicleLights(VehicleLightsOutput::TurnIndicators(Step::Withdraw));
+
+    fn status(level: Level, refresh: bool) -> Output {
+        let values = vec![("age_ms", "3".to_owned())];
+        let status = Status { level, message: "text".to_owned(), ..Status::new(&LOG, "can0", &[], values) };
+        let statuses = vec![status];
+        let diagnostics = Diagnostics { node: "gw".into(), statuses, refresh };
+        Output::Diagnostics { diagnostics, stamp: WallStamp::from_nanos(2_000_000_000) }
+    }
+
+    #[test]
+    fn json_lines_are_the_contract() {
+        let timeline = timeline(Topics::default());
+        assert_eq!(
+            timeline.line(&left(), MonoTime::from_nanos(1_250_000_000)).unwrap(),
+            r#"{"t":1.25,"topic":"/vehicle/status/turn_indicators_status","data":{"stamp":{"sec":1,"nanosec":500000001},"report":2}}"#
+        );
+        assert_eq!(
+            timeline.line(&status(Level::Error, false), MonoTime::from_millis(3)).unwrap(),
+            r#"{"t":0.003,"topic":"/diagnostics","data":{"header":{"stamp":{"sec":2,"nanosec":0},"frame_id":""},"status":[{"level":2,"name":"gw: can0","message":"text","hardware_id":"car","values":[{"key":"age_ms","value":"3"}]}]}}"#
+        );
+        assert_eq!(timeline.line(&status(Level::Error, true), MonoTime::ZERO), None);
+        assert_eq!(timeline.line(&WITHDRAW, MonoTime::ZERO), None);
+    }
+
+    #[test]
+    fn traffic_lights_are_a_line_on_each_of_their_topics() {
+        let lights_topic = |topic, name: &str| LightsTopicSettings {
+            topic,
+            name: name.to_owned(),
+            lights: LightsType::GroupArray,
+            compat: Compat::Improved,
+        };
+        let (v2i, camera) = (LightsTopic::V2i, LightsTopic::Camera);
+        let lights = vec![lights_topic(v2i, "/a"), lights_topic(camera, "/b"), lights_topic(v2i, "/c")];
+        let timeline = timeline(Topics::default().with_lights(lights));
+        let emission = |topic| {
+            let groups = vec![GroupState { relation_id: 7, ..GroupState::default() }];
+            let (stamp, content) = (WallStamp::from_nanos(3), LightsContent::groups(groups));
+            Output::TrafficLights(TrafficLightOutput::Publish(Emission { topic, stamp, content }))
+        };
+        let data = r#"{"stamp":{"sec":0,"nanosec":3},"traffic_light_groups":[{"traffic_light_group_id":7,"elements":[],"predictions":[]}]}"#;
+        let line = |topic: &str| format!(r#"{{"t":0.0,"topic":"{topic}","data":{data}}}"#);
+        assert_eq!(
+            timeline.line(&emission(v2i), MonoTime::ZERO).unwrap(),
+            format!("{}\n{}", line("/a"), line("/c"))
+        );
+        assert_eq!(timeline.line(&emission(LightsTopic::Arbiter), MonoTime::ZERO), None);
+    }
+
+    #[test]
+    fn every_frame_to_the_vehicle_is_a_json_line_and_new_ones_are_lines_for_people() {
+        let timeline = timeline(Topics::default());
+        let frame = Frame::classic(CanId::Extended(0x130), &[1, 0xFF]).unwrap();
+        let output =
+            |is_news| Output::Command(CommandOutput::WouldTransmit { bus: BusIndex(0), frame, is_news });
+        let line = r#"{"t":0.0,"topic":"command_frame","data":{"bus":"body","id":304,"extended":true,"fd":false,"data":"01FF","sent":false}}"#;
+        for is_news in [false, true] {
+            assert_eq!(timeline.line(&output(is_news), MonoTime::ZERO).unwrap(), line);
+            let events = Changes::default().of(&output(is_news));
+            let texts: Vec<_> = events.into_iter().map(|event| event.text).collect();
+            assert_eq!(texts, vec!["would send 00000130#01FF"; usize::from(is_news)]);
+        }
+    }
+
+    #[test]
+    fn only_changes_are_lines_for_people() {
+        let mut changes = Changes::default();
+        assert_eq!(changes.of(&left())[0].text, "ENABLE_LEFT");
+        assert!(changes.of(&left()).is_empty());
+        assert_eq!(changes.of(&WITHDRAW)[0].text, "no longer published");
+        assert!(changes.of(&WITHDRAW).is_empty());
+        assert_eq!(changes.of(&status(Level::Error, false)).len(), 1);
+        assert!(changes.of(&status(Level::Error, true)).is_empty());
+        assert_eq!(changes.of(&status(Level::Ok, false))[0].to_string(), "OK    can0             text");
+    }
+}

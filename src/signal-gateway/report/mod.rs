@@ -1,0 +1,102 @@
+//! Results as text for people, as JSON for programs, and as charts.
+//!
+//! | module | results |
+//! |---|---|
+//! | [`gateway`] | outputs of the gateway: messages, statuses, frames |
+//! | [`car_models`] | cars by make and model, and whether a profile reads one |
+//! | [`decision`] | a decision of the turn signal decider |
+//! | [`discovery`] | requests to the driver, and what was found |
+//! | [`drive`] | the decisions of a drive |
+//! | [`lights`] | a scenario of traffic lights |
+//! | [`vehicle`] | events and frames of a simulated vehicle |
+//! | [`view`] | what happens while a command runs: lines, log records, or the next one |
+//! | [`terminal`] | the present state, on a terminal |
+//! | [`live_page`] | the same in a browser |
+//! | [`live_view`] | the levels, words and sentences of both |
+//! | [`metrics`] | the same for Prometheus |
+//! | [`schema`] | JSON Schemas of the status and of the page's feed |
+//! | [`story`] | captions and the summary of the demo |
+//! | [`status`] | the present state of a running gateway |
+//! | [`timeline`] | a recording: states over time, each with the frame behind it |
+//! | [`refusal`] | problems of a configuration, with pictures of their places |
+//! | [`text`] | counts, names and paths in texts |
+//! | [`chart`] | the chart of a drive or a scenario |
+//! | [`palette`] | colours by meaning, for all of them |
+//!
+//! Text and JSON are lines, written as they come. An event is an [`Entry`], with its text and its fields; a state
+//! has a [`chart::Bar`] in a chart for as long as it lasts.
+
+pub mod car_models;
+pub mod chart;
+mod counts;
+pub mod decision;
+pub mod discovery;
+pub mod drive;
+pub mod gateway;
+pub mod history;
+pub mod lights;
+pub mod live_page;
+pub mod live_view;
+pub mod metrics;
+pub mod page;
+pub mod palette;
+pub mod refusal;
+pub mod schema;
+pub mod status;
+pub mod story;
+pub mod terminal;
+pub mod text;
+pub mod timeline;
+pub mod vehicle;
+pub mod view;
+
+use serde_json::Value;
+
+use gateway_base::time::MonoTime;
+
+/// The notation of lines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// Columns of text, for people.
+    Text,
+    /// An object a line, for programs.
+    Json,
+}
+
+impl Form {
+    /// JSON if `json` is set, else text.
+    pub fn json_if(json: bool) -> Self {
+        if json { Self::Json } else { Self::Text }
+    }
+}
+
+/// One event, in both notations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entry {
+    /// The thing that it is about, in a column of the text.
+    pub subject: &'static str,
+    /// The event in words, for people.
+    pub text: String,
+    /// For programs: an object.
+    pub fields: Value,
+}
+
+impl Entry {
+    fn new(subject: &'static str, text: impl Into<String>, fields: Value) -> Self {
+        Self { subject, text: text.into(), fields }
+    }
+}
+
+/// Returns an object with the fields of both.
+fn joined(mut object: Value, more: Value) -> Value {
+    if let (Value::Object(fields), Value::Object(more)) = (&mut object, more) {
+        fields.extend(more);
+    }
+    object
+}
+
+/// Seconds of a time line, exact to the nanosecond for 104 days.
+#[allow(clippy::cast_precision_loss)]
+fn seconds(at: MonoTime) -> f64 {
+    at.as_nanos() as f64 / 1e9
+}

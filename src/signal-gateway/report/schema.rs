@@ -1,0 +1,43 @@
+//! JSON Schemas of what programs read of the gateway, made of the types themselves.
+
+use schemars::generate::SchemaSettings;
+use schemars::{JsonSchema, Schema};
+use serde_json::Value;
+
+use super::live_view::Feed;
+use gateway_core::gateway::history::HistoryEntry;
+use gateway_core::gateway::snapshot::Snapshot;
+
+/// Returns the schema of a line of `status --json`.
+pub fn status() -> Value {
+    schema::<Snapshot>()
+}
+
+/// Returns the schema of an event of the live page.
+pub fn feed() -> Value {
+    schema::<Feed<'_>>()
+}
+
+/// Returns the schema of a line of `status --history --json`.
+pub fn history() -> Value {
+    schema::<HistoryEntry>()
+}
+
+fn schema<T: JsonSchema>() -> Value {
+    let settings = SchemaSettings::draft2020_12().for_serialize();
+    let mut schema = Schema::to_value(settings.into_generator().into_root_schema_for::<T>());
+    rewrite_descriptions(&mut schema);
+    schema
+}
+
+/// Rewrites what the descriptions say of Rust in the words of JSON.
+fn rewrite_descriptions(value: &mut Value) {
+    match value {
+        Value::String(text) => {
+            *text = text.replace("`None`", "null").replace('\n', " ").replace("[`", "`").replace("`]", "`");
+        }
+        Value::Array(items) => items.iter_mut().for_each(rewrite_descriptions),
+        Value::Object(fields) => fields.values_mut().for_each(rewrite_descriptions),
+        Value::Null | Value::Bool(_) | Value::Number(_) => {}
+    }
+}

@@ -1,0 +1,105 @@
+//! What a caption claims of the gateway's state.
+
+use derive_more::Display;
+use serde::Serialize;
+
+use crate::report::lights::bulbs_text;
+use gateway_base::names::variant_name;
+use gateway_core::command::snapshot::FunctionSnapshot;
+use gateway_core::gateway::snapshot::Snapshot;
+use gateway_core::vehicle_report::ReportSnapshot;
+use traffic_lights::snapshot::TrafficLightsSnapshot;
+use traffic_lights::target::{LightChannel, StoreLayer};
+
+/// An observable of the snapshot, and the value that it must have, by its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Claim(pub Observed, pub &'static str);
+
+/// Part of a snapshot that a caption speaks of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
+pub enum Observed {
+    /// The published report on turn indicators, or `withheld`.
+    #[display("the report on turn indicators")]
+    TurnReport,
+    /// The published report on hazard lights, or `withheld`.
+    #[display("the report on hazard lights")]
+    HazardReport,
+    /// The kind of failure of the report on turn indicators, or `none`.
+    #[display("the failure of the report on turn indicators")]
+    TurnFailure,
+    /// The level of the status of the report on turn indicators.
+    #[display("the level of the status turn_indicators")]
+    TurnLevel,
+    /// The turn signal that the decider wants.
+    #[display("the decision")]
+    Decided,
+    /// The turn command, were there no driver, or `nothing`.
+    #[display("the turn command")]
+    Commanded,
+    /// The turn signal that is requested of the vehicle, or `nothing`.
+    #[display("the request to the vehicle")]
+    Requested,
+    /// The comparison of the reported turn signal with the command.
+    #[display("the compliance with the turn command")]
+    Compliance,
+    /// The level of the status of the turn command.
+    #[display("the level of the status turn_indicators_command")]
+    CommandLevel,
+    /// The bulbs of a light, by its way id; `dark`, or `not listed`.
+    #[display("light {_0} of the channel {}, {}", _1.name(), variant_name(_2))]
+    Light(i64, LightChannel, StoreLayer),
+    /// The phase of a controller, by its name.
+    #[display("the phase of {_0}")]
+    Phase(&'static str),
+}
+
+/// Stands for the value of what the snapshot does not have.
+const NOT_LISTED: &str = "not listed";
+
+impl Observed {
+    /// Its value, by the name that programs see.
+    pub fn value(self, snapshot: &Snapshot) -> String {
+        let command = |value: &dyn Fn(&FunctionSnapshot) -> String| {
+            let turn = snapshot.commands.as_ref().map(|commands| &commands.turn_indicators);
+            turn.map(value)
+        };
+        let or_nothing = |value: Option<_>| value.as_ref().map_or("nothing", variant_name).to_owned();
+        let lights = snapshot.traffic_lights.as_ref();
+        let value = match self {
+            Self::TurnReport => snapshot.turn_indicators.as_ref().map(published),
+            Self::HazardReport => snapshot.hazard_lights.as_ref().map(published),
+            Self::TurnFailure => snapshot
+                .turn_indicators
+                .as_ref()
+                .map(|report| report.failure.as_ref().map_or("none", variant_name).to_owned()),
+            Self::TurnLevel => snapshot.turn_indicators.as_ref().map(|report| report.level.to_string()),
+            Self::Decided => {
+                let decision = snapshot.decider.as_ref().and_then(|decider| decider.decision.as_ref());
+                decision.map(|decision| variant_name(&decision.turn).to_owned())
+            }
+            Self::Commanded => command(&|turn| or_nothing(turn.commanded)),
+            Self::Requested => command(&|turn| or_nothing(turn.requested)),
+            Self::Compliance => command(&|turn| variant_name(&turn.compliance).to_owned()),
+            Self::CommandLevel => command(&|turn| turn.level.to_string()),
+            Self::Light(id, channel, layer) => lights.and_then(|lights| {
+                let channel = lights.channels.iter().find(|listed| listed.channel == channel)?;
+                let light = channel.states.iter().find(|light| light.id == id && light.layer == layer)?;
+                Some(bulbs_text(&light.bulbs))
+            }),
+            Self::Phase(name) => lights.and_then(|lights| {
+                lights.controllers.iter().find(|controller| controller.name == name)?.phase.clone()
+            }),
+        };
+        value.unwrap_or_else(|| NOT_LISTED.to_owned())
+    }
+}
+
+fn published<T: Serialize>(report: &ReportSnapshot<T>) -> String {
+    report.published.as_ref().map_or("withheld", variant_name).to_owned()
+}
+
+/// The bulbs of each light that is listed, by the name of the light.
+pub(super) fn lights(snapshot: &Snapshot) -> impl Iterator<Item = (String, String)> {
+    let lights = snapshot.traffic_lights.iter().flat_map(TrafficLightsSnapshot::named_lights);
+    lights.map(|(name, light)| (name, bulbs_text(&light.bulbs)))
+}

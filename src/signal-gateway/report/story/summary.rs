@@ -1,0 +1,134 @@
+//! What was seen in a demo, and what comes next.
+
+use std::collections::BTreeMap;
+
+use crate::report::gateway::Event;
+use crate::report::text::{escaped, times, wrapped};
+use gateway_base::diagnostics::Level;
+use gateway_base::time::MonoTime;
+use gateway_core::gateway::history::ChangeKind;
+
+/// Commands that come next, each with what it does.
+pub type TryNext = &'static [(&'static str, &'static str)];
+
+/// What was published and withheld, for a summary.
+#[derive(Debug, Clone, Default)]
+pub struct Summary {
+    /// Times of each value, by report; a report that ends is `None`.
+    values: BTreeMap<String, BTreeMap<Option<String>, u64>>,
+    /// Reasons of warnings and errors, in their order.
+    reasons: Vec<String>,
+}
+
+impl Summary {
+    /// Counts an event for the summary.
+    pub fn count(&mut self, event: &Event) {
+        match event.kind {
+            ChangeKind::ReportPublished | ChangeKind::ReportWithdrawn => {
+                let value = (event.kind == ChangeKind::ReportPublished).then(|| event.text.clone());
+                *self.values.entry(event.task.clone()).or_default().entry(value).or_default() += 1;
+            }
+            ChangeKind::Status if event.level > Level::Ok => {
+                let reason = format!("{}: {}", event.task, event.text);
+                if !self.reasons.contains(&reason) {
+                    self.reasons.push(reason);
+                }
+            }
+            ChangeKind::Status
+            | ChangeKind::CommandSent
+            | ChangeKind::Started
+            | ChangeKind::Stopped
+            | ChangeKind::Missing => {}
+        }
+    }
+
+    /// The summary in lines, wrapped at `width`.
+    pub fn text(&self, until: MonoTime, width: Option<usize>) -> String {
+        let seconds = until.as_nanos() / 1_000_000_000;
+        if self.values.is_empty() {
+            return String::new();
+        }
+        let mut text = format!("\nWhat the gateway did in {seconds} s\n");
+        for (task, values) in &self.values {
+            let values = values.iter().rev().map(|(value, count)| match value {
+                Some(value) => format!("{value} {}", times(*count)),
+                None => format!("withheld {}", times(*count)),
+            });
+            text += &indented(&format!("{task:<16} {}", values.collect::<Vec<_>>().join(", ")), width);
+        }
+        if !self.reasons.is_empty() {
+            text += "and why it warned\n";
+            text.extend(self.reasons.iter().map(|reason| indented(&escaped(reason), width)));
+        }
+        text
+    }
+}
+
+/// A text two columns in, and wrapped four.
+fn indented(text: &str, width: Option<usize>) -> String {
+    let lines = wrapped(text, width.map(|width| width.saturating_sub(4)), 0);
+    format!("  {}\n", lines.join("\n    "))
+}
+
+/// What comes next, in two columns, or each below its command where the width is not enough.
+pub fn try_next_text(commands: TryNext, width: Option<usize>) -> String {
+    let longest = |text: fn(&(&'static str, &'static str)) -> &'static str| {
+        commands.iter().map(|row| text(row).chars().count()).max().unwrap_or(0)
+    };
+    let column = longest(|row| row.0) + 2;
+    let is_wide = width.is_none_or(|width| 2 + column + longest(|row| row.1) <= width);
+    let mut text = "\nTry next\n".to_owned();
+    for (command, purpose) in commands {
+        text += &if is_wide {
+            format!("  {command:<column$}{purpose}\n")
+        } else {
+            format!("  {command}\n      {purpose}\n")
+        };
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn event(task: &str, text: &str, kind: ChangeKind, level: Level) -> Event {
+        let (task, text) = (task.to_owned(), text.to_owned());
+        Event { level, task, text, kind, signals: Vec::new(), remedy: String::new() }
+    }
+
+    #[test]
+    fn summary_counts_values_and_names_each_reason_once() {
+        let mut summary = Summary::default();
+        for event in [
+            event("turn", "ENABLE_LEFT", ChangeKind::ReportPublished, Level::Ok),
+            event("turn", "no longer published", ChangeKind::ReportWithdrawn, Level::Ok),
+            event("turn", "stale", ChangeKind::Status, Level::Error),
+            event("turn", "ENABLE_LEFT", ChangeKind::ReportPublished, Level::Ok),
+            event("turn", "stale", ChangeKind::Status, Level::Error),
+            event("can0", "fine", ChangeKind::Status, Level::Ok),
+        ] {
+            summary.count(&event);
+        }
+        let expected = "\nWhat the gateway did in 45 s\n  turn             ENABLE_LEFT 2 times, withheld once\n\
+                        and why it warned\n  turn: stale\n";
+        assert_eq!(summary.text(MonoTime::from_millis(45_100), None), expected);
+    }
+
+    #[test]
+    fn summary_and_what_comes_next_are_wrapped_between_words() {
+        const NEXT: TryNext = &[("signal-gateway demo lights", "the traffic lights of a scenario")];
+        let mut summary = Summary::default();
+        summary.count(&event("turn", "ENABLE_LEFT", ChangeKind::ReportPublished, Level::Ok));
+        summary.count(&event(
+            "turn",
+            "a reason that is longer than a narrow line",
+            ChangeKind::Status,
+            Level::Warn,
+        ));
+        let text = summary.text(MonoTime::from_millis(45_100), Some(40)) + &try_next_text(NEXT, Some(40));
+        assert!(text.lines().all(|line| line.chars().count() <= 40), "{text}");
+        assert!(text.contains("\n  turn: a reason that is longer than a\n    narrow line\n"), "{text}");
+        assert!(try_next_text(NEXT, Some(80)).contains("lights  the traffic"));
+    }
+}

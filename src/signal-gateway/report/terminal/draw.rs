@@ -1,0 +1,388 @@
+//! Draws the view: the layout, and each part of it.
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Color, Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Block, Clear, Paragraph};
+
+use super::car;
+use super::draw_messages::draw_messages;
+use super::ink::{DIM, Ink};
+use super::parts::{bus_line, cut, draw_log, footer, header, lines_of};
+use super::picture::{Function, Mark, More, STAGES, Stage, StatusLine};
+use super::view_model::{Keys, Model, STRIP_MS};
+use crate::report::palette::{self, Lamp};
+use crate::report::text::wrapped;
+use gateway_base::diagnostics::Level;
+use traffic_lights::bulb::{Bulb, BulbShape, BulbStatus, Color as BulbColor};
+
+/// The smallest terminal that the view is drawn on.
+const MIN_SIZE: (u16, u16) = (40, 12);
+/// From this size on the car is large, and stands beside the values.
+const WIDE: (u16, u16) = (70, 22);
+/// From this width on the log stands beside everything else, not below it.
+const SIDE_BY_SIDE: u16 = 160;
+/// Fewest lines of the log with its heading.
+const MIN_LOG: u16 = 3;
+/// Width of `right (command)`, the longest value that stands in the middle, and a space.
+const MAX_REPORTED: usize = 16;
+/// Fewest columns beside the car in which what to do is shown: from a width of 100 on.
+const MIN_REMEDY: usize = 74;
+/// Width of the names of functions.
+const NAME: usize = 8;
+/// Width of the names of the status.
+const STATUS_NAME: usize = 14;
+
+/// Draws all of it.
+pub fn draw(frame: &mut Frame<'_>, model: &Model) {
+    let area = frame.area();
+    if (area.width, area.height) < MIN_SIZE || area.height < MIN_SIZE.1 {
+        let text = format!("at least {} × {}, please", MIN_SIZE.0, MIN_SIZE.1);
+        frame.render_widget(Paragraph::new(text), area);
+        return;
+    }
+    if let Some(table) = &model.messages {
+        draw_messages(frame, model, table, area);
+        if model.has_help {
+            draw_help(frame, model, area);
+        }
+        return;
+    }
+    let ink = Ink(model.has_color);
+    let [head, body, foot] =
+        Layout::vertical([Constraint::Length(1), Constraint::Fill(1), Constraint::Length(1)]).areas(area);
+    frame.render_widget(header(model, ink, area.width.into()), head);
+    frame.render_widget(footer(model, area.width.into()), foot);
+    if area.width >= SIDE_BY_SIDE && area.height >= WIDE.1 {
+        let [left, _, log] =
+            Layout::horizontal([Constraint::Fill(1), Constraint::Length(1), Constraint::Fill(1)]).areas(body);
+        draw_state(frame, model, ink, left, 0);
+        draw_log(frame, model, ink, log);
+    } else {
+        let log = draw_state(frame, model, ink, body, MIN_LOG);
+        draw_log(frame, model, ink, log);
+    }
+    if model.has_help {
+        draw_help(frame, model, area);
+    }
+}
+
+/// Draws the caption, the vehicle, the last minute, the buses and further parts. Returns the area below, which has at least
+/// `min_rest` lines.
+fn draw_state(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rect, min_rest: u16) -> Rect {
+    let width = usize::from(area.width);
+    // With the heading and the footer of the whole.
+    let is_wide = area.width >= WIDE.0 && area.height + 2 >= WIDE.1;
+    let (car, values_width) = if is_wide {
+        (car::large(model, ink), width - usize::from(car::LARGE_WIDTH) - 1)
+    } else {
+        (car::small(model, ink, width), width)
+    };
+    let mut values = values(model, ink, values_width, is_wide);
+    if !model.picture.status.is_empty() {
+        values.push(Line::default());
+        values.extend(
+            model.picture.status.iter().flat_map(|line| status_lines(line, ink, values_width, is_wide)),
+        );
+    }
+    // Without a vehicle there is neither a car nor a value.
+    let has_vehicle = !model.picture.functions.is_empty()
+        || !model.picture.status.is_empty()
+        || model.picture.more.is_empty();
+    let (car, values) = if has_vehicle { (car, values) } else { (Vec::new(), Vec::new()) };
+    let [main_height, values_top] = match (lines_of(&car), lines_of(&values)) {
+        (car, values) if is_wide => [car.max(values), 0],
+        (car, values) => [car + values, car],
+    };
+    let caption = caption(model, ink, width);
+    // What there is no room for is left out: buses last, since they may be the cause.
+    let taken = main_height + lines_of(&caption) + min_rest;
+    let mut room = usize::from(area.height.saturating_sub(taken));
+    let mut fit = |mut lines: Vec<Line<'static>>| {
+        if lines.len() > room && room > 1 {
+            let left_out = lines.len() - room + 1;
+            lines.truncate(room - 1);
+            lines.push(Line::styled(format!("  … {left_out} more"), DIM));
+        }
+        lines.truncate(room);
+        room -= lines.len();
+        lines
+    };
+    let buses = fit(model.picture.buses.iter().map(|bus| bus_line(bus, ink, width)).collect());
+    let strip = fit(strip(model, ink, width));
+    let more = model.picture.more.iter().map(|(name, text)| more_line(name, text, ink, width));
+    let more = fit(more.collect());
+    // What is left separates the strip from the rest.
+    let (before, after) = match (room, strip.is_empty()) {
+        (0, _) | (_, true) => (0, 0),
+        (1, false) => (1, 0),
+        (_, false) => (1, 1),
+    };
+    let strip = [vec![Line::default(); before], strip, vec![Line::default(); after]].concat();
+    let parts = [strip, buses, more];
+    let heights = [lines_of(&caption), main_height]
+        .into_iter()
+        .chain(parts.iter().map(|part| lines_of(part)))
+        .map(Constraint::Length)
+        .chain([Constraint::Fill(1)]);
+    let areas = Layout::vertical(heights).split(area);
+    let area_of = |index: usize| areas.get(index).copied().unwrap_or_default();
+    frame.render_widget(Paragraph::new(caption), area_of(0));
+    let main = area_of(1);
+    let (car_area, values_area) = if is_wide {
+        let [car, values] =
+            Layout::horizontal([Constraint::Length(car::LARGE_WIDTH + 1), Constraint::Fill(1)]).areas(main);
+        (car, values)
+    } else {
+        let [car, values] =
+            Layout::vertical([Constraint::Length(values_top), Constraint::Fill(1)]).areas(main);
+        (car, values)
+    };
+    frame.render_widget(Paragraph::new(car), car_area);
+    frame.render_widget(Paragraph::new(values), values_area);
+    for (index, part) in (2..).zip(parts) {
+        frame.render_widget(Paragraph::new(part), area_of(index));
+    }
+    area_of(5)
+}
+
+/// The caption, in two lines where one is too short; none without a caption.
+fn caption(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
+    let style = ink.color(Color::Cyan).add_modifier(Modifier::BOLD);
+    let lines = wrapped(&model.caption, Some(width.saturating_sub(3)), 0).into_iter().take(2);
+    let marks = [" ▸ ", "   "].into_iter();
+    let lines = marks.zip(lines).filter(|(_, line)| !line.is_empty());
+    lines.map(|(mark, line)| Line::styled(cut(&format!("{mark}{line}"), width), style)).collect()
+}
+
+/// The values of each function side by side, and below them how far they are trusted.
+fn values(model: &Model, ink: Ink, width: usize, is_wide: bool) -> Vec<Line<'static>> {
+    let picture = &model.picture;
+    let reported = picture.functions.iter().filter_map(|function| function.values[1].as_ref());
+    let needed = reported.map(|text| text.chars().count() + 1).max().unwrap_or(0).min(MAX_REPORTED);
+    let columns = if width < 60 { [10, needed.max(13)] } else { [12, needed.max(15)] };
+    let last = width.saturating_sub(NAME + columns[0] + columns[1]);
+    let row = |name: &str, values: [(String, Style); 3]| {
+        let [first, second, third] = values;
+        Line::from(vec![
+            Span::raw(format!("{name:<NAME$}")),
+            Span::styled(format!("{:<1$}", cut(&first.0, columns[0] - 1), columns[0]), first.1),
+            Span::styled(format!("{:<1$}", cut(&second.0, columns[1] - 1), columns[1]), second.1),
+            Span::styled(cut(&third.0, last), third.1),
+        ])
+    };
+    let mut lines = vec![row("", picture.titles.map(|title| (title.to_owned(), DIM)))];
+    for function in &picture.functions {
+        let [first, second, third] = &function.values;
+        let none = || "–".to_owned();
+        let styles = [Style::new(), mark_style(function.mark, ink), Style::new()];
+        let texts = [first, second, third].map(|value| value.clone().unwrap_or_else(none));
+        let [first, second, third] = texts;
+        lines.push(row(function.name, [(first, styles[0]), (second, styles[1]), (third, styles[2])]));
+    }
+    if picture.functions.iter().any(|function| !function.stages.is_empty()) {
+        lines.push(Line::default());
+        let names: String = STAGES.iter().map(|stage| format!("{stage:<8}")).collect();
+        lines.push(Line::styled(format!("{:<NAME$}{}", "trust", names.trim_end()), DIM));
+        lines.extend(picture.functions.iter().map(|function| stages_line(function, ink)));
+    }
+    for function in &picture.functions {
+        let Some((level, reason)) = &function.reason else { continue };
+        let text = wrapped(&format!("{}: {reason}", function.name), Some(width.saturating_sub(3)), 0);
+        let indents = ["└ "].into_iter().chain(std::iter::repeat("  "));
+        lines.extend(
+            indents
+                .zip(text)
+                .map(|(indent, text)| Line::styled(format!("{indent}{text}"), ink.level(*level))),
+        );
+        lines.extend(remedy_line(&function.remedy, width).filter(|_| is_wide));
+    }
+    lines
+}
+
+/// A report of the status in a line, and what is wrong with it: in a line of its own if there is room for both.
+fn status_lines(status: &StatusLine, ink: Ink, width: usize, is_wide: bool) -> Vec<Line<'static>> {
+    let StatusLine { name, value, level, reason, remedy } = status;
+    let both = format!("{value}: {reason}");
+    let (value, reason) = if is_wide || reason.is_empty() { (value, reason.as_str()) } else { (&both, "") };
+    let style = if *level == Level::Ok { Style::new() } else { ink.level(*level) };
+    let room = width.saturating_sub(STATUS_NAME);
+    let line =
+        Line::from(vec![Span::raw(format!("{name:<STATUS_NAME$}")), Span::styled(cut(value, room), style)]);
+    let reason = (!reason.is_empty()).then(|| Line::styled(cut(&format!("└ {reason}"), width), style));
+    let remedy = remedy_line(remedy, width).filter(|_| is_wide);
+    [line].into_iter().chain(reason).chain(remedy).collect()
+}
+
+/// What to do about the line above; `None` if nothing is to be done, or without room for it.
+fn remedy_line(remedy: &str, width: usize) -> Option<Line<'static>> {
+    (!remedy.is_empty() && width >= MIN_REMEDY)
+        .then(|| Line::styled(cut(&format!("  → {remedy}"), width), DIM))
+}
+
+fn stages_line(function: &Function, ink: Ink) -> Line<'static> {
+    let mut spans = vec![Span::raw(format!("{:<NAME$}", function.name))];
+    for (index, stage) in function.stages.iter().enumerate() {
+        let (mark, style) = match stage {
+            Stage::Passed => ("✓", ink.level(Level::Ok)),
+            Stage::Absent => ("–", DIM),
+            Stage::Failed => ("✗", ink.level(Level::Error)),
+            Stage::NotReached => ("·", DIM),
+        };
+        spans.push(Span::styled(mark, style));
+        let is_last = index + 1 == function.stages.len();
+        let goes_on = !matches!(stage, Stage::Failed | Stage::NotReached);
+        let joint = if is_last {
+            ""
+        } else if goes_on {
+            " ───── "
+        } else {
+            "       "
+        };
+        spans.push(Span::styled(joint, DIM));
+    }
+    Line::from(spans)
+}
+
+fn mark_style(mark: Mark, ink: Ink) -> Style {
+    match mark {
+        Mark::Nothing | Mark::Off => Style::new(),
+        Mark::Left => ink.meaning(palette::LEFT),
+        Mark::Right => ink.meaning(palette::RIGHT),
+        Mark::Hazard => ink.meaning(palette::HAZARD),
+        Mark::Withheld => ink.level(Level::Error),
+    }
+}
+
+/// The last minute, a row for each function.
+fn strip(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
+    let functions = &model.picture.functions;
+    let columns = width.saturating_sub(NAME + 1);
+    let Some((now, _)) = model.history.back().filter(|_| !functions.is_empty()) else { return Vec::new() };
+    let start = now - STRIP_MS;
+    let column_of = |at: i64| {
+        let column = (at - start) * i64::try_from(columns).unwrap_or(i64::MAX) / (STRIP_MS + 1);
+        usize::try_from(column).unwrap_or(0)
+    };
+    let axis = format!("{:<NAME$}{:<left$}{:>6}", "60 s", "", "now", left = columns.saturating_sub(6));
+    let mut lines = vec![Line::styled(axis, DIM)];
+    for (index, function) in functions.iter().enumerate() {
+        let mut marks = vec![None; columns];
+        for (at, states) in &model.history {
+            if let (Some(cell), Some(mark)) = (marks.get_mut(column_of(*at)), states.get(index)) {
+                *cell = (*cell).max(Some(*mark));
+            }
+        }
+        let mut spans = vec![Span::raw(format!("{:<NAME$}", function.name))];
+        let mut last = Mark::Nothing;
+        for mark in marks {
+            // A column without a state of its own continues the one before.
+            let shown = mark.unwrap_or(last);
+            last = shown;
+            let sign = match shown {
+                Mark::Nothing => " ",
+                Mark::Off => "─",
+                Mark::Left => palette::LEFT.sign,
+                Mark::Right => palette::RIGHT.sign,
+                Mark::Hazard => palette::HAZARD.sign,
+                Mark::Withheld => "×",
+            };
+            let style = if shown == Mark::Off { DIM } else { mark_style(shown, ink) };
+            spans.push(Span::styled(sign, style));
+        }
+        lines.push(Line::from(spans));
+    }
+    lines
+}
+
+/// Width of the names of further parts.
+const MORE_NAME: usize = 28;
+
+fn more_line(name: &str, more: &More, ink: Ink, width: usize) -> Line<'static> {
+    let name_width = if width < WIDE.0.into() { MORE_NAME - 8 } else { MORE_NAME };
+    let room = width.saturating_sub(name_width + 2);
+    let mut spans = vec![Span::styled(format!("  {:<name_width$}", cut(name, name_width - 1)), DIM)];
+    let parts = match more {
+        More::Text(text) => vec![(text.clone(), Style::new())],
+        More::Bulbs(bulbs) if bulbs.is_empty() => vec![("dark".to_owned(), Style::new())],
+        More::Bulbs(bulbs) => bulbs.iter().map(|bulb| lamp_text(*bulb, ink)).collect(),
+    };
+    let mut used = 0;
+    for (text, style) in parts {
+        let text = cut(&text, room.saturating_sub(used));
+        used += text.chars().count();
+        spans.push(Span::styled(text, style));
+    }
+    Line::from(spans)
+}
+
+/// `● green left` for the lamp `green solidOn left` of a traffic light, with its style. What most lamps are, a circle and
+/// steadily on, is left out.
+fn lamp_text(bulb: Bulb, ink: Ink) -> (String, Style) {
+    if bulb.color == BulbColor::Unknown {
+        return ("? unknown  ".to_owned(), ink.level(Level::Warn));
+    }
+    let style = Lamp::of(bulb.color).terminal.map_or(Style::new(), |number| ink.terminal(number));
+    let status = (bulb.status != BulbStatus::SolidOn).then(|| bulb.status.name());
+    let shape = (bulb.shape != BulbShape::Circle).then(|| bulb.shape.name());
+    let words = ["●", bulb.color.name()].into_iter().chain(status).chain(shape);
+    (words.flat_map(|word| [word, " "]).collect::<String>() + " ", style)
+}
+
+const TABLE_HELP: [&str; 12] = [
+    "q, Ctrl-C     end",
+    "s             sort by id, rate or last change",
+    "/             filter by id, name or signal",
+    "d             all signals, or only the bound",
+    "space         let the picture stand still",
+    "↑ ↓ PgUp PgDn scroll; Home, End",
+    "?             this help",
+    "",
+    "lit bytes     changed within the last 3 s",
+    "rejected      the gateway does not use it:",
+    "              checksum, counter or length",
+    "dim           no signal is bound, or silent",
+];
+
+const HELP: [&str; 14] = [
+    "q, Ctrl-C     end",
+    "space         let the picture stand still",
+    "↑ ↓ PgUp PgDn scroll the log; Home, End",
+    "?             this help",
+    "",
+    "◀ ▶ ▲         left, right, hazard lights",
+    "─  ×          off; withheld, nothing published",
+    "✓ – ✗         passed; nothing to check; failed",
+    "",
+    "link          the interface and its controller",
+    "frame         the message is not overdue",
+    "checks        checksum and counter",
+    "value         the profile gives it a meaning",
+    "published     it goes to ROS 2",
+];
+
+/// Rows of [`HELP`] that concern a simulated vehicle as well.
+const DRIVER_ROWS: usize = 6;
+
+const DRIVER_HELP: [&str; 6] = [
+    "← →           stalk left, right",
+    "o             stalk off",
+    "h             hazard button",
+    "f             left bulb broken",
+    "c             all faults end",
+    "",
+];
+
+fn draw_help(frame: &mut Frame<'_>, model: &Model, area: Rect) {
+    let driver = DRIVER_HELP.iter().filter(|_| model.keys == Keys::Driver);
+    // A simulated vehicle is not judged.
+    let rows = if model.keys == Keys::Driver { DRIVER_ROWS } else { HELP.len() };
+    let help = if model.messages.is_some() { TABLE_HELP.iter() } else { HELP[..rows].iter() };
+    let lines: Vec<_> = driver.chain(help).map(|line| Line::raw(format!(" {line}"))).collect();
+    let height = (lines_of(&lines) + 2).min(area.height);
+    let width = 52.min(area.width);
+    let help = Rect::new((area.width - width) / 2, (area.height - height) / 2, width, height);
+    frame.render_widget(Clear, help);
+    frame.render_widget(Paragraph::new(lines).block(Block::bordered().title(" help ")), help);
+}

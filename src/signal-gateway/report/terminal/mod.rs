@@ -1,0 +1,209 @@
+//! The live view on a terminal: one picture of the state for every command that runs for longer.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`picture`] | the state of a gateway, as it is shown |
+//! | [`vehicle`] | the state of a simulated vehicle |
+//! | [`message_table`] | the messages on the buses, in its place |
+//! | [`view_model`] | all that the view shows, and what its keys do |
+//! | [`mod@draw`] | the layout and its parts |
+//!
+//! The view has a thread of its own. It is fed through a bounded queue, whose writers never wait for room, and draws ten
+//! times a second; so neither a slow terminal nor one that does not take anything concerns whoever feeds it.
+
+mod car;
+pub mod draw;
+mod draw_messages;
+mod ink;
+pub mod message_table;
+mod parts;
+pub mod picture;
+pub mod vehicle;
+pub mod view_model;
+
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use anstream::adapter::strip_str;
+
+use self::draw::draw;
+use self::message_table::MessageRow;
+use self::picture::Picture;
+use self::view_model::{KeyRequest, Keys, Model};
+use super::text::escaped;
+use crate::io::terminal::{Screen, request_stop, restore};
+use crate::report::text::clock_text;
+use gateway_base::diagnostics::Level;
+use gateway_base::time::MonoTime;
+use gateway_core::gateway::snapshot::Snapshot;
+
+/// Time from one drawing to the next.
+const FRAME_TIME: Duration = Duration::from_millis(100);
+/// Longest time that the end waits for the thread.
+const PATIENCE: Duration = Duration::from_millis(500);
+/// Messages that wait for the thread.
+const MAX_WAITING: usize = 1024;
+
+/// Receives a line for the simulated vehicle.
+pub type DriverLine = Box<dyn Fn(&str) + Send>;
+
+/// A view that is up until this is dropped.
+pub struct TerminalView {
+    messages: SyncSender<Message>,
+    is_over: Arc<AtomicBool>,
+    thread: JoinHandle<()>,
+    next_picture: Instant,
+}
+
+enum Message {
+    Line(Option<Level>, String),
+    Earlier(Vec<(Level, String)>),
+    Snapshot(MonoTime, Box<Snapshot>),
+    Picture(Box<Picture>),
+    Messages(Vec<MessageRow>),
+    Caption(String),
+}
+
+impl TerminalView {
+    /// Takes the terminal and shows `model`; `driver` gets what the driver's keys request.
+    ///
+    /// # Errors
+    /// See [`Screen::take`].
+    pub fn start(model: Model, driver: Option<DriverLine>) -> io::Result<Self> {
+        let (messages, received) = sync_channel(MAX_WAITING);
+        let lines = messages.clone();
+        let screen = Screen::take(move |line| drop(lines.try_send(Message::Line(None, line))))?;
+        let keys = if driver.is_some() { Keys::Driver } else { Keys::View };
+        let model = Model { keys, ..model };
+        let is_over = Arc::<AtomicBool>::default();
+        let ended = Arc::clone(&is_over);
+        let show = move || run(screen, model, (&received, &ended), driver.as_deref());
+        let thread = thread::Builder::new().name("view".to_owned()).spawn(show)?;
+        Ok(Self { messages, is_over, thread, next_picture: Instant::now() })
+    }
+
+    /// Adds a line to the log, of this time since the start.
+    pub fn line(&self, level: Level, at: MonoTime, text: &str) {
+        self.send(Message::Line(Some(level), line_text(at.since(MonoTime::ZERO), text)));
+    }
+
+    /// Adds lines of an earlier process to the log, each with its level.
+    pub fn earlier(&self, lines: Vec<(Level, String)>) {
+        self.send(Message::Earlier(lines));
+    }
+
+    /// Shows another caption from now on.
+    pub fn caption(&self, text: &str) {
+        self.send(Message::Caption(text.to_owned()));
+    }
+
+    /// True if a new picture would be drawn.
+    pub fn is_due(&self) -> bool {
+        Instant::now() >= self.next_picture
+    }
+
+    /// Shows the state of a gateway at this time since its start.
+    pub fn snapshot(&mut self, at: MonoTime, snapshot: Snapshot) {
+        self.next_picture = Instant::now() + FRAME_TIME;
+        self.send(Message::Snapshot(at, Box::new(snapshot)));
+    }
+
+    /// Shows another state from now on.
+    pub fn picture(&mut self, picture: Picture) {
+        self.next_picture = Instant::now() + FRAME_TIME;
+        self.send(Message::Picture(Box::new(picture)));
+    }
+
+    /// Shows the messages on the buses.
+    pub fn messages(&mut self, rows: Vec<MessageRow>) {
+        self.send(Message::Messages(rows));
+    }
+
+    /// What a thread that is behind does not take is lost: the next picture has all of it but the lines.
+    fn send(&self, message: Message) {
+        let _ = self.messages.try_send(message);
+    }
+}
+
+impl Drop for TerminalView {
+    fn drop(&mut self) {
+        self.is_over.store(true, Ordering::Release);
+        let end = Instant::now() + PATIENCE;
+        while !self.thread.is_finished() && Instant::now() < end {
+            thread::sleep(Duration::from_millis(5));
+        }
+        // Whatever the thread does.
+        restore();
+    }
+}
+
+fn run(
+    mut screen: Screen,
+    mut model: Model,
+    (messages, is_over): (&Receiver<Message>, &AtomicBool),
+    driver: Option<&(dyn Fn(&str) + Send)>,
+) {
+    let started = Instant::now();
+    while !is_over.load(Ordering::Acquire) {
+        messages.try_iter().take(MAX_WAITING).for_each(|message| take(&mut model, message));
+        let now = Instant::now();
+        model.elapsed = now - started;
+        // A terminal that cannot be drawn to is gone, or back at the next drawing.
+        let _ = screen.draw(|frame| draw(frame, &model));
+        while let Some(key) = screen.key(now + FRAME_TIME) {
+            match model.press(key) {
+                Some(KeyRequest::Quit) => request_stop(),
+                Some(KeyRequest::Driver(line)) => driver.iter().for_each(|driver| driver(line)),
+                None => {}
+            }
+        }
+    }
+}
+
+fn take(model: &mut Model, message: Message) {
+    match message {
+        Message::Line(level, text) => {
+            let text = strip_str(&text).to_string();
+            let (known, text) = match level {
+                Some(_) => (level, text),
+                // From the log of the process, which gives no time to the view.
+                None => (level_in(&text), line_text(model.time(), &text)),
+            };
+            model.add_line(known, escaped(&text).into_owned());
+        }
+        Message::Earlier(lines) => {
+            for (level, text) in lines {
+                model.add_line(Some(level), text);
+            }
+        }
+        Message::Snapshot(at, snapshot) => {
+            model.at = Some(at.since(MonoTime::ZERO));
+            model.show(Picture::of(&snapshot));
+        }
+        Message::Picture(picture) => model.show(*picture),
+        Message::Messages(rows) => model.show_messages(rows),
+        Message::Caption(text) => model.caption = text,
+    }
+}
+
+/// A line of the log with its time, to the millisecond.
+pub fn line_text(since_start: Duration, text: &str) -> String {
+    format!("{:>8}.{:03} {text}", clock_text(since_start), since_start.subsec_millis())
+}
+
+/// The level that a line of the log begins with, or has behind its time.
+fn level_in(line: &str) -> Option<Level> {
+    let words = || line.split_whitespace().take(2);
+    let has = |names: [&str; 2]| words().any(|word| names.contains(&word));
+    if has(["ERROR", "error:"]) {
+        Some(Level::Error)
+    } else if has(["WARN", "warning:"]) {
+        Some(Level::Warn)
+    } else {
+        None
+    }
+}

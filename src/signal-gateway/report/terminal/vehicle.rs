@@ -1,0 +1,165 @@
+//! The state of a simulated vehicle, as the view shows it.
+
+use std::time::Duration;
+
+use super::picture::{BusLine, Function, Lamp, Mark, Picture};
+use can_signal::can::BusIndex;
+use gateway_base::diagnostics::Level;
+use gateway_base::time::{MonoTime, millis};
+use gateway_core::command::Turn;
+use gateway_core::vehicle_lights::state::TurnCode;
+use vehicle_bringup::simulated_vehicle::{VehicleEvent, VehicleOutput, Who};
+
+/// Time over which the rate of frames is counted.
+const RATE_TIME: Duration = Duration::from_secs(1);
+
+/// The last state of everything that the vehicle tells of.
+#[derive(Debug, Clone)]
+pub struct VehicleState {
+    turn: Option<Turn>,
+    hazard: Option<bool>,
+    lights: (TurnCode, Who),
+    lamps: [bool; 2],
+    is_bus_off: bool,
+    buses: Vec<SentFrames>,
+}
+
+#[derive(Debug, Clone)]
+struct SentFrames {
+    name: String,
+    counted: u32,
+    since: MonoTime,
+    rate_hz: f64,
+    /// False from a failure to the next frame that is sent.
+    can_send: bool,
+}
+
+impl VehicleState {
+    /// A vehicle that does nothing yet, on buses with these names.
+    pub fn new(buses: impl IntoIterator<Item = String>) -> Self {
+        let bus = |name| SentFrames { name, counted: 0, since: MonoTime::ZERO, rate_hz: 0.0, can_send: true };
+        Self {
+            turn: None,
+            hazard: None,
+            lights: (TurnCode::Off, Who::Nobody),
+            lamps: [false; 2],
+            is_bus_off: false,
+            buses: buses.into_iter().map(bus).collect(),
+        }
+    }
+
+    /// Takes an output of the vehicle.
+    pub fn update(&mut self, output: &VehicleOutput, now: MonoTime) {
+        match output {
+            VehicleOutput::Frame { bus, .. } => self.count(*bus, now),
+            VehicleOutput::Happened(event) => match event {
+                VehicleEvent::Commanded { turn, hazard } => (self.turn, self.hazard) = (*turn, *hazard),
+                VehicleEvent::Lights { code, who } => self.lights = (*code, *who),
+                VehicleEvent::Lamps { left, right } => self.lamps = [*left, *right],
+                VehicleEvent::BusOff(is_off) => self.is_bus_off = *is_off,
+                VehicleEvent::CommandTimedOut { .. }
+                | VehicleEvent::CommandRejected { .. }
+                | VehicleEvent::NotPossible(_) => {}
+            },
+            VehicleOutput::Error { .. } => {}
+        }
+    }
+
+    /// Nothing can be sent on a bus, until a frame is.
+    pub fn cannot_send(&mut self, bus: BusIndex) {
+        if let Some(bus) = self.buses.get_mut(usize::from(bus.0)) {
+            (bus.can_send, bus.counted, bus.rate_hz) = (false, 0, 0.0);
+        }
+    }
+
+    fn count(&mut self, bus: BusIndex, now: MonoTime) {
+        let Some(bus) = self.buses.get_mut(usize::from(bus.0)) else { return };
+        bus.counted += 1;
+        bus.can_send = true;
+        let time = now.since(bus.since);
+        if time >= RATE_TIME {
+            bus.rate_hz = f64::from(std::mem::take(&mut bus.counted)) / time.as_secs_f64();
+            bus.since = now;
+        }
+    }
+
+    /// The state at `now`.
+    pub fn picture(&self, now: MonoTime) -> Picture {
+        let (code, who) = self.lights;
+        let (headline, turn_mark, hazard_mark) = match code {
+            TurnCode::Off => ("off", Mark::Off, Mark::Off),
+            TurnCode::Left => ("LEFT", Mark::Left, Mark::Off),
+            TurnCode::Right => ("RIGHT", Mark::Right, Mark::Off),
+            TurnCode::Both => ("HAZARD", Mark::Off, Mark::Hazard),
+        };
+        let lit = |is_lit: bool| if is_lit { "●" } else { "○" };
+        let lamps = self.lamps.map(lit).join(" ");
+        let by = match who {
+            Who::Nobody => String::new(),
+            Who::Command | Who::Driver => format!(" ({})", who.name()),
+        };
+        let turn = if code == TurnCode::Both {
+            "–".to_owned()
+        } else {
+            format!("{}{by}", headline.to_lowercase())
+        };
+        let hazard = if code == TurnCode::Both { format!("on{by}") } else { "off".to_owned() };
+        let function = |name, commanded: Option<&str>, lights, mark| Function {
+            name,
+            values: [commanded.map(str::to_owned), Some(lights), Some(lamps.clone())],
+            mark,
+            ..Function::default()
+        };
+        let commanded_hazard = self.hazard.map(|on| if on { "on" } else { "off" });
+        Picture {
+            stamp_ms: i64::try_from(millis(now.since(MonoTime::ZERO))).unwrap_or(i64::MAX),
+            level: None,
+            lamps: self.lamps.map(|is_lit| if is_lit { Lamp::Lit } else { Lamp::Off }),
+            headline: headline.to_owned(),
+            titles: ["commanded", "lights", "lamps"],
+            functions: vec![
+                function("turn", self.turn.map(Turn::name), turn, turn_mark),
+                function("hazard", commanded_hazard, hazard, hazard_mark),
+            ],
+            status: Vec::new(),
+            buses: self.buses.iter().map(|bus| self.bus(bus)).collect(),
+            more: Vec::new(),
+        }
+    }
+
+    fn bus(&self, bus: &SentFrames) -> BusLine {
+        let (level, state) = match (self.is_bus_off, bus.can_send) {
+            (true, _) => (Level::Error, "bus-off"),
+            (false, true) => (Level::Ok, "sends"),
+            (false, false) => (Level::Error, "cannot send"),
+        };
+        BusLine {
+            name: bus.name.clone(),
+            state: state.to_owned(),
+            level,
+            rate_hz: bus.rate_hz,
+            load_percent: None,
+            drops: 0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use can_signal::can::{CanId, Frame};
+
+    #[test]
+    fn bus_on_which_nothing_can_be_sent_is_not_shown_as_sound_until_a_frame_is_sent() {
+        let mut state = VehicleState::new(["body (can0)".to_owned()]);
+        let shown = |state: &VehicleState| {
+            let bus = state.picture(MonoTime::ZERO).buses.remove(0);
+            (bus.state, bus.level)
+        };
+        state.cannot_send(BusIndex(0));
+        assert_eq!(shown(&state), ("cannot send".to_owned(), Level::Error));
+        let frame = Frame::classic(CanId::Standard(1), &[0]).unwrap();
+        state.update(&VehicleOutput::Frame { bus: BusIndex(0), frame }, MonoTime::ZERO);
+        assert_eq!(shown(&state), ("sends".to_owned(), Level::Ok));
+    }
+}

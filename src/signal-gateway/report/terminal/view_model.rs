@@ -1,0 +1,168 @@
+//! Contents of the view, without a terminal: what it is fed, and what its keys do.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+
+use super::message_table::{MessageRow, MessageTable};
+use super::picture::{Mark, Picture};
+use gateway_base::diagnostics::Level;
+
+/// Span of the strip, ms.
+pub const STRIP_MS: i64 = 60_000;
+/// Lines of the log that are kept: some hours of changes.
+const MAX_LINES: usize = 20_000;
+/// Lines by which a page of the log is scrolled.
+const PAGE: usize = 10;
+/// Half a period of a blinking arrow: 1.5 Hz.
+const HALF_BLINK: Duration = Duration::from_millis(333);
+
+/// All that the view shows.
+#[derive(Debug, Clone, Default)]
+pub struct Model {
+    /// Heading: what is running.
+    pub title: String,
+    /// Address of the live page for a browser; `None` while it is off.
+    pub url: Option<String>,
+    /// True to draw in colour.
+    pub has_color: bool,
+    /// What the keys move.
+    pub keys: Keys,
+    /// Time since the view began, for all that blinks.
+    pub elapsed: Duration,
+    /// Time of the gateway since its start; `None` where there is no gateway.
+    pub at: Option<Duration>,
+    /// What happens at present, in a sentence; empty without one.
+    pub caption: String,
+    /// The present state, or the state at the moment of the pause.
+    pub picture: Picture,
+    /// Messages on the buses, which are shown in place of the vehicle; `None` where they are not.
+    pub messages: Option<MessageTable>,
+    /// Past states within [`STRIP_MS`], oldest first: a stamp in ms, and the mark of each function.
+    pub history: VecDeque<(i64, Vec<Mark>)>,
+    /// Log, oldest line first.
+    pub log: VecDeque<LogLine>,
+    /// Lines by which the log is scrolled back.
+    pub scroll: usize,
+    /// True while the picture stands still.
+    pub is_paused: bool,
+    /// True while the help is shown.
+    pub has_help: bool,
+}
+
+/// What keys do beside those that every view has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Keys {
+    /// They do nothing else.
+    #[default]
+    View,
+    /// They move the driver's stalk and button.
+    Driver,
+}
+
+/// A line of the log.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LogLine {
+    /// Severity; `None` where it is not known.
+    pub level: Option<Level>,
+    /// The line, without control sequences.
+    pub text: String,
+}
+
+/// The request of a key that concerns others than the view.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum KeyRequest {
+    /// The end of the command.
+    Quit,
+    /// A line for the simulated vehicle.
+    Driver(&'static str),
+}
+
+impl Model {
+    /// Takes a new state, unless the picture stands still.
+    pub fn show(&mut self, picture: Picture) {
+        if self.is_paused {
+            return;
+        }
+        let at = picture.stamp_ms;
+        // A clock that was set back starts a new history.
+        if self.history.back().is_some_and(|(last, _)| *last > at) {
+            self.history.clear();
+        }
+        self.history.push_back((at, picture.functions.iter().map(|function| function.mark).collect()));
+        while self.history.front().is_some_and(|(first, _)| at - first > STRIP_MS) {
+            self.history.pop_front();
+        }
+        self.picture = picture;
+    }
+
+    /// Takes new rows of the table, unless the picture stands still.
+    pub fn show_messages(&mut self, rows: Vec<MessageRow>) {
+        if let Some(table) = self.messages.as_mut().filter(|_| !self.is_paused) {
+            table.rows = rows;
+        }
+    }
+
+    /// Adds a line to the log.
+    pub fn add_line(&mut self, level: Option<Level>, text: String) {
+        if self.log.len() == MAX_LINES {
+            self.log.pop_front();
+        }
+        self.log.push_back(LogLine { level, text });
+        // Who reads older lines keeps them in sight.
+        if self.scroll > 0 {
+            self.scroll = (self.scroll + 1).min(self.log.len() - 1);
+        }
+    }
+
+    /// The time that heading and log show: that of the gateway, or else of the view.
+    pub fn time(&self) -> Duration {
+        self.at.unwrap_or(self.elapsed)
+    }
+
+    /// True in the bright half of a blink.
+    pub fn is_bright(&self) -> bool {
+        (self.elapsed.as_millis() / HALF_BLINK.as_millis()).is_multiple_of(2)
+    }
+
+    /// Does what a key stands for; gives what concerns others.
+    #[allow(clippy::wildcard_enum_match_arm)] // all other keys have no meaning
+    pub fn press(&mut self, key: KeyEvent) -> Option<KeyRequest> {
+        let is_control = key.modifiers.contains(KeyModifiers::CONTROL);
+        if self.messages.as_mut().is_some_and(|table| !self.has_help && table.press(key)) {
+            return None;
+        }
+        let last = self.log.len().saturating_sub(1);
+        match key.code {
+            KeyCode::Char('c') if is_control => return Some(KeyRequest::Quit),
+            KeyCode::Char('?') => self.has_help = !self.has_help,
+            KeyCode::Esc => self.has_help = false,
+            KeyCode::Char('q') => return Some(KeyRequest::Quit),
+            KeyCode::Char(' ') => self.is_paused = !self.is_paused,
+            KeyCode::Up => self.scroll = (self.scroll + 1).min(last),
+            KeyCode::Down => self.scroll = self.scroll.saturating_sub(1),
+            KeyCode::PageUp => self.scroll = (self.scroll + PAGE).min(last),
+            KeyCode::PageDown => self.scroll = self.scroll.saturating_sub(PAGE),
+            KeyCode::Home => self.scroll = last,
+            KeyCode::End => self.scroll = 0,
+            code if self.keys == Keys::Driver => return driver(code).map(KeyRequest::Driver),
+            _ => {}
+        }
+        None
+    }
+}
+
+/// The driver's action behind a key.
+#[allow(clippy::wildcard_enum_match_arm)] // as above
+fn driver(code: KeyCode) -> Option<&'static str> {
+    Some(match code {
+        KeyCode::Left => "stalk left",
+        KeyCode::Right => "stalk right",
+        KeyCode::Char('o') => "stalk off",
+        KeyCode::Char('h') => "hazard press",
+        KeyCode::Char('f') => "fault bulb left",
+        KeyCode::Char('c') => "clear",
+        _ => return None,
+    })
+}

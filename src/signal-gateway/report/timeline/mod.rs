@@ -1,0 +1,241 @@
+//! The timeline of a recording: raw values, reports, commands, diagnostics, traffic lights and links, each with the frame
+//! behind it. As a picture ([`Timeline::chart`]) or as a page ([`Timeline::to_html`]).
+
+mod chart;
+mod curve;
+mod page;
+
+use serde::{Deserialize, Serialize};
+
+use gateway_base::diagnostics::Level;
+
+pub use curve::{Column, Curve};
+
+/// Most spans of a lane; short ones beyond are folded.
+const MAX_SPANS: usize = 1_500;
+/// A lane is folded when it has so many times [`MAX_SPANS`].
+const SLACK: usize = 4;
+
+/// What happened over the time of a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Timeline {
+    /// Name of the recording.
+    pub title: String,
+    /// The vehicle and other circumstances.
+    pub subtitle: String,
+    /// Time of the last frame, seconds after the first.
+    pub length_s: f64,
+    /// Published measured values, from top to bottom above the lanes.
+    pub curves: Vec<Curve>,
+    /// From top to bottom.
+    pub lanes: Vec<Lane>,
+    /// The frames that spans refer to.
+    pub frames: Vec<CausingFrame>,
+    /// What was left out, in sentences.
+    pub remarks: Vec<String>,
+}
+
+/// A place of a timeline.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OpenedAt {
+    /// Group of the lane.
+    pub group: Group,
+    /// Label of the lane.
+    pub label: String,
+    /// Time, seconds after the first frame.
+    pub at_s: f64,
+}
+
+/// The subject of a lane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Group {
+    /// Raw values of bound signals, with their meaning.
+    Raw,
+    /// Published reports.
+    Reports,
+    /// Commands of the decider, and frames to the vehicle.
+    Commands,
+    /// Diagnostic statuses.
+    Diagnostics,
+    /// Published traffic lights.
+    TrafficLights,
+    /// State of the buses.
+    Links,
+}
+
+/// How a span looks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Tone {
+    /// Left.
+    Left,
+    /// Right.
+    Right,
+    /// Hazard lights on.
+    Hazard,
+    /// Off.
+    Off,
+    /// Well, and no more than that.
+    Ok,
+    /// A warning.
+    Warn,
+    /// An error.
+    Error,
+    /// Nothing published, or nothing known.
+    Nothing,
+    /// Any other state.
+    Plain,
+    /// Several short spans in one.
+    Folded,
+}
+
+impl From<Level> for Tone {
+    fn from(level: Level) -> Self {
+        match level {
+            Level::Ok => Self::Ok,
+            Level::Warn => Self::Warn,
+            Level::Error | Level::Stale => Self::Error,
+        }
+    }
+}
+
+/// The states of one thing, one after the other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lane {
+    /// The subject.
+    pub group: Group,
+    /// Name of the thing.
+    pub label: String,
+    /// Ascending; the last lasts to the end of the timeline.
+    pub spans: Vec<Span>,
+    /// Number of states that are folded into others.
+    pub folded: u64,
+}
+
+/// One state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Span {
+    /// Begin, seconds after the first frame.
+    pub from_s: f64,
+    /// End, seconds after the first frame; not before the begin.
+    pub to_s: f64,
+    /// How it looks.
+    pub tone: Tone,
+    /// The state in words.
+    pub text: String,
+    /// Position of its frame in a list; `None` without one.
+    pub frame: Option<usize>,
+    /// Number of states, more than 1 for a folded span.
+    pub states: u64,
+}
+
+/// A frame that led to an event.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CausingFrame {
+    /// Time, seconds after the first frame.
+    pub at_s: f64,
+    /// Stamp of the recording: seconds since 1970.
+    pub stamp: String,
+    /// Interface it was received on.
+    pub interface: String,
+    /// Identifier as candump writes it.
+    pub id: String,
+    /// Name of its message.
+    pub message: String,
+    /// Data bytes in hexadecimal.
+    pub bytes: String,
+    /// Its bound signals: name, raw value and meaning; or why the gateway does not use it.
+    pub signals: Vec<String>,
+}
+
+impl Lane {
+    /// A lane without a state.
+    pub fn new(group: Group, label: impl Into<String>) -> Self {
+        Self { group, label: label.into(), spans: Vec::new(), folded: 0 }
+    }
+
+    /// Begins a state, unless it is the present one, at which the one before ends.
+    pub fn begin(&mut self, at_s: f64, tone: Tone, text: &str, frame: Option<usize>) {
+        if let Some(last) = self.spans.last_mut() {
+            if last.text == text && last.tone == tone && last.states == 1 {
+                return;
+            }
+            last.to_s = at_s;
+        }
+        self.spans.push(Span { from_s: at_s, to_s: at_s, tone, text: text.to_owned(), frame, states: 1 });
+        if self.spans.len() > MAX_SPANS * SLACK {
+            self.fold(at_s);
+        }
+    }
+
+    /// Ends the last state at `end_s`, and folds what is too much.
+    pub fn finish(&mut self, end_s: f64) {
+        if let Some(last) = self.spans.last_mut() {
+            last.to_s = end_s.max(last.from_s);
+        }
+        if self.spans.len() > MAX_SPANS {
+            self.fold(end_s);
+        }
+    }
+
+    /// Joins neighbours that are shorter than the part of the lane that a span has on average. The last state stays, since
+    /// it is going on.
+    fn fold(&mut self, end_s: f64) {
+        let Some(present) = self.spans.pop() else { return };
+        let begin_s = self.spans.first().map_or(0.0, |first| first.from_s);
+        #[allow(clippy::cast_precision_loss)] // some thousands
+        let least_s = 2.0 * (end_s - begin_s) / MAX_SPANS as f64;
+        let mut kept: Vec<Span> = Vec::with_capacity(MAX_SPANS);
+        for span in std::mem::take(&mut self.spans) {
+            let is_short = |span: &Span| span.to_s - span.from_s < least_s;
+            match kept.last_mut().filter(|last| is_short(&span) && is_short(last)) {
+                Some(last) => {
+                    self.folded += u64::from(last.states == 1) + u64::from(span.states == 1);
+                    last.states += span.states;
+                    last.to_s = span.to_s;
+                    last.tone = Tone::Folded;
+                    last.text = format!("{} states", last.states);
+                }
+                None => kept.push(span),
+            }
+        }
+        kept.push(present);
+        self.spans = kept;
+    }
+}
+
+/// Heading of the curves.
+const MOTION: &str = "motion";
+
+impl Timeline {
+    /// Removes frames that no span refers to, and says what was folded. Call it once, at the end.
+    pub fn close(&mut self) {
+        let mut used: Vec<bool> = vec![false; self.frames.len()];
+        let spans = || self.lanes.iter().flat_map(|lane| &lane.spans);
+        spans().filter_map(|span| span.frame).for_each(|frame| used[frame] = true);
+        let mut next = 0;
+        let moved: Vec<usize> = used
+            .iter()
+            .map(|used| {
+                let position = next;
+                next += usize::from(*used);
+                position
+            })
+            .collect();
+        let mut used = used.into_iter();
+        self.frames.retain(|_| used.next().unwrap_or(false));
+        for span in self.lanes.iter_mut().flat_map(|lane| &mut lane.spans) {
+            span.frame = span.frame.map(|frame| moved[frame]);
+        }
+        let folded: u64 = self.lanes.iter().map(|lane| lane.folded).sum();
+        if folded > 0 {
+            self.remarks.push(format!(
+                "{folded} short states are folded into others, since a lane has at most {MAX_SPANS} or so: they are marked"
+            ));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

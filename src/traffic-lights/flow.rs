@@ -1,0 +1,365 @@
+//! The whole traffic-light flow: states of a V2X unit go into the engine, its messages through the faults on
+//! purpose, and the messages that arrive go to the arbiter. Time is the gateway's, or a simulator's.
+
+use std::collections::VecDeque;
+
+use super::arbiter::{Arbiter, ArbiterSettings, ArbiterStamp};
+use super::catalogue;
+use super::command::parse_command;
+use super::emission::{Emission, Groups, LightsContent, LightsTopic};
+use super::engine::{LightsSettings, TrafficLights};
+use super::event_log::ScenarioEvent;
+use super::faults::ChannelFaults;
+use super::input::TrafficLightInput;
+use super::output::TrafficLightOutput;
+use super::received::ReceivedState;
+use super::simulated_clock::SimulatedClock;
+use super::target::{LightChannel, StoreId};
+use super::v2i_reception::binding::V2iBinding;
+use super::v2i_reception::{V2iReception, ValidState};
+use can_signal::can::Bus;
+use gateway_base::diagnostics::Status;
+use gateway_base::time::{MonoTime, Now, WallStamp};
+
+/// The settings of the flow.
+#[derive(Debug, Clone)]
+pub struct LightsFlowSettings {
+    /// Settings of the engine.
+    pub lights: LightsSettings,
+    /// Faults on purpose of the camera topic.
+    pub camera_faults: Option<ChannelFaults>,
+    /// Faults on purpose of the V2I topics.
+    pub v2i_faults: Option<ChannelFaults>,
+    /// Settings of the arbiter; `None` when there is no merged topic.
+    pub arbiter: Option<ArbiterSettings>,
+    /// True when the arbiter merges [`TrafficLightInput::Camera`] instead of the messages of the camera topic.
+    pub external_camera: bool,
+    /// True when [`TrafficLightInput::Clock`] gives the time of scenario, faults and messages: nothing happens
+    /// before the first one. The unit on CAN is judged by the gateway's own clock in any case.
+    pub use_sim_time: bool,
+}
+
+impl LightsFlowSettings {
+    /// Creates settings with the engine alone, in the gateway's time.
+    pub fn new(lights: LightsSettings) -> Self {
+        Self {
+            lights,
+            camera_faults: None,
+            v2i_faults: None,
+            arbiter: None,
+            external_camera: false,
+            use_sim_time: false,
+        }
+    }
+}
+
+/// The traffic lights with reception, faults on purpose and arbiter.
+///
+/// Give it inputs, call [`Self::settle`] after them and at [`Self::next_deadline`], then take the outputs:
+///
+/// ```
+/// # use std::sync::Arc;
+/// # use traffic_lights::compat::Compat;
+/// # use lanelet2_map::light_map::LightMap;
+/// # use gateway_base::time::{MonoTime, Now, WallStamp};
+/// # use traffic_lights::emission::LightsTopic;
+/// # use traffic_lights::engine::LightsSettings;
+/// # use traffic_lights::flow::{LightsFlowSettings, TrafficLightFlow};
+/// # use traffic_lights::v2i_reception::binding::V2iBinding;
+/// # let map = Arc::new(LightMap::default());
+/// let mut lights = LightsSettings::new(map, Default::default(), Compat::Improved);
+/// lights.topics = [LightsTopic::Camera].into();
+/// let at_ms = |ms| Now { mono: MonoTime::from_millis(ms), wall: WallStamp::default() };
+/// let mut flow = TrafficLightFlow::new(LightsFlowSettings::new(lights), V2iBinding::default(), at_ms(0));
+/// flow.settle(&[], at_ms(100));
+/// let messages = std::iter::from_fn(|| flow.poll_output()).count();
+/// assert_eq!(messages, 3, "30 frames a second");
+/// ```
+#[derive(Debug, Clone)]
+pub struct TrafficLightFlow {
+    run: LightsRun,
+    pub(super) reception: V2iReception,
+    /// The settings of a run.
+    settings: Box<LightsFlowSettings>,
+    /// The clock of a simulator; `None` when the gateway's own time counts.
+    clock: Option<SimulatedClock>,
+    ready: VecDeque<TrafficLightOutput>,
+    /// The number of commands since start that were not understood or could not be done.
+    pub(super) refused: u64,
+    news: bool,
+}
+
+/// Everything that begins again with the clock.
+#[derive(Debug, Clone)]
+struct LightsRun {
+    engine: TrafficLights,
+    camera: Option<ChannelFaults>,
+    v2i: Option<ChannelFaults>,
+    arbiter: Option<Arbiter>,
+}
+
+impl LightsRun {
+    fn new(settings: LightsFlowSettings, now: Now) -> Self {
+        Self {
+            arbiter: settings.arbiter.map(|arbiter| Arbiter::new(arbiter, &settings.lights.map)),
+            camera: settings.camera_faults,
+            v2i: settings.v2i_faults,
+            engine: TrafficLights::new(settings.lights, now),
+        }
+    }
+
+    fn reconfigure(&mut self, before: &LightsFlowSettings, settings: LightsFlowSettings, now: Now) {
+        self.engine.reconfigure(&before.lights, &settings.lights, now);
+        for (faults, before, configured) in [
+            (&mut self.camera, &before.camera_faults, settings.camera_faults),
+            (&mut self.v2i, &before.v2i_faults, settings.v2i_faults),
+        ] {
+            if before.as_ref().map(ChannelFaults::settings)
+                != configured.as_ref().map(ChannelFaults::settings)
+            {
+                *faults = configured;
+            }
+        }
+        match (&mut self.arbiter, settings.arbiter) {
+            (Some(arbiter), Some(settings)) => arbiter.reconfigure(settings),
+            (arbiter, settings) => {
+                *arbiter = settings.map(|settings| Arbiter::new(settings, &before.lights.map));
+            }
+        }
+    }
+}
+
+impl TrafficLightFlow {
+    /// Starts the scenario: does its init actions, before the first frame.
+    pub fn new(settings: LightsFlowSettings, binding: V2iBinding, now: Now) -> Self {
+        Self {
+            clock: settings.use_sim_time.then(SimulatedClock::default),
+            run: LightsRun::new(settings.clone(), now),
+            settings: Box::new(settings),
+            reception: V2iReception::new(binding),
+            ready: VecDeque::new(),
+            refused: 0,
+            news: true,
+        }
+    }
+
+    /// Continues with other settings and another binding. The scenario continues if its lights, rules and topics are the
+    /// same; otherwise it starts again, with the states of the V2X unit. Call [`Self::settle`] afterwards.
+    pub fn reconfigure(&mut self, settings: LightsFlowSettings, binding: V2iBinding, now: Now) {
+        let ended = self.reception.reconfigure(binding).into_iter().map(|id| (id, None::<ReceivedState>));
+        self.news = true;
+        let before = std::mem::replace(&mut *self.settings, settings.clone());
+        let Some(now) = self.time(now) else { return };
+        if settings.lights.is_same_run(&before.lights) {
+            self.run.reconfigure(&before, settings, now);
+            self.run.engine.set_states(StoreId::V2I, ended, false, now);
+        } else {
+            self.begin(now);
+        }
+    }
+
+    /// Starts the scenario again, with the states of the V2X unit.
+    fn begin(&mut self, now: Now) {
+        self.run = LightsRun::new((*self.settings).clone(), now);
+        let states = self.reception.valid_states().map(|(id, state)| (id, Some(received(state))));
+        self.run.engine.set_states(StoreId::V2I, states, false, now);
+    }
+
+    /// Returns the reception of the V2X unit, for its frames and buses. Call [`Self::settle`] afterwards.
+    pub fn reception(&mut self) -> &mut V2iReception {
+        &mut self.reception
+    }
+
+    /// Takes an input. Call [`Self::settle`] afterwards.
+    pub fn handle_input(&mut self, input: TrafficLightInput, now: Now) {
+        if let TrafficLightInput::Clock(stamp) = input {
+            self.handle_clock(stamp, now);
+            return;
+        }
+        let Some(now) = self.time(now) else {
+            // States come again, commands do not.
+            self.refused += u64::from(matches!(input, TrafficLightInput::Command(_)));
+            return;
+        };
+        match input {
+            TrafficLightInput::States { store, states, rejected, .. } => {
+                // Diagnostics show the last rejected state: one with an id rather than an unreadable one.
+                self.run.engine.count_rejected(store.channel, rejected, now);
+                let refused = self.run.engine.set_states(store, states, true, now);
+                self.news |= refused > 0 || rejected > 0;
+            }
+            TrafficLightInput::Camera { stamp, groups, rejected } => {
+                self.run.engine.count_rejected(LightChannel::Conventional, rejected, now);
+                self.news |= rejected > 0;
+                let arbiter = self.arbiter(now);
+                let merged =
+                    arbiter.map(|arbiter| arbiter.perception(ArbiterStamp(stamp.as_nanos()), &groups));
+                self.publish_merged(merged, stamp);
+            }
+            TrafficLightInput::Clock(_) => {}
+            TrafficLightInput::Command(text) => {
+                let done = self.perform(&text, now);
+                self.refused += u64::from(!done);
+                self.news |= !done;
+            }
+        }
+    }
+
+    /// Returns the time of the run; `None` before a simulator has given one.
+    fn time(&self, now: Now) -> Option<Now> {
+        self.clock.as_ref().map_or(Some(now), SimulatedClock::now)
+    }
+
+    /// Takes the time of a simulator, with which a run can begin.
+    fn handle_clock(&mut self, stamp: WallStamp, now: Now) {
+        let Some(clock) = &mut self.clock else { return };
+        let was_silent = clock.is_silent(now.mono);
+        let begins = clock.handle(stamp, now.mono);
+        self.news |= begins || was_silent;
+        if let Some(now) = clock.now().filter(|_| begins) {
+            self.begin(now);
+        }
+    }
+
+    /// Does the action of a command. Returns false when the command is not understood, or cannot be done.
+    fn perform(&mut self, text: &str, now: Now) -> bool {
+        match parse_command(text, self.run.engine.controllers(), self.run.engine.quirks()) {
+            Ok(action) => self.run.engine.apply(&action, now).is_ok(),
+            Err(error) => {
+                self.ready.push_back(TrafficLightOutput::CommandRefused(error));
+                false
+            }
+        }
+    }
+
+    /// Brings everything up to now. Returns true when the diagnostics have changed.
+    pub fn settle(&mut self, buses: &[Bus], now: Now) -> bool {
+        let settled = self.reception.settle(buses, now);
+        self.news |= settled.news;
+        self.news |= self.clock.as_ref().is_some_and(|clock| clock.is_silent(now.mono));
+        let Some(now) = self.time(now) else { return std::mem::take(&mut self.news) };
+        if !settled.changes.is_empty() {
+            let changes = settled.changes.iter().map(|(id, state)| (*id, state.map(received)));
+            // These are only the changes, so they do not expire: the reception knows the age of each state.
+            self.run.engine.set_states(StoreId::V2I, changes, false, now);
+        }
+        self.run.engine.advance(now);
+        while let Some(logged) = self.run.engine.poll_event() {
+            self.news |= matches!(logged.event, ScenarioEvent::Ended(_));
+        }
+        while let Some(emission) = self.run.engine.poll_output() {
+            let faults = match emission.topic {
+                LightsTopic::Camera => &mut self.run.camera,
+                LightsTopic::V2i => &mut self.run.v2i,
+                LightsTopic::GroundTruth
+                | LightsTopic::Arbiter
+                | LightsTopic::Markers
+                | LightsTopic::Clock => &mut None,
+            };
+            match faults {
+                Some(faults) => faults.send(emission, now.mono),
+                None => self.arrived(emission, now),
+            }
+        }
+        while let Some(emission) = self.next_arrival(now.mono) {
+            self.arrived(emission, now);
+        }
+        std::mem::take(&mut self.news)
+    }
+
+    /// Returns the next output, oldest first.
+    pub fn poll_output(&mut self) -> Option<TrafficLightOutput> {
+        self.ready.pop_front()
+    }
+
+    /// Returns the next time at which [`Self::settle`] has something to do. With a simulated clock its messages are
+    /// what a run waits for.
+    pub fn next_deadline(&self, now: MonoTime) -> MonoTime {
+        let own = match &self.clock {
+            Some(clock) => clock.next_deadline(now),
+            None => {
+                let faults = [&self.run.camera, &self.run.v2i].into_iter().flatten();
+                let faults = faults.filter_map(ChannelFaults::next_deadline);
+                Some(faults.fold(self.run.engine.next_deadline(), MonoTime::min))
+            }
+        };
+        own.into_iter().chain(self.reception.next_deadline(now)).min().unwrap_or(MonoTime::MAX)
+    }
+
+    /// Returns the engine that the flow runs.
+    pub fn engine(&self) -> &TrafficLights {
+        &self.run.engine
+    }
+
+    /// Returns one status for each channel, one for the scenario, one for the V2X unit if there is one.
+    pub fn statuses(&self, buses: &[Bus], now: MonoTime) -> Vec<Status> {
+        let clock = self.clock.as_ref();
+        let time = clock.and_then(SimulatedClock::now).map_or(now, |time| time.mono);
+        let finding = clock.and_then(|clock| match clock.now() {
+            None => Some(catalogue::waiting_for_clock()),
+            Some(_) => clock.is_silent(now).then(catalogue::clock_silent),
+        });
+        let mut statuses = self.run.engine.statuses(finding, time);
+        if let Some(scenario) = statuses.last_mut() {
+            scenario.values.push(("refused_commands", self.refused.to_string()));
+            if let Some(clock) = clock {
+                scenario.values.push(("clock_restarts", clock.restarts.to_string()));
+                scenario.values.push(("clock_overtaken", clock.overtaken.to_string()));
+            }
+        }
+        if !self.reception.binding().is_empty() {
+            statuses.push(self.reception.status(buses, now));
+        }
+        statuses
+    }
+
+    /// Returns the first of the delayed messages that has arrived by now.
+    fn next_arrival(&mut self, now: MonoTime) -> Option<Emission> {
+        let delayed = [&mut self.run.camera, &mut self.run.v2i].into_iter().flatten();
+        let due = delayed.filter_map(|faults| Some((faults.next_deadline()?, faults)));
+        due.min_by_key(|(at, _)| *at)?.1.poll(now)
+    }
+
+    /// Returns the arbiter at this time. A camera pipeline may stop, which our own camera topic does not.
+    fn arbiter(&mut self, now: Now) -> Option<&mut Arbiter> {
+        let may_stop = self.settings.external_camera && !self.run.engine.quirks().keeps_last_camera;
+        let arbiter = self.run.arbiter.as_mut()?;
+        if may_stop {
+            arbiter.set_clock(ArbiterStamp(now.wall.as_nanos()));
+        }
+        Some(arbiter)
+    }
+
+    /// Sends a message that has arrived, and what the arbiter makes of it, with the same stamp.
+    fn arrived(&mut self, emission: Emission, now: Now) {
+        let is_replaced = self.settings.external_camera && emission.topic == LightsTopic::Camera;
+        let arbiter = self.arbiter(now).filter(|_| !is_replaced);
+        let merged = arbiter.and_then(|arbiter| merge(arbiter, &emission, now.wall));
+        let stamp = emission.stamp;
+        self.ready.push_back(TrafficLightOutput::Publish(emission));
+        self.publish_merged(merged, stamp);
+    }
+
+    fn publish_merged(&mut self, merged: Option<Groups>, stamp: WallStamp) {
+        self.ready.extend(merged.map(|groups| {
+            let (topic, content) = (LightsTopic::Arbiter, LightsContent::Groups(groups));
+            TrafficLightOutput::Publish(Emission { topic, stamp, content })
+        }));
+    }
+}
+
+/// Returns the groups that the arbiter merges from a message; `None` when the message is not for it, or causes no
+/// output.
+fn merge(arbiter: &mut Arbiter, emission: &Emission, clock: WallStamp) -> Option<Groups> {
+    let LightsContent::Groups(groups) = &emission.content else { return None };
+    let stamp = ArbiterStamp(emission.stamp.as_nanos());
+    match emission.topic {
+        LightsTopic::Camera => Some(arbiter.perception(stamp, groups)),
+        LightsTopic::V2i => arbiter.external(stamp, groups, ArbiterStamp(clock.as_nanos())),
+        LightsTopic::GroundTruth | LightsTopic::Arbiter | LightsTopic::Markers | LightsTopic::Clock => None,
+    }
+}
+
+fn received(ValidState { bulbs, confidence, .. }: ValidState) -> ReceivedState {
+    ReceivedState { bulbs, confidence, predictions: Vec::new() }
+}

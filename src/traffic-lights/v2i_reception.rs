@@ -1,0 +1,355 @@
+//! Traffic-light states that a V2X unit sends over CAN, validated like every received signal
+//! (docs/spec/traffic-lights.md, "V2X unit on CAN").
+//!
+//! Valid states belong in the *ground truth* of the v2i channel: the network's reports are its ground truth, and the
+//! detected store stays free for imitated errors of the reception. Ground truth cannot be "unknown". So a group that is
+//! not available, faulty, undefined, stale or cut off is *removed*: an arbiter then knows that the network does not
+//! report it, while a held state would show an old light as a present one.
+
+pub mod binding;
+pub mod movement_phase;
+
+use crate::bulb::BulbSet;
+use binding::{BoundGroup, CyclingMessage, V2iBinding, V2iSource, V2iStates};
+use can_signal::can::{Bus, BusIndex, Frame, ReceiveTime};
+use can_signal::validation::meaning::Meaning;
+use can_signal::validation::observation::{MissingReason, Observation, Observations};
+use can_signal::validation::table::{MessageIndex, Role, SignalIndex, SignalTable};
+use gateway_base::time::{MonoTime, Now, WallStamp, deadline_after};
+
+/// A valid state of a group.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ValidState {
+    /// The bulbs of the group, at least one.
+    pub bulbs: BulbSet,
+    /// The confidence of the unit, 0 to 1.
+    pub confidence: f64,
+    /// Receive time and stamp of its frame.
+    pub received: ReceiveTime,
+}
+
+/// The reason why a group has no valid state. Raw values follow their signals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InvalidReason {
+    /// No valid value of this signal was received.
+    Absent(SignalIndex, MissingReason),
+    /// The message is received, but without this group since the start or since an interruption.
+    NotReceived,
+    /// The message is received, but without this group for longer than its limit.
+    NotReceivedAgain,
+    /// A status signal reports that the states cannot be used.
+    Unusable(SignalIndex, i128),
+    /// The unit reports that the state is not available.
+    NotAvailable(SignalIndex, i128),
+    /// The unit reports a fault.
+    Fault(SignalIndex, i128),
+    /// The profile gives this value no meaning.
+    Undefined(SignalIndex, i128),
+}
+
+/// The state of one group for diagnostics.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GroupFinding {
+    /// Relation id of a group, or way id of a head.
+    pub id: i64,
+    /// Its state, or the reason why it has none.
+    pub state: Result<ValidState, InvalidReason>,
+}
+
+impl InvalidReason {
+    /// Returns whether it is worth a warning: receiving nothing is normal away from an intersection; an undefined value, a
+    /// fault and a unit that sends nothing are not.
+    pub fn is_bad(self) -> bool {
+        match self {
+            Self::NotReceived | Self::NotReceivedAgain | Self::NotAvailable(..) => false,
+            Self::Absent(..) | Self::Unusable(..) | Self::Fault(..) | Self::Undefined(..) => true,
+        }
+    }
+}
+
+/// The result of [`V2iReception::settle`].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Settled {
+    /// The new states of the groups whose bulbs or confidence changed, by id, in the order of the profile; `None` removes
+    /// a state.
+    pub changes: Vec<(i64, Option<ValidState>)>,
+    /// True when the diagnostics have changed.
+    pub news: bool,
+}
+
+/// Counts of received states since the start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct V2iCounts {
+    /// Number of valid frames with a group that the profile does not map.
+    pub unmapped: u64,
+    /// Number of times that a group's state, status or confidence became undefined.
+    pub undefined: u64,
+}
+
+/// The reception of the states of all bound groups.
+#[derive(Debug, Clone)]
+pub struct V2iReception {
+    binding: V2iBinding,
+    observations: Observations,
+    groups: Vec<Tracked>,
+    counts: V2iCounts,
+}
+
+#[derive(Debug, Clone)]
+struct Tracked {
+    /// The position of its source, and its own position there.
+    at: (usize, usize),
+    /// Its state in the last frame of a cycling message that carried it.
+    last: Option<CyclingState>,
+    /// Its state at the last call of `settle`; `None` before the first.
+    state: Option<State>,
+}
+
+type State = Result<ValidState, InvalidReason>;
+
+/// The state in one frame of a cycling message.
+#[derive(Debug, Clone, Copy)]
+struct CyclingState {
+    state: State,
+    at: MonoTime,
+}
+
+impl V2iReception {
+    /// Creates the reception of a profile. Nothing has been received.
+    pub fn new(binding: V2iBinding) -> Self {
+        let groups = binding.sources.iter().enumerate().flat_map(|(source, bound)| {
+            let count = match &bound.states {
+                V2iStates::Single(_) => 1,
+                V2iStates::Cycling(cycle) => cycle.groups.len(),
+            };
+            (0..count).map(move |own| Tracked { at: (source, own), last: None, state: None })
+        });
+        let groups = groups.collect();
+        Self {
+            observations: Observations::new(&binding.table),
+            binding,
+            groups,
+            counts: V2iCounts::default(),
+        }
+    }
+
+    /// Continues with another binding. Values that were received of its messages stay; states in a message that carries
+    /// many groups are forgotten. Returns the ids of all states that were valid: remove them before [`Self::settle`]
+    /// returns the new ones.
+    pub fn reconfigure(&mut self, binding: V2iBinding) -> Vec<i64> {
+        if self.binding == binding {
+            return Vec::new();
+        }
+        let valid = self.valid_states().map(|(id, _)| id).collect();
+        let observations = self.observations.carried_over(&self.binding.table, &binding.table);
+        *self = Self { observations, counts: self.counts, ..Self::new(binding) };
+        valid
+    }
+
+    /// Returns the signals and messages of the unit, and what was received of them.
+    pub(super) fn received(&self) -> (&SignalTable, &Observations) {
+        (&self.binding.table, &self.observations)
+    }
+
+    /// Returns the binding of the profile.
+    pub fn binding(&self) -> &V2iBinding {
+        &self.binding
+    }
+
+    /// Counts since the start.
+    pub fn counts(&self) -> V2iCounts {
+        self.counts
+    }
+
+    /// Takes a frame of a bound message, after its bus has. Call [`Self::settle`] afterwards.
+    pub fn frame_arrived(
+        &mut self,
+        message: MessageIndex,
+        frame: &Frame,
+        stamp: WallStamp,
+        buses: &[Bus],
+        now: Now,
+    ) {
+        let Self { binding, observations, groups, counts } = self;
+        let cycles = || {
+            let sources = binding.sources.iter().enumerate();
+            sources.filter_map(|(index, source)| match &source.states {
+                V2iStates::Cycling(cycle) if binding.message_of(cycle.group) == message => {
+                    Some((index, source, cycle))
+                }
+                V2iStates::Cycling(_) | V2iStates::Single(_) => None,
+            })
+        };
+        for (index, _, cycle) in cycles() {
+            // A state from before an interruption of the message is not valid after it.
+            let is_interrupted = cycle.groups.first().is_some_and(|(_, group)| {
+                observations.valid(&binding.table, group.state.signal, buses, now.mono).is_err()
+            });
+            if is_interrupted {
+                for group in of_source(groups, index) {
+                    group.last = None;
+                }
+            }
+        }
+        if observations.frame_arrived(&binding.table, message, frame, stamp, now).is_err() {
+            return;
+        }
+        for (index, source, cycle) in cycles() {
+            let raw = |signal: SignalIndex| binding.table.signals[signal.0].codec.value(frame.padded());
+            let key = (raw(cycle.intersection), raw(cycle.group));
+            let Ok(own) = cycle.groups.binary_search_by_key(&key, |(key, _)| *key) else {
+                counts.unmapped += 1;
+                continue;
+            };
+            let received = ReceiveTime { at: now.mono, stamp };
+            let (_, group) = &cycle.groups[own];
+            let mut own_status =
+                source.status.iter().filter(|role| binding.message_of(role.signal) == message);
+            let status = own_status.try_for_each(|role| usable(role, raw(role.signal)));
+            let state = status.and_then(|()| state_of(group, received, |signal| Ok(raw(signal))));
+            of_source(groups, index)[own].last = Some(CyclingState { state, at: now.mono });
+        }
+    }
+
+    /// Forgets all that was received on a bus. Call [`Self::settle`] afterwards.
+    pub fn forget_bus(&mut self, bus: BusIndex) {
+        self.observations.forget_bus(&self.binding.table, bus);
+    }
+
+    /// Forgets the event messages of a bus that was silent. Call [`Self::settle`] afterwards.
+    pub fn forget_events(&mut self, bus: BusIndex) {
+        self.observations.forget_events(&self.binding.table, bus);
+    }
+
+    /// Evaluates the states of all groups now and returns the changes.
+    pub fn settle(&mut self, buses: &[Bus], now: Now) -> Settled {
+        let Self { binding, observations, groups, counts } = self;
+        let mut settled = Settled::default();
+        for tracked in groups {
+            let Some((source, group)) = bound(binding, tracked.at) else { continue };
+            let state = evaluate((binding, observations, buses, now.mono), source, group, tracked.last);
+            let before = tracked.state.replace(state);
+            let content = |state: State| state.ok().map(|state| (state.bulbs, state.confidence));
+            if content(state) != before.and_then(content) {
+                settled.changes.push((group.id, state.ok()));
+            }
+            settled.news |=
+                before.is_none_or(|before| (content(before), before.err()) != (content(state), state.err()));
+            let undefined = |state: State| matches!(state, Err(InvalidReason::Undefined(..)));
+            counts.undefined += u64::from(undefined(state) && !before.is_some_and(undefined));
+        }
+        settled
+    }
+
+    /// Returns the valid states at the last call of [`Self::settle`], by id, in the order of the profile.
+    pub fn valid_states(&self) -> impl Iterator<Item = (i64, ValidState)> {
+        self.findings().filter_map(|finding| Some((finding.id, finding.state.ok()?)))
+    }
+
+    /// Returns the states of all groups at the last call of [`Self::settle`], in the order of the profile.
+    pub fn findings(&self) -> impl Iterator<Item = GroupFinding> {
+        self.groups.iter().filter_map(|tracked| {
+            let (_, group) = bound(&self.binding, tracked.at)?;
+            Some(GroupFinding { id: group.id, state: tracked.state? })
+        })
+    }
+
+    /// Returns the next time to call [`Self::settle`] if nothing is received; `None` when only an input changes
+    /// anything.
+    pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
+        let expiry = |tracked: &Tracked| {
+            let V2iStates::Cycling(cycle) = &self.binding.sources.get(tracked.at.0)?.states else {
+                return None;
+            };
+            Some(deadline_after(tracked.last?.at, cycle.timeout))
+        };
+        let groups = self.groups.iter().filter_map(expiry).filter(|at| *at > now);
+        groups.chain(self.observations.next_deadline(&self.binding.table, now)).min()
+    }
+}
+
+fn of_source(groups: &mut [Tracked], source: usize) -> &mut [Tracked] {
+    let first = groups.partition_point(|group| group.at.0 < source);
+    let behind = groups.partition_point(|group| group.at.0 <= source);
+    &mut groups[first..behind]
+}
+
+fn bound(binding: &V2iBinding, (source, own): (usize, usize)) -> Option<(&V2iSource, &BoundGroup)> {
+    let source = binding.sources.get(source)?;
+    let group = match &source.states {
+        V2iStates::Single(group) => Some(group),
+        V2iStates::Cycling(CyclingMessage { groups, .. }) => groups.get(own).map(|(_, group)| group),
+    };
+    Some((source, group?))
+}
+
+type Context<'a> = (&'a V2iBinding, &'a Observations, &'a [Bus], MonoTime);
+
+/// Returns the state of a group now. `last` is its state in a cycling message.
+fn evaluate(
+    context: Context<'_>,
+    source: &V2iSource,
+    group: &BoundGroup,
+    last: Option<CyclingState>,
+) -> State {
+    let (binding, _, _, now) = context;
+    let cycle = match &source.states {
+        V2iStates::Single(_) => None,
+        V2iStates::Cycling(cycle) => Some(cycle),
+    };
+    for role in &source.status {
+        // A status signal of the cycling message was evaluated with its frame.
+        if cycle.is_some_and(|cycle| binding.message_of(cycle.group) == binding.message_of(role.signal)) {
+            continue;
+        }
+        usable(role, last_observation(context, role.signal)?.raw)?;
+    }
+    let newest = last_observation(context, group.state.signal)?;
+    match (cycle, last) {
+        (Some(_), None) => Err(InvalidReason::NotReceived),
+        (Some(cycle), Some(last)) if now.since(last.at) > cycle.timeout => {
+            Err(InvalidReason::NotReceivedAgain)
+        }
+        (Some(_), Some(last)) => last.state,
+        (None, _) => state_of(group, newest.received, |signal| Ok(last_observation(context, signal)?.raw)),
+    }
+}
+
+fn last_observation(
+    (binding, observations, buses, now): Context<'_>,
+    signal: SignalIndex,
+) -> Result<Observation, InvalidReason> {
+    observations.valid(&binding.table, signal, buses, now).map_err(|why| InvalidReason::Absent(signal, why))
+}
+
+/// Checks that a status signal with this value lets the states be used.
+fn usable(role: &Role<bool>, raw: i128) -> Result<(), InvalidReason> {
+    if defined(role, raw)? { Ok(()) } else { Err(InvalidReason::Unusable(role.signal, raw)) }
+}
+
+fn defined<T: Copy>(role: &Role<T>, raw: i128) -> Result<T, InvalidReason> {
+    match role.values.meaning(raw) {
+        Meaning::Defined(value) => Ok(value),
+        Meaning::NotAvailable => Err(InvalidReason::NotAvailable(role.signal, raw)),
+        Meaning::Fault => Err(InvalidReason::Fault(role.signal, raw)),
+        Meaning::Undefined => Err(InvalidReason::Undefined(role.signal, raw)),
+    }
+}
+
+/// Returns the state of a group by the values of its signals.
+fn state_of(
+    group: &BoundGroup,
+    received: ReceiveTime,
+    raw: impl Fn(SignalIndex) -> Result<i128, InvalidReason>,
+) -> State {
+    let bulbs = defined(&group.state, raw(group.state.signal)?)?;
+    let confidence = match &group.confidence {
+        None => 1.0,
+        Some(confidence) => {
+            let signal = confidence.role.signal;
+            let raw = raw(signal)?;
+            confidence.of(raw).ok_or(InvalidReason::Undefined(signal, raw))?
+        }
+    };
+    Ok(ValidState { bulbs, confidence, received })
+}

@@ -1,0 +1,57 @@
+//! `MovementPhaseState` of SAE J2735 and ETSI TS 103 301 as bulbs
+//! (docs/spec/traffic-lights.md, "V2X unit on CAN").
+
+use crate::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
+use can_signal::validation::meaning::Meaning;
+
+/// Returns the standard's numbers, 0 to 9, with their bulbs. `protected`, an arrow or else a circle, is the shape of
+/// green for a movement without conflicting traffic: its number does not include a direction. Only green is ever an
+/// arrow, since Autoware before April 2026 passes on an arrow of any colour.
+pub fn movement_phase_states(protected: BulbShape) -> [(i128, Meaning<BulbSet>); 10] {
+    let one = |color, status, shape| {
+        let bulb = Bulb { color, status, shape };
+        Meaning::Defined([bulb].into_iter().collect())
+    };
+    let lit = |color, shape| one(color, BulbStatus::SolidOn, shape);
+    let circle = BulbShape::Circle;
+    [
+        (0, Meaning::NotAvailable),
+        // Dark: the colour of a lamp that is off is not sent.
+        (1, one(Color::Unknown, BulbStatus::SolidOff, circle)),
+        (2, one(Color::Red, BulbStatus::Flashing, circle)),
+        (3, lit(Color::Red, circle)),
+        // Red and yellow together would come out of the arbiter as one of them.
+        (4, lit(Color::Red, circle)),
+        (5, lit(Color::Green, circle)),
+        (6, lit(Color::Green, protected)),
+        (7, lit(Color::Yellow, circle)),
+        (8, lit(Color::Yellow, circle)),
+        (9, one(Color::Yellow, BulbStatus::Flashing, circle)),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_number_of_the_standard_has_its_state() {
+        let text = |meaning| match meaning {
+            Meaning::Defined(bulbs) => BulbSet::to_string(&bulbs),
+            Meaning::NotAvailable => "not available".to_owned(),
+            Meaning::Fault | Meaning::Undefined => panic!("the standard names it"),
+        };
+        #[rustfmt::skip]
+        let expected = [
+            "not available", "unknown solidOff circle", "red flashing circle", "red solidOn circle",
+            "red solidOn circle", "green solidOn circle", "green solidOn left", "yellow solidOn circle",
+            "yellow solidOn circle", "yellow flashing circle",
+        ];
+        for ((number, meaning), expected) in movement_phase_states(BulbShape::Left).into_iter().zip(expected)
+        {
+            assert_eq!(text(meaning), expected, "{number}");
+        }
+        let [.., (six, green), _, _, _] = movement_phase_states(BulbShape::Circle);
+        assert_eq!((six, text(green)), (6, "green solidOn circle".to_owned()));
+    }
+}

@@ -1,0 +1,464 @@
+//! The decider: inputs of one cycle to one decision, and what it remembers between cycles
+//! (docs/spec/turn-signal-decider.md, "Candidates", "Commands" and "Memory between cycles").
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::compat::{DeciderCompat, DeciderQuirks};
+use super::country::Country;
+use super::decision::{Basis, Decision};
+use super::decision_context::DecisionContext;
+use super::distance_path::DistancePath;
+use super::finished::FinishedMemory;
+use super::inputs::{AgeLimits, InputFinding, Inputs};
+use super::intersection::{IntersectionMemory, STANDING_LIMIT, TurnAhead, turns};
+use super::junction::{JunctionRemark, JunctionRule, JunctionVerdict};
+use super::manoeuvre::{Manoeuvre, ManoeuvreMemory, ManoeuvreOutcome};
+use super::min_duration::{MinDurationFilter, MinDurations};
+use super::parameters::{DeciderParameters, VehicleInfo};
+use super::path_generator::{self, TaggedLanelet};
+use super::resolve::{CandidateSource, Candidates, Contender, PairwiseRules, Resolution, foremost, resolve};
+use super::roundabout::RoundaboutMemory;
+use super::roundabout::backward::backward_length_m;
+use super::roundabout::legs::{RoundaboutLegs, legs};
+use super::route::Route;
+use super::section::Section;
+use super::side::Side;
+use super::turn_lane::TurnLane;
+use crate::light_command::{HazardCommand, TurnCommand};
+use gateway_base::time::{MonoTime, deadline_after};
+use lanelet2_map::geometry::Pose;
+use lanelet2_map::geometry::path::{Path, PathFrame};
+use lanelet2_map::lane_network::{LaneId, LaneNetwork};
+
+/// Settings of the decider.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DeciderSettings {
+    /// The decider of Autoware that is followed.
+    pub compat: DeciderCompat,
+    /// Parameters, by the names of Autoware.
+    pub parameters: DeciderParameters,
+    /// Dimensions of the vehicle.
+    pub vehicle: VehicleInfo,
+    /// Age limits of the inputs.
+    pub age_limits: AgeLimits,
+    /// Minimum durations of signals; in improved mode only.
+    pub min_durations: MinDurations,
+    /// A vehicle that stands for longer, out of range of a turn that it announced, no longer announces it; in improved
+    /// mode only.
+    pub standing_limit: Duration,
+    /// The signal of a turn waits until a junction is passed that offers the same side and is not taken; in improved
+    /// mode only.
+    pub waits_for_junctions: bool,
+    /// The country whose law demands the signal of a turn; its other rules are in the parameters. `None` without a country.
+    pub country: Option<Arc<Country>>,
+}
+
+/// Decides cycle by cycle: [`Self::decide`] is called in a fixed period with the latest inputs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Decider {
+    settings: DeciderSettings,
+    quirks: DeciderQuirks,
+    route: Option<u128>,
+    last: Option<MonoTime>,
+    lane: Option<LaneId>,
+    intersection: IntersectionMemory,
+    roundabout: RoundaboutMemory,
+    manoeuvres: ManoeuvreMemory,
+    finished: FinishedMemory,
+    min_duration: MinDurationFilter,
+}
+
+/// Turns and roundabouts on the distance path.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Observed {
+    /// Turns at intersections, in order.
+    pub turns: Vec<TurnLane>,
+    /// Entries and exits of roundabouts, in order.
+    pub legs: RoundaboutLegs,
+}
+
+impl DeciderSettings {
+    /// As deployed with Autoware, with the sample vehicle.
+    pub fn deployed(compat: DeciderCompat) -> Self {
+        Self {
+            compat,
+            parameters: DeciderParameters::DEPLOYED,
+            vehicle: VehicleInfo::SAMPLE,
+            age_limits: AgeLimits::DEFAULT,
+            min_durations: MinDurations::READABLE,
+            standing_limit: STANDING_LIMIT,
+            waits_for_junctions: true,
+            country: None,
+        }
+    }
+}
+
+/// Returns the settings without those that the quirks rule out.
+fn effective(settings: DeciderSettings, quirks: DeciderQuirks) -> DeciderSettings {
+    let min_durations =
+        if quirks.has_no_minimum_durations { MinDurations::NONE } else { settings.min_durations };
+    let waits_for_junctions = settings.waits_for_junctions && !quirks.misleads_before_junctions;
+    DeciderSettings { min_durations, waits_for_junctions, ..settings }
+}
+
+impl Decider {
+    /// Creates a decider before its first cycle.
+    pub fn new(settings: DeciderSettings) -> Self {
+        let quirks = DeciderQuirks::of(settings.compat);
+        Self {
+            settings: effective(settings, quirks),
+            quirks,
+            route: None,
+            last: None,
+            lane: None,
+            intersection: IntersectionMemory::default(),
+            roundabout: RoundaboutMemory::default(),
+            manoeuvres: ManoeuvreMemory::default(),
+            finished: FinishedMemory::default(),
+            min_duration: MinDurationFilter::default(),
+        }
+    }
+
+    /// Changes the settings and keeps what is remembered. `compat` must be the same as before.
+    pub fn reconfigure(&mut self, settings: DeciderSettings) {
+        self.settings = effective(settings, self.quirks);
+    }
+
+    /// Decides one cycle: the commands at `now`, with their reasons.
+    pub fn decide(&mut self, inputs: &Inputs<'_>, now: MonoTime) -> Decision {
+        let mut findings = Vec::new();
+        self.note_time(now, &mut findings);
+        let limits = self.settings.age_limits;
+        let observed = inputs.usable_odometry(limits, now).and_then(|odometry| {
+            let road = inputs.road.ok_or(InputFinding::NoRoad)?;
+            let route = inputs.route.ok_or(InputFinding::NoRoute)?;
+            Some((odometry, road, route)).filter(|_| inputs.lane_driving).ok_or(InputFinding::NotLaneDriving)
+        });
+        let (odometry, road, route) = match observed {
+            Ok(observed) => observed,
+            Err(finding) => {
+                findings.push(finding);
+                // NO_COMMAND switches nothing off: the signal continues without a gap when inputs are back.
+                return bare(TurnCommand::NoCommand, HazardCommand::NoCommand, Basis::NoInputs, findings);
+            }
+        };
+        self.note_route(route, &mut findings);
+        let follows_path_generator = self.settings.compat == DeciderCompat::PathGenerator;
+        let manoeuvres = if follows_path_generator {
+            Vec::new()
+        } else {
+            inputs.usable_manoeuvres(limits, now, &mut findings)
+        };
+        if let Some(path) = inputs.planned_path.filter(|path| now.since(path.at) > limits.planned_path) {
+            findings.push(InputFinding::OldPlannedPath(now.since(path.at)));
+        }
+        let measured = if inputs.planned_path.is_some_and(|path| path.value == 0) {
+            Err(InputFinding::EmptyPlannedPath)
+        } else {
+            self.distance_path(road, route, odometry.pose)
+        };
+        let measured = measured.map_err(|finding| findings.push(finding)).ok();
+        let (settings, quirks) = (self.settings.clone(), self.quirks);
+        let (front_m, nearest) = (settings.vehicle.front_m(), settings.parameters.nearest);
+        let junction_rule = settings.waits_for_junctions.then(|| JunctionRule {
+            turn_distance_m: settings.country.as_ref().and_then(|country| country.turn_distance_m),
+            least_time: settings.min_durations.minimum_on,
+        });
+        let on = |path_frame, way| DecisionContext {
+            road,
+            route,
+            path_frame,
+            way,
+            speed_mps: odometry.speed_mps,
+            parameters: &settings.parameters,
+            vehicle: &settings.vehicle,
+            quirks,
+            standing_limit: settings.standing_limit,
+            junction_rule,
+            now,
+        };
+        let mut decision = match &measured {
+            _ if follows_path_generator => {
+                let parameters = &settings.parameters;
+                let (turn, tagged) =
+                    measured.as_ref().map_or((TurnCommand::NoCommand, TaggedLanelet::None), |measured| {
+                        path_generator::decide(
+                            (road, route, quirks),
+                            &measured.lanes,
+                            odometry,
+                            front_m,
+                            parameters,
+                        )
+                    });
+                bare(turn, HazardCommand::NoCommand, Basis::PathGenerator(tagged), Vec::new())
+            }
+            Some(measured) => {
+                let (path, ego) = (&measured.path, odometry.pose);
+                let path_frame = if quirks.ignores_height_and_continuity {
+                    PathFrame::new(path, ego, front_m, nearest)
+                } else {
+                    PathFrame::of_every_visit(path, (ego, measured.ego_m), front_m, nearest)
+                };
+                let context = on(path_frame, Some(measured));
+                self.decide_on(&context, manoeuvres, |manoeuvre| Observed {
+                    turns: turns(&context, measured, manoeuvre),
+                    legs: legs(&context, &measured.lanes),
+                })
+            }
+            // Without a path of lanelets, the chain measures on the vehicle's own straight line.
+            None => match own_line(odometry.pose) {
+                Some(line) => {
+                    let path_frame = PathFrame::new(&line, odometry.pose, front_m, nearest);
+                    self.decide_by_manoeuvre(&on(path_frame, None), manoeuvres)
+                }
+                None => bare(TurnCommand::NoCommand, HazardCommand::NoCommand, Basis::NoInputs, Vec::new()),
+            },
+        };
+        decision.findings = findings;
+        // Inputs turn old without any event.
+        let odometry_old = inputs.odometry.map(|odometry| deadline_after(odometry.at, limits.odometry));
+        let manoeuvres_old =
+            inputs.manoeuvres.iter().map(|manoeuvre| deadline_after(manoeuvre.at, limits.manoeuvre));
+        let due = decision.next_deadline.into_iter().chain(odometry_old).chain(manoeuvres_old);
+        decision.next_deadline = due.filter(|at| *at > now).min();
+        decision
+    }
+
+    /// Decides one cycle in a context that is already measured. `observed` finds the turns and
+    /// roundabouts on the distance path, given the command of the manoeuvres.
+    pub fn decide_on<'a>(
+        &mut self,
+        context: &DecisionContext<'_>,
+        manoeuvres: impl IntoIterator<Item = &'a Manoeuvre>,
+        observed: impl FnOnce(TurnCommand) -> Observed,
+    ) -> Decision {
+        let (records, remarks) = self.manoeuvres.chain(context, manoeuvres);
+        if let Some(decision) = self.hazard(&records, &remarks, context.now) {
+            return decision;
+        }
+        let manoeuvre = self.foremost(context, &records);
+        let observed = observed(manoeuvre.map_or(TurnCommand::NoCommand, |record| record.turn));
+        let candidates = Candidates {
+            intersection: self.intersection.section(context, &observed.turns),
+            roundabout: self.roundabout.section(context, &observed.legs),
+            manoeuvre,
+        };
+        let resolution = self.resolved(context, &candidates);
+        let sections = sections(&candidates, &records);
+        let is_required = |(_, section): &&(CandidateSource, Section)| {
+            section.distances(&context.path_frame).are_required()
+        };
+        let required: Vec<Side> =
+            sections.iter().filter(is_required).filter_map(|(_, section)| section.turn.side()).collect();
+        let min_durations = self.settings.min_durations;
+        let shown = self.min_duration.show(resolution.signal(), &required, min_durations, context.now);
+        self.note_finished(context, &sections, &candidates, &resolution, shown.signal);
+        Decision {
+            turn: shown.signal,
+            hazard: HazardCommand::Disable,
+            held: shown.held,
+            intersection: turn_ahead(&candidates, &resolution),
+            junction: self.junction(&candidates),
+            sections: candidates,
+            basis: Basis::Candidates(Box::new(resolution)),
+            remarks,
+            findings: Vec::new(),
+            next_deadline: shown.deadline,
+        }
+    }
+
+    /// Signals so far that waited until a junction was passed which offers their side.
+    pub const fn shortened(&self) -> u64 {
+        self.intersection.shortened()
+    }
+
+    /// Returns the junction before the next turn that offers its side, with the law where that decides.
+    fn junction(&self, candidates: &Candidates) -> Option<JunctionRemark> {
+        let ahead = candidates.intersection?.junction?;
+        let is_by_law = matches!(ahead.verdict, JunctionVerdict::LawDemands(_));
+        Some(JunctionRemark { ahead, country: self.settings.country.clone().filter(|_| is_by_law) })
+    }
+
+    /// Decides without a path to measure on: the command of the manoeuvres is taken as it is.
+    fn decide_by_manoeuvre(
+        &mut self,
+        context: &DecisionContext<'_>,
+        manoeuvres: Vec<&Manoeuvre>,
+    ) -> Decision {
+        let (records, remarks) = self.manoeuvres.chain(context, manoeuvres);
+        if let Some(decision) = self.hazard(&records, &remarks, context.now) {
+            return decision;
+        }
+        let manoeuvre = self.foremost(context, &records);
+        let requested =
+            manoeuvre.filter(Section::is_finite).map_or(TurnCommand::NoCommand, |record| record.turn);
+        let shown = self.min_duration.show(requested, &[], self.settings.min_durations, context.now);
+        let basis = Basis::ManoeuvreAlone(requested);
+        Decision {
+            held: shown.held,
+            next_deadline: shown.deadline,
+            remarks,
+            ..bare(shown.signal, HazardCommand::Disable, basis, Vec::new())
+        }
+    }
+
+    /// Decides for the hazard lights if a record requests them; nothing remembered changes. `None` otherwise.
+    fn hazard(
+        &mut self,
+        records: &[Section],
+        remarks: &[ManoeuvreOutcome],
+        now: MonoTime,
+    ) -> Option<Decision> {
+        records.iter().find(|record| record.hazard == HazardCommand::Enable)?;
+        self.min_duration.force_off(now);
+        let decision = bare(TurnCommand::Disable, HazardCommand::Enable, Basis::Hazard, Vec::new());
+        Some(Decision { remarks: remarks.to_vec(), ..decision })
+    }
+
+    /// Returns the record of the planner's manoeuvres that takes part: of several (W19) the one that would win alone.
+    fn foremost(&self, context: &DecisionContext<'_>, records: &[Section]) -> Option<Section> {
+        let frame = &context.path_frame;
+        let is_open =
+            |record: &&Section| !self.finished.is_finished(frame, CandidateSource::Manoeuvre, record);
+        let open: Vec<Section> = records.iter().filter(is_open).copied().collect();
+        let records = if open.is_empty() { records } else { &open };
+        let won_before =
+            |record: &Section| self.finished.won_before(frame, CandidateSource::Manoeuvre, record);
+        foremost(frame, records, &rules(context), won_before)
+    }
+
+    fn resolved(&self, context: &DecisionContext<'_>, candidates: &Candidates) -> Resolution {
+        let is_finished = |source: &CandidateSource| {
+            let is_finished = |section| self.finished.is_finished(&context.path_frame, *source, section);
+            candidates.of(*source).as_ref().is_some_and(is_finished)
+        };
+        let finished = CandidateSource::ALL.into_iter().filter(is_finished).collect();
+        let won_before = CandidateSource::ALL.into_iter().find(|source| {
+            let won_before = |section| self.finished.won_before(&context.path_frame, *source, &section);
+            candidates.of(*source).is_some_and(won_before)
+        });
+        resolve(&context.path_frame, candidates, &PairwiseRules { finished, won_before, ..rules(context) })
+    }
+
+    /// Improved: remembers what was signalled and is over (W4).
+    fn note_finished(
+        &mut self,
+        context: &DecisionContext<'_>,
+        sections: &[(CandidateSource, Section)],
+        candidates: &Candidates,
+        resolution: &Resolution,
+        shown: TurnCommand,
+    ) {
+        if context.quirks.finished_manoeuvres_return {
+            return;
+        }
+        let winner = resolution
+            .winner
+            .and_then(|Contender { source, .. }| candidates.of(source).map(|section| (source, section)));
+        self.finished.note(&context.path_frame, sections, winner.as_ref(), shown);
+    }
+
+    fn note_time(&mut self, now: MonoTime, findings: &mut Vec<InputFinding>) {
+        if let Some(last) = self.last.replace(now).filter(|last| now < *last) {
+            findings.push(InputFinding::TimeWentBack(last.since(now)));
+            self.min_duration = MinDurationFilter::default();
+        }
+    }
+
+    /// Clears what was remembered of another route (W8); upstream's modules start again, its decider does not.
+    fn note_route(&mut self, route: &Route, findings: &mut Vec<InputFinding>) {
+        if self.route.replace(route.id()).is_some_and(|before| before != route.id()) {
+            findings.push(InputFinding::NewRoute);
+            self.manoeuvres.clear();
+            self.lane = None;
+            if !self.quirks.memory_survives_route {
+                self.intersection.clear();
+                self.roundabout.clear();
+                self.finished.clear();
+            }
+        }
+    }
+
+    fn distance_path(
+        &mut self,
+        road: &LaneNetwork,
+        route: &Route,
+        ego: Pose,
+    ) -> Result<DistancePath, InputFinding> {
+        let parameters = &self.settings.parameters;
+        let current = if self.quirks.ignores_height_and_continuity {
+            road.closest(route.lanes(), ego)
+        } else {
+            // A route is planned from where the vehicle is.
+            let before = self.lane.or_else(|| route.segments().first().map(|segment| segment.preferred));
+            let around = before.map(|before| route.around(road, before, MAX_STEP_M)).unwrap_or_default();
+            let is_continuous = |lane| around.binary_search(&lane).is_ok();
+            // On a long route most of the lanelets are far away.
+            let surely = road.surely_current(around.iter().copied(), ego, parameters.nearest);
+            surely.or_else(|| road.current(route.lanes(), ego, parameters.nearest, is_continuous))
+        };
+        let current = current.ok_or(InputFinding::NoLaneAround)?;
+        self.lane = Some(current.id);
+        let is_on = current.distance_m(ego.position) <= parameters.nearest.distance_m
+            && current.misalignment_rad(ego) <= parameters.nearest.yaw_rad;
+        let backward_m =
+            if is_on { self.backward_m(road, route, current.id) } else { parameters.path_backward_length_m };
+        DistancePath::new((road, route, self.quirks), parameters, ego, current.id, backward_m)
+            .map_err(InputFinding::NoDistancePath)
+    }
+
+    fn backward_m(&self, road: &LaneNetwork, route: &Route, current: LaneId) -> f64 {
+        let parameters = &self.settings.parameters;
+        backward_length_m((road, route), parameters, &self.roundabout, current, self.quirks)
+    }
+}
+
+/// A vehicle does not pass more of its route than this from one decision to the next, metres.
+const MAX_STEP_M: f64 = 20.0;
+
+/// Returns the rules of the mode, with no source finished.
+fn rules(context: &DecisionContext<'_>) -> PairwiseRules {
+    PairwiseRules {
+        start_belongs_to_before: !context.quirks.required_start_belongs_to_nothing,
+        nested_waits: !context.quirks.nested_section_comes_early,
+        ..PairwiseRules::default()
+    }
+}
+
+/// Returns the records of turns and roundabouts that take part, and all of the planner's manoeuvres.
+fn sections(candidates: &Candidates, records: &[Section]) -> Vec<(CandidateSource, Section)> {
+    let of = |source| candidates.of(source).map(|section| (source, section));
+    let on_road = [CandidateSource::Intersection, CandidateSource::Roundabout].into_iter().filter_map(of);
+    on_road.chain(records.iter().map(|section| (CandidateSource::Manoeuvre, *section))).collect()
+}
+
+fn bare(turn: TurnCommand, hazard: HazardCommand, basis: Basis, findings: Vec<InputFinding>) -> Decision {
+    Decision {
+        turn,
+        hazard,
+        basis,
+        held: None,
+        sections: Candidates::default(),
+        intersection: None,
+        junction: None,
+        remarks: Vec::new(),
+        findings,
+        next_deadline: None,
+    }
+}
+
+fn own_line(ego: Pose) -> Option<Path> {
+    let ahead = Pose { position: ego.point_at(1.0, 0.0), yaw_rad: ego.yaw_rad };
+    Path::new([ego, ahead]).ok()
+}
+
+/// docs/spec/turn-signal-decider.md, "Next-turn output": only when the intersection is what is signalled.
+fn turn_ahead(candidates: &Candidates, resolution: &Resolution) -> Option<TurnAhead> {
+    let winner = resolution.winner.filter(|winner| winner.source == CandidateSource::Intersection)?;
+    let pose = candidates.intersection?.required_start;
+    let distances = winner.distances;
+    let within = distances.desired_start_m < 0.0 && distances.desired_end_m > 0.0;
+    let distance_m = distances.required_start_m;
+    within.then_some(TurnAhead { side: winner.side, active: distance_m <= 0.0, pose, distance_m })
+}

@@ -1,0 +1,63 @@
+//! The circumstances of a decision: road, route, vehicle, parameters.
+
+use std::time::Duration;
+
+use super::compat::DeciderQuirks;
+use super::distance_path::DistancePath;
+use super::junction::{JunctionRule, OfferedWay, last_offered};
+use super::parameters::{DeciderParameters, VehicleInfo};
+use super::route::Route;
+use super::side::Side;
+use gateway_base::time::MonoTime;
+use lanelet2_map::geometry::Pose;
+use lanelet2_map::geometry::path::PathFrame;
+use lanelet2_map::lane_network::LaneNetwork;
+
+/// Speed below which the vehicle stands, m/s.
+pub const STOP_SPEED_MPS: f64 = 0.1;
+
+/// Everything by which a manoeuvre is judged.
+#[derive(Debug, Clone, Copy)]
+pub struct DecisionContext<'a> {
+    /// The lanelets of the map.
+    pub road: &'a LaneNetwork,
+    /// The route that is driven.
+    pub route: &'a Route,
+    /// Distances along the distance path.
+    pub path_frame: PathFrame<'a>,
+    /// The distance path with its lanelets; `None` where there is no such path.
+    pub way: Option<&'a DistancePath>,
+    /// Speed of the odometry, m/s, negative backwards.
+    pub speed_mps: f64,
+    /// Parameters of the decider.
+    pub parameters: &'a DeciderParameters,
+    /// Dimensions of the vehicle.
+    pub vehicle: &'a VehicleInfo,
+    /// The quirks of upstream that are kept.
+    pub quirks: DeciderQuirks,
+    /// A vehicle that stands for longer gives up a turn that is out of range.
+    pub standing_limit: Duration,
+    /// The conditions on which a turn's signal waits for a junction; `None`: it never does.
+    pub junction_rule: Option<JunctionRule>,
+    /// The time of the decision.
+    pub now: MonoTime,
+}
+
+impl DecisionContext<'_> {
+    /// Returns the pose of the rear axle.
+    pub fn ego(&self) -> Pose {
+        self.path_frame.ego()
+    }
+
+    /// Returns the last junction on the way that offers a side and is not taken, of those that the front has not passed and that begin
+    /// before a position on the distance path, metres; `None` where signals do not wait for any.
+    pub fn offered_before(&self, side: Side, until_m: f64) -> Option<OfferedWay> {
+        let path = self.way.filter(|_| self.junction_rule.is_some())?;
+        last_offered(self.road, path, side, [path.ego_m + self.path_frame.front_m(), until_m])
+    }
+
+    /// Returns whether the vehicle stands or drives backwards.
+    pub fn stands(&self) -> bool {
+        self.speed_mps < STOP_SPEED_MPS
+    }
+}

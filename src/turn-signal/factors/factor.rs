@@ -1,0 +1,120 @@
+//! A planning factor and what it is judged by.
+
+use crate::manoeuvre::{Manoeuvre, ManoeuvreKind};
+use crate::parameters::DeciderParameters;
+use crate::planner_input::{ControlPoint, Odometry, OperationMode, PlannedPathPoint, PlanningFactor};
+use crate::route::Route;
+use lanelet2_map::geometry::Pose;
+use lanelet2_map::lane_network::LaneNetwork;
+
+const MODE_STOP: u8 = 1;
+
+/// Everything by which factors are judged.
+#[derive(Debug, Clone, Copy)]
+pub struct FactorContext<'a> {
+    /// The lanelets of the map.
+    pub road: &'a LaneNetwork,
+    /// The route that is driven.
+    pub route: &'a Route,
+    /// Parameters of the decider.
+    pub parameters: &'a DeciderParameters,
+    /// Points of the planned path are found by heading and height as well, not by position alone (W20).
+    pub looks_at_height: bool,
+    /// Pose and speed of the vehicle.
+    pub odometry: Odometry,
+    /// The planned path, if there is one to use.
+    pub path: Option<&'a [PlannedPathPoint]>,
+    /// The goal of a pull-over, if it is published.
+    pub modified_goal: Option<Pose>,
+    /// The operation mode, if known.
+    pub operation_mode: Option<OperationMode>,
+}
+
+/// The values of `PlanningFactor.behavior` that matter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Behavior {
+    SlowDown,
+    Stop,
+    ShiftLeft,
+    ShiftRight,
+    Other,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct FactorInterval {
+    pub(super) start: ControlPoint,
+    pub(super) end: ControlPoint,
+}
+
+/// The manoeuvres made of the factors of a module, or the kind that cannot be made without a planned path.
+pub(super) type Made = Result<Vec<Manoeuvre>, ManoeuvreKind>;
+
+/// A change of offset along the path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Ramp {
+    pub(super) start: Pose,
+    pub(super) end: Pose,
+    pub(super) before_m: f64,
+    pub(super) after_m: f64,
+}
+
+impl FactorContext<'_> {
+    /// Returns whether Autoware drives, as far as is known.
+    pub(super) fn is_engaged(&self) -> bool {
+        self.operation_mode.is_none_or(|mode| mode.mode != MODE_STOP && mode.is_autoware_control_enabled)
+    }
+}
+
+impl PlanningFactor {
+    pub(super) fn known_behavior(&self) -> Behavior {
+        match self.behavior {
+            2 => Behavior::SlowDown,
+            3 => Behavior::Stop,
+            4 => Behavior::ShiftLeft,
+            5 => Behavior::ShiftRight,
+            _ => Behavior::Other,
+        }
+    }
+
+    /// Returns whether all values in use are finite. Distance and speed are not used.
+    pub(super) fn is_finite(&self) -> bool {
+        self.control_points.iter().all(|point| point.pose.is_finite() && point.shift_length_m.is_finite())
+    }
+
+    /// Returns whether the factor is only about stopping or slowing down.
+    pub(super) fn is_about_speed(&self) -> bool {
+        matches!(self.known_behavior(), Behavior::SlowDown | Behavior::Stop)
+    }
+
+    /// Returns the stretch from its first control point to its last.
+    pub(super) fn interval(&self) -> Option<FactorInterval> {
+        match self.control_points.as_slice() {
+            [start, .., end] => Some(FactorInterval { start: *start, end: *end }),
+            _ => None,
+        }
+    }
+}
+
+impl FactorInterval {
+    pub(super) fn start(&self) -> Pose {
+        self.start.pose
+    }
+
+    pub(super) fn end(&self) -> Pose {
+        self.end.pose
+    }
+
+    pub(super) fn ramp(&self) -> Ramp {
+        Ramp {
+            start: self.start(),
+            end: self.end(),
+            before_m: self.start.shift_length_m,
+            after_m: self.end.shift_length_m,
+        }
+    }
+
+    /// Returns the change of the offset to the left, metres.
+    pub(super) fn shift_m(&self) -> f64 {
+        self.end.shift_length_m - self.start.shift_length_m
+    }
+}

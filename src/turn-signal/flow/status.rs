@@ -1,0 +1,156 @@
+//! Diagnostics of the decider: command, winner and rule, distances, the outcome of each other candidate, findings,
+//! agreement with Autoware.
+
+use std::fmt;
+
+use super::TurnSignalFlow;
+use super::shadow_comparison::{CommandDisagreement, ComparableCommand, ShadowComparison};
+use super::snapshot::DeciderUse;
+use crate::catalogue;
+use crate::decision::{Basis, Decision};
+use crate::inputs::InputFinding;
+use crate::resolve::{CandidateSource, Resolution};
+use crate::signal_judge::VerdictKind;
+use gateway_base::diagnostics::{Level, MessagePart};
+use gateway_base::time::MonoTime;
+
+type Value = (&'static str, String);
+
+impl TurnSignalFlow {
+    /// The message: the worst finding, else the source of the command.
+    pub(super) fn summary(&self) -> MessagePart {
+        let Some(decision) = &self.decision else { return catalogue::nothing_decided() };
+        let worst = decision.findings.iter().rev().map(InputFinding::message).max_by_key(MessagePart::level);
+        let is_shown = |worst: &MessagePart| worst.level() > Level::Ok || decision.basis == Basis::NoInputs;
+        let mut message = worst.filter(is_shown).unwrap_or_else(|| by_whom(decision));
+        if message.level() == Level::Ok
+            && (self.turn_comparison.differs() || self.hazard_comparison.differs())
+        {
+            message = catalogue::differs();
+        }
+        message.with_text(|text| format!("{}: {text}", decision.turn))
+    }
+
+    /// The route: its id, `none` or `refused`.
+    pub(super) fn route_text(&self) -> String {
+        match &self.route {
+            None => "none".to_owned(),
+            Some(Ok(route)) => format!("{:032x}", route.id()),
+            Some(Err(_)) => "refused".to_owned(),
+        }
+    }
+
+    /// Key/values in a fixed order.
+    pub(super) fn values(&self, now: MonoTime) -> Vec<Value> {
+        let mut values = vec![("role", self.role().to_string())];
+        if let Some(decision) = &self.decision {
+            decided(decision, &mut values);
+        }
+        values.push(("route", self.route_text()));
+        let age_ms = self.latest.odometry.map(|odometry| now.since(odometry.at).as_millis());
+        values.push(("odometry_age_ms", age_ms.map_or("none".to_owned(), |age| age.to_string())));
+        let mode = self.latest.operation_mode;
+        values.push(("operation_mode", mode.map_or("unknown".to_owned(), |mode| mode.mode.to_string())));
+        values.push(("cycles", self.cycles.to_string()));
+        values.push(("changes", self.changes.to_string()));
+        values.push(("shortened_signals", self.decider.shortened().to_string()));
+        if self.role() == DeciderUse::Shadow {
+            let keys = ["turn_agreement_percent", "turn_disagreement", "turn_compared"];
+            compared(&self.turn_comparison, keys, now, &mut values);
+            let keys = ["hazard_agreement_percent", "hazard_disagreement", "hazard_compared"];
+            compared(&self.hazard_comparison, keys, now, &mut values);
+            let verdicts = self.judge.counts().total();
+            let percent = verdicts.agreement_percent();
+            values.push((
+                "signal_agreement_percent",
+                percent.map_or("nothing judged".to_owned(), |percent| format!("{percent:.2}")),
+            ));
+            let counts = VerdictKind::ALL.map(|kind| format!("{} {kind}", verdicts.of(kind)));
+            values.push(("signal_verdicts", counts.join(", ")));
+            let last = self.last_wrong.as_ref().map(ToString::to_string);
+            values.push(("last_wrong_signal", last.unwrap_or("none".to_owned())));
+        }
+        values
+    }
+}
+
+/// The source of the command.
+fn by_whom(decision: &Decision) -> MessagePart {
+    let source = match &decision.basis {
+        Basis::NoInputs => catalogue::no_inputs(),
+        Basis::Hazard => catalogue::hazard_lights(),
+        Basis::ManoeuvreAlone(_) => catalogue::manoeuvres_alone(),
+        Basis::PathGenerator(_) => catalogue::path_generator(),
+        Basis::Candidates(resolution) => match resolution.winner.map(|winner| winner.source) {
+            Some(CandidateSource::Intersection) => catalogue::intersection(),
+            Some(CandidateSource::Roundabout) => catalogue::roundabout(),
+            Some(CandidateSource::Manoeuvre) => catalogue::manoeuvre(),
+            None => catalogue::nothing_to_signal(),
+        },
+    };
+    match decision.held {
+        Some(_) => source.with_text(|text| text + ", held"),
+        None => source,
+    }
+}
+
+fn decided(decision: &Decision, values: &mut Vec<Value>) {
+    values.push(("command", decision.turn.to_string()));
+    values.push(("hazard", decision.hazard.to_string()));
+    let held = decision.held.map_or("no".to_owned(), |held| held.to_string());
+    values.push(("held", held));
+    match &decision.basis {
+        Basis::Candidates(resolution) => evaluated(resolution, values),
+        Basis::PathGenerator(tagged) => {
+            values.push(("winner", "none".to_owned()));
+            values.push(("lanelet", tagged.to_string()));
+        }
+        Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) => {
+            values.push(("winner", "none".to_owned()));
+        }
+    }
+    let junction = decision.junction.as_ref().map(ToString::to_string);
+    values.push(("junction", junction.unwrap_or("none".to_owned())));
+    values.push(("manoeuvres", list(&decision.remarks)));
+    values.push(("findings", list(&decision.findings)));
+}
+
+fn evaluated(resolution: &Resolution, values: &mut Vec<Value>) {
+    let winner = resolution.winner;
+    values.push(("winner", winner.map_or("none".to_owned(), |winner| winner.source.to_string())));
+    values.push(("rule", resolution.case.map_or("none".to_owned(), |case| case.to_string())));
+    if let Some(winner) = winner {
+        let metres = |metres: f64| format!("{metres:.2}");
+        values.push(("desired_start_m", metres(winner.distances.desired_start_m)));
+        values.push(("desired_end_m", metres(winner.distances.desired_end_m)));
+        values.push(("required_start_m", metres(winner.distances.required_start_m)));
+        values.push(("required_end_m", metres(winner.distances.required_end_m)));
+    }
+    for evaluated in &resolution.evaluated {
+        values.push((evaluated.source.name(), evaluated.reason()));
+    }
+}
+
+fn list(items: &[impl ToString]) -> String {
+    if items.is_empty() {
+        return "none".to_owned();
+    }
+    items.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
+}
+
+fn compared<T: ComparableCommand + fmt::Display>(
+    comparison: &ShadowComparison<T>,
+    [share, present, counts]: [&'static str; 3],
+    now: MonoTime,
+    values: &mut Vec<Value>,
+) {
+    let percent = comparison.percent();
+    values.push((share, percent.map_or("nothing compared".to_owned(), |percent| format!("{percent:.2}"))));
+    let text = comparison.present.as_ref().map(|CommandDisagreement { ours, autoware, since, .. }| {
+        format!("{ours} here, {autoware} of Autoware, for {} ms", now.since(*since).as_millis())
+    });
+    values.push((present, text.unwrap_or("none".to_owned())));
+    let ShadowComparison { agreed, tolerated, disagreed, skipped, .. } = comparison;
+    let text = format!("{agreed} alike, {tolerated} tolerated, {disagreed} different, {skipped} skipped");
+    values.push((counts, text));
+}

@@ -1,0 +1,246 @@
+//! The inputs of a decision, and findings about them
+//! (docs/spec/turn-signal-decider.md, "Inputs and outputs").
+
+use std::fmt;
+use std::time::Duration;
+
+use derive_more::Display;
+
+use super::catalogue;
+use super::manoeuvre::{Manoeuvre, ManoeuvreKind};
+use super::planner_input::{FactorTopic, Odometry};
+use super::route::{Route, RouteError};
+use super::vehicle_state::VehicleHazard;
+use gateway_base::diagnostics::MessagePart;
+use gateway_base::time::MonoTime;
+use lanelet2_map::geometry::path::PathError;
+use lanelet2_map::lane_network::LaneNetwork;
+
+/// A value with its time of reception.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Timed<T> {
+    /// The time of reception.
+    pub at: MonoTime,
+    /// The value that was received.
+    pub value: T,
+}
+
+/// All inputs of one decision.
+#[derive(Debug, Clone, Copy)]
+pub struct Inputs<'a> {
+    /// The last odometry; `None` before the first.
+    pub odometry: Option<Timed<Odometry>>,
+    /// The lanelets of the map.
+    pub road: Option<&'a LaneNetwork>,
+    /// The route that is driven.
+    pub route: Option<&'a Route>,
+    /// The number of points of the planned path; `None` = none was received.
+    pub planned_path: Option<Timed<usize>>,
+    /// The manoeuvres of the planner, in the order of the chain.
+    pub manoeuvres: &'a [Timed<Manoeuvre>],
+    /// The scenario is lane driving, or not known.
+    pub lane_driving: bool,
+}
+
+/// Age limits of inputs. As old as the limit is not too old. Route and operation mode hold until the next one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AgeLimits {
+    /// Age of the odometry.
+    pub odometry: Duration,
+    /// Age of the planned path.
+    pub planned_path: Duration,
+    /// Age of a manoeuvre.
+    pub manoeuvre: Duration,
+    /// Age of the scenario.
+    pub scenario: Duration,
+    /// Age of the system's request for hazard lights.
+    pub hazard_request: Duration,
+    /// Age of Autoware's own commands.
+    pub own_command: Duration,
+}
+
+/// Something wrong with the inputs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InputFinding {
+    /// Without odometry: no command.
+    NoOdometry,
+    /// The odometry of this age is too old: no command.
+    OldOdometry(Duration),
+    /// The odometry lies this far in the future: no command.
+    FutureOdometry(Duration),
+    /// The odometry is not a number: no command.
+    OdometryNotFinite,
+    /// Without a map: no command.
+    NoRoad,
+    /// Without a route: no command.
+    NoRoute,
+    /// The planner is not driving lanes: no command.
+    NotLaneDriving,
+    /// The planned path has no points: only the command of the manoeuvres.
+    EmptyPlannedPath,
+    /// The planned path of this age is too old; the signal does not depend on it.
+    OldPlannedPath(Duration),
+    /// No lanelet of the route is on the map: only the command of the manoeuvres.
+    NoLaneAround,
+    /// The middle of the lanelets is not a path: only the command of the manoeuvres.
+    NoDistancePath(PathError),
+    /// A manoeuvre is too old and left out.
+    OldManoeuvre {
+        /// Kind of the manoeuvre.
+        kind: ManoeuvreKind,
+        /// Age of the manoeuvre.
+        age: Duration,
+    },
+    /// The clock went backwards by this time; minimum durations start again.
+    TimeWentBack(Duration),
+    /// The route is another one; what was remembered of the old one is forgotten.
+    NewRoute,
+    /// The last route cannot be used, and the one before it holds no longer: no command.
+    RouteRefused(RouteError),
+    /// Points of the planned path are not numbers; it is not used.
+    PlannedPathNotFinite,
+    /// A planning factor cannot be used and is left out.
+    BadFactor {
+        /// Topic of the factor.
+        topic: FactorTopic,
+        /// Reason for which it is left out.
+        flaw: FactorFlaw,
+    },
+    /// A manoeuvre of this kind is left out: it needs a planned path, and there is none to use.
+    NoPathFor(ManoeuvreKind),
+    /// The scenario of this age, lane driving or not, is too old: no command.
+    OldScenario(Duration),
+    /// The system's request of this age for hazard lights, or for none, is too old: neither is commanded for it.
+    OldHazardRequest(Duration),
+    /// The state of the vehicle asks for hazard lights.
+    VehicleHazard(VehicleHazard),
+    /// The signals of the vehicle do not tell whether this is so: the hazard lights are not commanded for it, nor switched off.
+    UnknownVehicleHazard(VehicleHazard),
+    /// The signals of the vehicle give no speed: the odometry's counts.
+    NoVehicleSpeed,
+}
+
+/// A reason for which a planning factor cannot be used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
+pub enum FactorFlaw {
+    /// A position or an offset is not a number.
+    #[display("a position or an offset is not a number")]
+    NotFinite,
+    /// It lacks a start or an end.
+    #[display("no start and end")]
+    NoStretch,
+    /// It does not name a side.
+    #[display("no side")]
+    NoSide,
+}
+
+impl AgeLimits {
+    /// Several cycles of sources that send ten times a second or more.
+    pub const DEFAULT: Self = Self {
+        odometry: Duration::from_millis(500),
+        planned_path: Duration::from_secs(1),
+        manoeuvre: Duration::from_secs(1),
+        scenario: Duration::from_secs(1),
+        hazard_request: Duration::from_secs(1),
+        own_command: Duration::from_secs(1),
+    };
+}
+
+impl InputFinding {
+    /// Returns the message of the finding, without numbers that change from cycle to cycle. A finding of level ERROR takes a decision
+    /// that should be there; after a WARN the decision may lack something.
+    pub fn message(&self) -> MessagePart {
+        match self {
+            Self::NoOdometry => catalogue::no_odometry(),
+            Self::OldOdometry(_) => catalogue::old_odometry(),
+            Self::FutureOdometry(_) => catalogue::odometry_in_future(),
+            Self::OdometryNotFinite => catalogue::odometry_not_finite(),
+            Self::NoRoad => catalogue::no_map(),
+            Self::NoRoute => catalogue::no_route(),
+            Self::NotLaneDriving => catalogue::not_lane_driving(),
+            Self::EmptyPlannedPath => catalogue::empty_path(),
+            Self::OldPlannedPath(_) => catalogue::old_path(),
+            Self::NoLaneAround => catalogue::route_not_on_map(),
+            Self::NoDistancePath(error) => catalogue::no_distance_path(error),
+            Self::OldManoeuvre { kind, .. } => catalogue::old_manoeuvre(kind),
+            Self::TimeWentBack(_) => catalogue::clock_went_back(),
+            Self::NewRoute => catalogue::new_route(),
+            Self::RouteRefused(error) => error.message(),
+            Self::PlannedPathNotFinite => catalogue::path_not_finite(),
+            Self::BadFactor { topic, flaw } => catalogue::bad_factor(topic.name(), flaw),
+            Self::NoPathFor(kind) => catalogue::no_path_for(kind),
+            Self::OldScenario(_) => catalogue::old_scenario(),
+            Self::OldHazardRequest(_) => catalogue::old_hazard_request(),
+            Self::VehicleHazard(state) => catalogue::vehicle_asks(state),
+            Self::UnknownVehicleHazard(state) => catalogue::unknown_whether(state),
+            Self::NoVehicleSpeed => catalogue::no_vehicle_speed(),
+        }
+    }
+}
+
+/// The finding with its numbers, e.g. `odometry is 700 ms old`.
+impl fmt::Display for InputFinding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::OldOdometry(age) => write!(f, "odometry is {} ms old", age.as_millis()),
+            Self::FutureOdometry(ahead) => write!(f, "odometry is {} ms in the future", ahead.as_millis()),
+            Self::OldPlannedPath(age) => write!(f, "the planned path is {} ms old", age.as_millis()),
+            Self::OldManoeuvre { kind, age } => write!(f, "{kind} is {} ms old", age.as_millis()),
+            Self::TimeWentBack(by) => write!(f, "the clock went back by {} ms", by.as_millis()),
+            Self::OldScenario(age) => write!(f, "the scenario is {} ms old", age.as_millis()),
+            Self::OldHazardRequest(age) => write!(f, "the hazard request is {} ms old", age.as_millis()),
+            Self::NoOdometry
+            | Self::OdometryNotFinite
+            | Self::NoRoad
+            | Self::NoRoute
+            | Self::NotLaneDriving
+            | Self::EmptyPlannedPath
+            | Self::NoLaneAround
+            | Self::NoDistancePath(_)
+            | Self::NewRoute
+            | Self::RouteRefused(_)
+            | Self::PlannedPathNotFinite
+            | Self::BadFactor { .. }
+            | Self::NoPathFor(_)
+            | Self::VehicleHazard(_)
+            | Self::UnknownVehicleHazard(_)
+            | Self::NoVehicleSpeed => self.message().fmt(f),
+        }
+    }
+}
+
+impl Inputs<'_> {
+    /// Returns the odometry, if it can be used.
+    pub(super) fn usable_odometry(&self, limits: AgeLimits, now: MonoTime) -> Result<Odometry, InputFinding> {
+        let Timed { at, value } = self.odometry.ok_or(InputFinding::NoOdometry)?;
+        let (age, ahead) = (now.since(at), at.since(now));
+        if !(value.pose.is_finite() && value.speed_mps.is_finite()) {
+            Err(InputFinding::OdometryNotFinite)
+        } else if ahead > limits.odometry {
+            Err(InputFinding::FutureOdometry(ahead))
+        } else if age > limits.odometry {
+            Err(InputFinding::OldOdometry(age))
+        } else {
+            Ok(value)
+        }
+    }
+
+    /// Returns the manoeuvres that are new enough; a finding is noted for each other one.
+    pub(super) fn usable_manoeuvres(
+        &self,
+        limits: AgeLimits,
+        now: MonoTime,
+        findings: &mut Vec<InputFinding>,
+    ) -> Vec<&Manoeuvre> {
+        let mut usable = Vec::new();
+        for Timed { at, value } in self.manoeuvres {
+            let age = now.since(*at);
+            if age > limits.manoeuvre {
+                findings.push(InputFinding::OldManoeuvre { kind: value.kind(), age });
+            } else {
+                usable.push(value);
+            }
+        }
+        usable
+    }
+}

@@ -1,0 +1,126 @@
+//! A section record: the signal of one manoeuvre and the stretch it is for
+//! (docs/spec/turn-signal-decider.md, "Conventions").
+
+use super::junction::JunctionAhead;
+use super::side::Side;
+use super::subject::SignalSubject;
+use crate::light_command::{HazardCommand, TurnCommand};
+use lanelet2_map::geometry::Pose;
+use lanelet2_map::geometry::path::PathFrame;
+
+/// The request of one manoeuvre. The default is upstream's empty record: no command, all points at the
+/// origin of the map.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Section {
+    /// The turn command it requests.
+    pub turn: TurnCommand,
+    /// The hazard command it requests.
+    pub hazard: HazardCommand,
+    /// Start of the stretch in which it may be signalled.
+    pub desired_start: Pose,
+    /// End of that stretch.
+    pub desired_end: Pose,
+    /// Start of the stretch in which it must be signalled.
+    pub required_start: Pose,
+    /// End of that stretch.
+    pub required_end: Pose,
+    /// The turn, the part of a roundabout or the manoeuvre that it signals.
+    pub subject: SignalSubject,
+    /// Where it lies on the distance path of this cycle; `None` where its points are looked for.
+    pub place: Option<SectionPlace>,
+    /// A junction before its turn that offers the same side.
+    pub junction: Option<JunctionAhead>,
+}
+
+/// Where a section lies on the distance path of a cycle. The points of a path that comes near to itself are not mistaken for others.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SectionPlace {
+    /// Arc lengths of the lanelets that it is about, metres.
+    pub span_m: [f64; 2],
+    /// Distance from its desired start to its required start, metres.
+    pub announced_before_m: f64,
+}
+
+/// The four distances of a record, metres along the path: starts from the front, ends from the rear
+/// axle; negative = behind.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Distances {
+    /// Front to the desired start (`ds`).
+    pub desired_start_m: f64,
+    /// Rear axle to the desired end (`de`).
+    pub desired_end_m: f64,
+    /// Front to the required start (`rs`).
+    pub required_start_m: f64,
+    /// Rear axle to the required end (`re`).
+    pub required_end_m: f64,
+}
+
+impl Distances {
+    /// Returns the front is past the start of the required section, and the rear axle not past its end.
+    pub fn are_required(&self) -> bool {
+        self.required_start_m <= 0.0 && self.required_end_m >= 0.0
+    }
+}
+
+impl Section {
+    /// Returns a record that blinks on one side.
+    pub fn blinking(side: Side, desired: (Pose, Pose), required: (Pose, Pose)) -> Self {
+        Self {
+            turn: side.into(),
+            hazard: HazardCommand::NoCommand,
+            desired_start: desired.0,
+            desired_end: desired.1,
+            required_start: required.0,
+            required_end: required.1,
+            subject: SignalSubject::Unnamed,
+            place: None,
+            junction: None,
+        }
+    }
+
+    /// Returns whether it waits until a junction is passed.
+    pub fn waits(&self) -> bool {
+        self.junction.is_some_and(|junction| junction.waits())
+    }
+
+    /// Returns whether it requests a side or the hazard lights.
+    pub fn requests_something(&self) -> bool {
+        self.turn.side().is_some() || self.hazard == HazardCommand::Enable
+    }
+
+    /// Returns whether all four poses are numbers.
+    pub fn is_finite(&self) -> bool {
+        [self.desired_start, self.desired_end, self.required_start, self.required_end]
+            .iter()
+            .all(|pose| pose.is_finite())
+    }
+
+    /// Measures its four distances from the vehicle. Where every visit of a path is looked at, the desired section is the
+    /// one that holds the required one: on a ring its far end may come by a second time, nearer to the vehicle.
+    pub fn distances(&self, path_frame: &PathFrame<'_>) -> Distances {
+        if let Some(SectionPlace { span_m, announced_before_m }) = self.place {
+            let from_base_m = |pose| path_frame.from_base_within_m(pose, span_m);
+            let required_start_m = from_base_m(self.required_start) - path_frame.front_m();
+            return Distances {
+                desired_start_m: required_start_m - announced_before_m,
+                desired_end_m: from_base_m(self.desired_end),
+                required_start_m,
+                required_end_m: from_base_m(self.required_end),
+            };
+        }
+        let distances = Distances {
+            desired_start_m: path_frame.from_front_m(self.desired_start),
+            desired_end_m: path_frame.from_base_m(self.desired_end),
+            required_start_m: path_frame.from_front_m(self.required_start),
+            required_end_m: path_frame.from_base_m(self.required_end),
+        };
+        if !path_frame.looks_at_every_visit() {
+            return distances;
+        }
+        Distances {
+            desired_start_m: distances.desired_start_m.min(distances.required_start_m),
+            desired_end_m: distances.desired_end_m.max(distances.required_end_m),
+            ..distances
+        }
+    }
+}

@@ -1,0 +1,349 @@
+//! The rule for all that moves sideways (docs/spec/turn-signal-decider.md, "Shift rule"): avoidance, pulling out and over.
+
+use derive_more::Display;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::decision_context::DecisionContext;
+use super::section::Section;
+use super::side::Side;
+use crate::light_command::{HazardCommand, TurnCommand};
+use lanelet2_map::geometry::path::{NearestLimits, Path, PathError, nearest_visit};
+use lanelet2_map::geometry::polyline::{arc_lengths_m, nearest_index};
+use lanelet2_map::geometry::{Point, Pose};
+use lanelet2_map::lane_network::LaneId;
+
+mod surroundings;
+
+/// The start of a shift that is signalled counts as ahead until the front is past it by this much, metres: a distance along
+/// the shifted path and one along the lanes differ, and between the two the signal would drop out.
+const START_TOLERANCE_M: f64 = 2.0;
+
+/// A path with a lateral offset per point, metres, left positive.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShiftedPath {
+    poses: Vec<Pose>,
+    arcs_m: Vec<f64>,
+    shifts_m: Vec<f64>,
+    path: Path,
+}
+
+/// The start and end of a shift.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShiftLine {
+    /// Index of its first point in the path.
+    pub start_index: usize,
+    /// Index of its last point in the path.
+    pub end_index: usize,
+    /// Pose at its start.
+    pub start: Pose,
+    /// Pose at its end.
+    pub end: Pose,
+}
+
+/// The purpose of a shift, on which steps of the rule depend.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ShiftKind {
+    /// Around an obstacle and back.
+    Avoidance,
+    /// From the roadside into the lane.
+    PullOut,
+    /// From the lane to the roadside.
+    PullOver,
+}
+
+/// A shift to be judged.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(clippy::struct_excessive_bools)] // independent of each other
+pub struct Shift<'a> {
+    /// The path it is on.
+    pub path: &'a ShiftedPath,
+    /// Its start and end on the path.
+    pub line: ShiftLine,
+    /// Lanelets the vehicle is supposed to stay in.
+    pub lanes: &'a [LaneId],
+    /// Offset of the vehicle at present, metres.
+    pub current_shift_m: f64,
+    /// The manoeuvre it is part of.
+    pub kind: ShiftKind,
+    /// The vehicle drives forwards.
+    pub forward: bool,
+    /// A return is signalled even while standing.
+    pub stop_override: bool,
+    /// The vehicle comes to a junction at which its signal would be taken for a turn: it ends once the bound is near.
+    pub nears_junction: bool,
+    /// It was signalled before, and is until it is complete (W18).
+    pub is_announced: bool,
+}
+
+/// The step of the rule that decided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema, Display)]
+#[serde(rename_all = "snake_case")]
+pub enum ShiftVerdict {
+    /// 0: backwards; hazard lights.
+    #[display("driving backwards")]
+    Backwards,
+    /// 1: the line is not on the path.
+    #[display("the shift is not on its path")]
+    OffPath,
+    /// 3: less than a shift.
+    #[display("shift too small")]
+    TooSmall,
+    /// 4: next to nothing remains.
+    #[display("next to nothing of the shift remains")]
+    NearlyDone,
+    /// 5: too far away yet.
+    #[display("shift too far ahead")]
+    TooEarly,
+    /// 6: swerving is not signalled.
+    #[display("swerving is not signalled")]
+    SwervingIsSilent,
+    /// 7: no lanelet of the route.
+    #[display("no lanelet of the route")]
+    NoLane,
+    /// 8: only a hatched marking on that side.
+    #[display("only a hatched marking on that side")]
+    HatchedSide,
+    /// 9: the vehicle stays between the bounds.
+    #[display("the vehicle stays in its lane")]
+    StaysInLane,
+    /// 10: standing before returning.
+    #[display("standing in the lane before returning")]
+    StandsBeforeReturn,
+    /// 11: near the bound of the lane it joins.
+    #[display("near the bound of the lane it joins")]
+    NearBound,
+    /// 12: the shift is signalled.
+    #[display("signalled")]
+    Signalled,
+}
+
+/// The result of the rule.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShiftOutcome {
+    /// The record; without a command unless signalled.
+    pub section: Section,
+    /// The step that decided.
+    pub verdict: ShiftVerdict,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Offsets {
+    before_m: f64,
+    after_m: f64,
+}
+
+impl ShiftedPath {
+    /// Creates the path through `poses` with an offset for each.
+    pub fn new(poses: Vec<Pose>, shifts_m: Vec<f64>) -> Result<Self, PathError> {
+        let path = Path::new(poses.iter().copied())?;
+        let points: Vec<Point> = poses.iter().map(|pose| pose.position).collect();
+        Ok(Self { arcs_m: arc_lengths_m(&points), poses, shifts_m, path })
+    }
+
+    /// Returns the points of the path.
+    pub fn poses(&self) -> &[Pose] {
+        &self.poses
+    }
+
+    /// Returns the index of the point nearest to a position.
+    pub fn nearest_index(&self, query: Point) -> usize {
+        nearest_index(&self.poses, query)
+    }
+
+    /// Like [`Self::nearest_index`], by heading and height as well.
+    pub fn visit_index(&self, query: Pose, limits: NearestLimits) -> usize {
+        nearest_visit(&self.poses, query, limits, None)
+    }
+
+    /// Returns the index of the point next to a pose; improved, by heading and height as well.
+    pub fn index_of(&self, context: &DecisionContext<'_>, pose: Pose) -> usize {
+        if context.quirks.ignores_height_and_continuity {
+            self.nearest_index(pose.position)
+        } else {
+            self.visit_index(pose, context.parameters.nearest)
+        }
+    }
+
+    /// Returns the shift from the point next to `start` to the one next to `end`.
+    pub fn line(&self, context: &DecisionContext<'_>, start: Pose, end: Pose) -> ShiftLine {
+        let index = |pose| self.index_of(context, pose);
+        ShiftLine { start_index: index(start), end_index: index(end), start, end }
+    }
+
+    /// Returns the change of the offset between two points, metres; 0 where there is none.
+    pub fn offset_between_m(&self, start_index: usize, end_index: usize) -> f64 {
+        self.offset_at_m(end_index) - self.offset_at_m(start_index)
+    }
+
+    /// Returns the offset at a point, metres; 0 where there is none.
+    pub fn offset_at_m(&self, index: usize) -> f64 {
+        self.shifts_m.get(index).copied().unwrap_or_default()
+    }
+
+    /// Returns the arc length from a position to a point, metres; `None` for an index beyond the path.
+    pub fn distance_to_m(&self, from: Point, index: usize) -> Option<f64> {
+        Some(self.arcs_m.get(index)? - self.path.plain_station_m(from))
+    }
+
+    /// Like [`Self::distance_to_m`], by heading and height as well.
+    fn distance_of_visit_to_m(&self, from: Pose, index: usize, limits: NearestLimits) -> Option<f64> {
+        Some(self.arcs_m.get(index)? - self.path.station_of_visit_m(from, limits))
+    }
+
+    /// Returns the record of a shift that is not signalled: the whole path, no command.
+    fn silent(&self) -> Section {
+        let start = self.poses.first().copied().unwrap_or_default();
+        let end = self.poses.last().copied().unwrap_or_default();
+        Section {
+            desired_start: start,
+            required_start: start,
+            desired_end: end,
+            required_end: end,
+            ..Section::default()
+        }
+    }
+}
+
+impl Shift<'_> {
+    /// Returns the side it moves to; right for none.
+    pub fn side(&self) -> Side {
+        let moves_left = self.path.offset_between_m(self.line.start_index, self.line.end_index) > 0.0;
+        if moves_left { Side::Left } else { Side::Right }
+    }
+}
+
+impl ShiftOutcome {
+    /// Returns whether upstream does not judge the shift again.
+    pub const fn ignore(&self) -> bool {
+        match self.verdict {
+            ShiftVerdict::Backwards
+            | ShiftVerdict::TooEarly
+            | ShiftVerdict::SwervingIsSilent
+            | ShiftVerdict::Signalled => false,
+            ShiftVerdict::OffPath
+            | ShiftVerdict::TooSmall
+            | ShiftVerdict::NearlyDone
+            | ShiftVerdict::NoLane
+            | ShiftVerdict::HatchedSide
+            | ShiftVerdict::StaysInLane
+            | ShiftVerdict::StandsBeforeReturn
+            | ShiftVerdict::NearBound => true,
+        }
+    }
+}
+
+impl Offsets {
+    fn relative_m(self) -> f64 {
+        self.after_m - self.before_m
+    }
+
+    fn side(self) -> Side {
+        if self.relative_m() > 0.0 { Side::Left } else { Side::Right }
+    }
+}
+
+/// Judges a shift, step by step.
+pub fn judge(context: &DecisionContext<'_>, shift: &Shift<'_>) -> ShiftOutcome {
+    if !shift.forward {
+        return ShiftOutcome { section: backwards(context), verdict: ShiftVerdict::Backwards };
+    }
+    let Some((offsets, start, end, ahead_m)) = located(context, shift) else {
+        return ShiftOutcome { section: Section::default(), verdict: ShiftVerdict::OffPath };
+    };
+    if let Some(verdict) = objection(context, shift, offsets, ahead_m - context.vehicle.front_m()) {
+        return ShiftOutcome { section: shift.path.silent(), verdict };
+    }
+    let tolerance_m = if shift.is_announced { START_TOLERANCE_M } else { 0.0 };
+    let is_ahead = ahead_m - context.vehicle.front_m() + tolerance_m > 0.0;
+    let desired_start = if is_ahead { context.ego() } else { start };
+    let section = Section::blinking(offsets.side(), (desired_start, end), (start, end));
+    ShiftOutcome { section, verdict: ShiftVerdict::Signalled }
+}
+
+/// Step 0: returns a record with hazard lights from the start of the route to here.
+pub(super) fn backwards(context: &DecisionContext<'_>) -> Section {
+    Section {
+        turn: TurnCommand::NoCommand,
+        hazard: HazardCommand::Enable,
+        desired_start: context.route.start(),
+        required_start: context.route.start(),
+        desired_end: context.ego(),
+        required_end: context.ego(),
+        ..Section::default()
+    }
+}
+
+/// Step 1: returns offsets, first and last pose, and arc length to the first; `None` when the line is not on the path.
+fn located(context: &DecisionContext<'_>, shift: &Shift<'_>) -> Option<(Offsets, Pose, Pose, f64)> {
+    let ShiftLine { start_index, end_index, .. } = shift.line;
+    let offset = |index: usize| shift.path.shifts_m.get(index).copied();
+    let offsets = Offsets { before_m: offset(start_index)?, after_m: offset(end_index)? };
+    let pose = |index: usize| shift.path.poses.get(index).copied();
+    let ahead_m = if context.quirks.ignores_height_and_continuity {
+        shift.path.distance_to_m(context.ego().position, start_index)?
+    } else {
+        shift.path.distance_of_visit_to_m(context.ego(), start_index, context.parameters.nearest)?
+    };
+    Some((offsets, pose(start_index)?, pose(end_index)?, ahead_m))
+}
+
+/// Steps 3 to 11: returns the first objection to a signal. `ahead_m` is the front's distance to the
+/// start of the shift.
+fn objection(
+    context: &DecisionContext<'_>,
+    shift: &Shift<'_>,
+    offsets: Offsets,
+    ahead_m: f64,
+) -> Option<ShiftVerdict> {
+    let parameters = context.parameters;
+    // Written so that an offset that is not a number is an objection.
+    let at_least = |value: f64, limit: f64| value.abs() >= limit;
+    if !at_least(offsets.relative_m(), parameters.shift_length_threshold_m) {
+        return Some(ShiftVerdict::TooSmall);
+    }
+    if shift.nears_junction && is_near_bound(context, offsets.side()) {
+        return Some(ShiftVerdict::NearBound);
+    }
+    // Upstream judges again in every cycle what it signals (W18).
+    if shift.is_announced {
+        return None;
+    }
+    let remaining_m = offsets.after_m - shift.current_shift_m;
+    if !at_least(remaining_m, parameters.remaining_shift_length_threshold_m) {
+        return Some(ShiftVerdict::NearlyDone);
+    }
+    if parameters.prepare_m(context.speed_mps) < ahead_m {
+        return Some(ShiftVerdict::TooEarly);
+    }
+    if !parameters.on_swerving {
+        return Some(ShiftVerdict::SwervingIsSilent);
+    }
+    let Some(lane) = context.road.closest(context.route.lanes(), shift.line.end) else {
+        return Some(ShiftVerdict::NoLane);
+    };
+    let threshold_m = parameters.shift_length_threshold_m;
+    if shift.kind == ShiftKind::Avoidance {
+        if surroundings::hatched_forbids(lane, offsets, threshold_m) {
+            return Some(ShiftVerdict::HatchedSide);
+        }
+        if !surroundings::crosses_bound(context, shift) {
+            return Some(ShiftVerdict::StaysInLane);
+        }
+    }
+    let is_return = offsets.before_m.abs() > threshold_m && offsets.after_m.abs() < threshold_m;
+    if context.stands() && !shift.stop_override && is_return && surroundings::is_inside(context, shift.lanes)
+    {
+        return Some(ShiftVerdict::StandsBeforeReturn);
+    }
+    let near_bound = context.quirks.ends_shifts_early
+        && shift.kind == ShiftKind::PullOut
+        && is_near_bound(context, offsets.side());
+    near_bound.then_some(ShiftVerdict::NearBound)
+}
+
+/// Step 11: returns whether the front corner on a side is near to the bound there.
+fn is_near_bound(context: &DecisionContext<'_>, side: Side) -> bool {
+    let limit_m = context.parameters.remaining_distance_to_bound_threshold_m;
+    surroundings::distance_to_bound_m(context, side).is_some_and(|distance_m| distance_m < limit_m)
+}

@@ -1,0 +1,56 @@
+//! The sides of the vehicle, and the commands that turn them on (docs/spec/turn-signal-decider.md, "Commands").
+
+use derive_more::Display;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::light_command::TurnCommand;
+use gateway_base::names::variant_name;
+
+/// A side of the vehicle.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema, Display,
+)]
+#[display("{}", TurnCommand::from(*self))]
+#[serde(rename_all = "snake_case")]
+pub enum Side {
+    /// The left side of the vehicle.
+    Left,
+    /// The right side of the vehicle.
+    Right,
+}
+
+impl TurnCommand {
+    /// Returns the side that blinks, if one does.
+    pub const fn side(self) -> Option<Side> {
+        match self {
+            Self::Left => Some(Side::Left),
+            Self::Right => Some(Side::Right),
+            Self::NoCommand | Self::Disable => None,
+        }
+    }
+}
+
+impl Side {
+    /// Returns the name as it stands in a sentence.
+    pub fn name(self) -> &'static str {
+        variant_name(&self)
+    }
+
+    /// Returns the opposite side.
+    pub const fn opposite(self) -> Self {
+        match self {
+            Self::Left => Self::Right,
+            Self::Right => Self::Left,
+        }
+    }
+}
+
+impl From<Side> for TurnCommand {
+    fn from(side: Side) -> Self {
+        match side {
+            Side::Left => Self::Left,
+            Side::Right => Self::Right,
+        }
+    }
+}

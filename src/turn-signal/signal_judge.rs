@@ -1,0 +1,319 @@
+//! The judge of a turn signal that another planner gives, by the rules of the decider
+//! (docs/turn-signal-decider.md, "Learned planners").
+//!
+//! A manoeuvre lasts while the decider asks for one side for one subject. When it is over, the signal that was received
+//! meanwhile gets a verdict. So does a signal that was shown while none was asked for.
+
+use std::time::Duration;
+
+use serde::Serialize;
+
+use super::decision::{Basis, BasisKind, Decision};
+use super::decision_context::STOP_SPEED_MPS;
+use super::inputs::Timed;
+use super::manoeuvre::{ManoeuvreKind, ManoeuvreOutcome};
+use super::min_duration::Held;
+use super::planner_input::Odometry;
+use super::resolve::{CandidateOutcome, CandidateSource, Case};
+use super::side::Side;
+use super::subject::SignalSubject;
+use crate::light_command::{EnumOrUnknown, TurnCommand};
+pub use counts::{JudgedCounts, JudgedKind, SignalVerdict, VerdictCounts, VerdictKind};
+use gateway_base::time::MonoTime;
+use stretch::{ReceivedSignal, Stretch};
+
+mod counts;
+mod stretch;
+
+#[cfg(test)]
+mod tests;
+
+/// Tolerances of the judge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct JudgeSettings {
+    /// A signal may begin this long before the decider asks for it.
+    pub early: Duration,
+    /// A signal of a planner's manoeuvre may begin this long before it is required, even if the decider asks for it later: the
+    /// planner knows its manoeuvre before its trajectory shows it.
+    pub ahead: Duration,
+    /// A signal may begin this long after the vehicle has reached the required section.
+    pub late: Duration,
+    /// The signal may be missing for this long while it is required, once it was on.
+    pub gap: Duration,
+    /// The other side may be on for this long while a side is asked for.
+    pub wrong_side: Duration,
+    /// A signal may stay on for this long after the manoeuvre that it was asked for.
+    pub linger: Duration,
+    /// A signal that no manoeuvre asks for counts when it lasts longer.
+    pub needless: Duration,
+}
+
+/// The signal that the decider asks for in a cycle.
+#[derive(Debug, Clone, PartialEq)]
+pub enum AskedSignal {
+    /// The decider lacks inputs, or asks for hazard lights instead: nothing is judged.
+    Unknown,
+    /// No side is asked for.
+    Dark(DeciderReason),
+    /// A side is asked for.
+    Side {
+        /// The side that is to blink.
+        side: Side,
+        /// What it is asked for; `None` while a minimum duration keeps it on beyond its subject.
+        subject: Option<SignalSubject>,
+        /// The vehicle is in the required section; otherwise the side may be shown, but need not.
+        is_required: bool,
+        /// Why it is asked for.
+        reason: DeciderReason,
+    },
+}
+
+/// The reason of the decider.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DeciderReason {
+    /// The ground on which it was decided.
+    pub basis: BasisKind,
+    /// Source of the candidate that won; `None` without one.
+    pub winner: Option<CandidateSource>,
+    /// Rule by which it won; `None` when nothing was compared.
+    pub rule: Option<Case>,
+    /// The minimum duration that keeps the command; `None` when none does.
+    pub held: Option<Held>,
+    /// The outcome of each candidate.
+    pub candidates: Vec<(CandidateSource, CandidateOutcome)>,
+    /// The outcome of each manoeuvre of the planner.
+    pub manoeuvres: Vec<ManoeuvreOutcome>,
+}
+
+/// One cycle of the decider beside the signal that was received.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JudgedCycle {
+    /// Time of the cycle.
+    pub now: MonoTime,
+    /// Pose and speed of the vehicle.
+    pub odometry: Odometry,
+    /// The signal that the decider asks for.
+    pub asked: AskedSignal,
+    /// The command that is in force; `None` when none is known. Commands that turn nothing on are all dark.
+    pub received: Option<TurnCommand>,
+}
+
+/// A manoeuvre, or a needless signal, with the verdict on the received signal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JudgedManoeuvre {
+    /// The side that was asked for; of a needless signal, the side that was shown.
+    pub side: Side,
+    /// What it was asked for; `None` for a needless signal.
+    pub subject: Option<SignalSubject>,
+    /// The reason of the decider at the start.
+    pub reason: DeciderReason,
+    /// Time at which the decider began to ask, or the needless signal began.
+    pub start: MonoTime,
+    /// Time at which the signal became required; `None` when it never did.
+    pub required_since: Option<MonoTime>,
+    /// Time at which the decider no longer asked, or the needless signal ended.
+    pub end: MonoTime,
+    /// Pose and speed at the start.
+    pub odometry: Odometry,
+    /// The side on which the verdict rests; `None` without a signal.
+    pub received: Option<Side>,
+    /// The verdict on the received signal.
+    pub verdict: SignalVerdict,
+}
+
+/// Judges cycle by cycle. [`Self::on_cycle`] is called for each cycle of the decider, [`Self::finish`] at the end.
+///
+/// ```
+/// use turn_signal::light_command::TurnCommand;
+/// use gateway_base::time::MonoTime;
+/// use turn_signal::planner_input::Odometry;
+/// use turn_signal::signal_judge::{AskedSignal, JudgeSettings, JudgedCycle, SignalJudge};
+///
+/// let mut judge = SignalJudge::new(JudgeSettings::DEFAULT);
+/// let cycle = JudgedCycle {
+///     now: MonoTime::ZERO,
+///     odometry: Odometry::default(),
+///     asked: AskedSignal::Unknown,
+///     received: Some(TurnCommand::Left),
+/// };
+/// assert_eq!(judge.on_cycle(cycle), []);
+/// assert_eq!(judge.finish(), []);
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct SignalJudge {
+    settings: JudgeSettings,
+    /// The signal that is received.
+    signal: Option<ReceivedSignal>,
+    /// The manoeuvre that is asked for.
+    open: Option<Stretch>,
+    /// Time of the last cycle.
+    last: MonoTime,
+    counts: JudgedCounts,
+}
+
+impl JudgeSettings {
+    /// Generous towards a signal that is early by no more than a driver's habit, strict once the vehicle steers.
+    pub const DEFAULT: Self = Self {
+        early: Duration::from_secs(2),
+        ahead: Duration::from_secs(5),
+        late: Duration::from_millis(700),
+        gap: Duration::from_secs(1),
+        wrong_side: Duration::from_millis(700),
+        linger: Duration::from_secs(3),
+        needless: Duration::from_secs(1),
+    };
+
+    /// Returns the settings for a signal that may belong to a manoeuvre which is asked for next.
+    fn before_manoeuvre(self) -> Self {
+        Self { needless: self.needless.max(self.early), ..self }
+    }
+}
+
+impl DeciderReason {
+    /// Returns the reason of a decision.
+    pub fn of(decision: &Decision) -> Self {
+        let evaluated = decision.evaluated().iter();
+        Self {
+            basis: decision.basis.kind(),
+            winner: decision.winner(),
+            rule: decision.case(),
+            held: decision.held,
+            candidates: evaluated.map(|candidate| (candidate.source, candidate.outcome)).collect(),
+            manoeuvres: decision.remarks.clone(),
+        }
+    }
+}
+
+impl AskedSignal {
+    /// Returns what a decision asks for. Without a required section to measure, a side is required as soon as it is asked for.
+    pub fn of(decision: &Decision) -> Self {
+        if matches!(decision.basis, Basis::NoInputs | Basis::Hazard) {
+            return Self::Unknown;
+        }
+        let reason = DeciderReason::of(decision);
+        let Some(side) = decision.turn.side() else { return Self::Dark(reason) };
+        let (subject, is_required) = match (decision.resolution(), decision.won()) {
+            (None, _) => (Some(SignalSubject::Unnamed), true),
+            (Some(_), Some(won)) if won.turn.side() == Some(side) => {
+                let is_required = won.distances.is_none_or(|distances| distances.are_required());
+                (Some(won.subject), is_required)
+            }
+            (Some(_), _) => (None, false),
+        };
+        Self::Side { side, subject, is_required, reason }
+    }
+}
+
+impl JudgedCycle {
+    /// Returns the cycle of a decision, beside the command that was received last, unless that is older than `limit`.
+    pub fn of(
+        decision: &Decision,
+        odometry: Odometry,
+        received: Option<Timed<EnumOrUnknown<TurnCommand>>>,
+        limit: Duration,
+        now: MonoTime,
+    ) -> Self {
+        let fresh = received.filter(|received| now.since(received.at) <= limit);
+        let received = fresh.and_then(|received| received.value.known());
+        Self { now, odometry, asked: AskedSignal::of(decision), received }
+    }
+}
+
+impl SignalJudge {
+    /// Creates a judge before its first cycle.
+    pub fn new(settings: JudgeSettings) -> Self {
+        Self { settings, signal: None, open: None, last: MonoTime::ZERO, counts: JudgedCounts::default() }
+    }
+
+    /// Takes a cycle, no earlier than the one before. Returns the manoeuvre and the needless signal that it ends, oldest
+    /// first.
+    pub fn on_cycle(&mut self, cycle: JudgedCycle) -> Vec<JudgedManoeuvre> {
+        let JudgedCycle { now, odometry, asked, received } = cycle;
+        self.last = now;
+        if asked == AskedSignal::Unknown {
+            self.signal = None;
+            self.counts.unjudged += u64::from(self.open.take().is_some());
+            return Vec::new();
+        }
+        let mut over = Vec::new();
+        let shown = received.and_then(TurnCommand::side);
+        if let Some(ended) = self.signal.take_if(|signal| shown != Some(signal.side)) {
+            over.extend(ended.needless(&self.settings, now).filter(|_| received.is_some()));
+        }
+        if let Some(ended) = self.open.take_if(|open| !open.continues(&asked)) {
+            let judged = self.judged(ended, now);
+            let wrong = judged.as_ref().filter(|judged| judged.verdict == SignalVerdict::WrongSide);
+            let wrong = wrong.and_then(|judged| judged.received);
+            if let Some(signal) = self.signal.as_mut().filter(|signal| Some(signal.side) == wrong) {
+                signal.note_judged();
+            }
+            over.extend(judged);
+        }
+        if let Some(side) = shown {
+            self.signal.get_or_insert(ReceivedSignal::new(side));
+        }
+        match asked {
+            AskedSignal::Unknown => {}
+            AskedSignal::Dark(reason) => {
+                if let Some(signal) = &mut self.signal {
+                    signal.note_dark((now, odometry), reason);
+                }
+            }
+            AskedSignal::Side { side, subject, is_required, reason } => {
+                if let Some(signal) = self.signal.as_mut().filter(|signal| signal.side != side) {
+                    over.extend(signal.needless(&self.settings.before_manoeuvre(), now));
+                    signal.note_other_side(now);
+                }
+                let is_required = is_required && !waits_to_pull_out(subject, odometry);
+                let signal = self.signal.as_ref();
+                let open = self.open.get_or_insert_with(|| {
+                    let unasked =
+                        signal.filter(|signal| signal.side == side).and_then(|signal| signal.unasked);
+                    Stretch::new((side, subject), reason, (now, odometry), unasked)
+                });
+                let lingers = signal.is_some_and(|signal| signal.lingers(&self.settings, now));
+                open.note(now, received, (is_required, subject.is_none(), lingers));
+                if let Some(signal) = self.signal.as_mut().filter(|signal| signal.side == side) {
+                    signal.note_asked();
+                }
+            }
+        }
+        self.counted(over)
+    }
+
+    /// Ends the manoeuvre or the needless signal that is not over at the last cycle, and returns it. One that may still
+    /// have become an early signal is left out.
+    pub fn finish(&mut self) -> Vec<JudgedManoeuvre> {
+        let now = self.last;
+        let settings = self.settings.before_manoeuvre();
+        let needless = self.signal.take().and_then(|signal| signal.needless(&settings, now));
+        let open = self.open.take();
+        let open = open.and_then(|open| self.judged(open, now));
+        self.counted(needless.into_iter().chain(open).collect())
+    }
+
+    /// Returns the verdicts so far, by what was signalled.
+    pub const fn counts(&self) -> &JudgedCounts {
+        &self.counts
+    }
+
+    fn judged(&mut self, ended: Stretch, now: MonoTime) -> Option<JudgedManoeuvre> {
+        let judged = ended.judged(&self.settings, now);
+        self.counts.unjudged += u64::from(judged.is_none());
+        judged
+    }
+
+    fn counted(&mut self, mut over: Vec<JudgedManoeuvre>) -> Vec<JudgedManoeuvre> {
+        over.sort_by_key(|judged| judged.start);
+        for judged in &over {
+            self.counts.add(JudgedKind::of(judged.subject), judged.verdict.kind());
+        }
+        over
+    }
+}
+
+/// Returns whether the vehicle stands before it pulls out: its signal may be on, and must be once it moves.
+fn waits_to_pull_out(subject: Option<SignalSubject>, odometry: Odometry) -> bool {
+    subject == Some(SignalSubject::Manoeuvre(ManoeuvreKind::PullOut))
+        && odometry.speed_mps.abs() < STOP_SPEED_MPS
+}

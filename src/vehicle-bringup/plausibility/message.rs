@@ -1,0 +1,181 @@
+//! Evidence of the frames of one bound message.
+
+use std::time::Duration;
+
+use super::gaps::GapDistribution;
+use super::unused::{UnusedChecksum, UnusedCounter};
+use can_signal::can::{Frame, source_address};
+use can_signal::dbc::model::Message;
+use can_signal::validation::integrity::search::FoundChecksum;
+use can_signal::validation::integrity::{IntegrityChecker, IntegrityCounts, MessageIntegrity, Protection};
+use can_signal::validation::table::{BoundMessage, Timing};
+use gateway_base::time::MonoTime;
+
+/// Number of frames from which a rule is proven, or refuted.
+pub(super) const MIN_FRAMES: u64 = 10;
+
+/// The evidence of one message.
+#[derive(Debug, Clone)]
+pub struct MessageEvidence {
+    /// The message, as it is bound.
+    pub bound: BoundMessage,
+    /// Length of its frames by the DBC, bytes.
+    pub length: usize,
+    /// Period by the DBC; `None` = unknown.
+    pub cycle: Option<Duration>,
+    /// Number of frames received, of the first sender alone.
+    pub frames: u64,
+    /// The first sender of a message that may have several.
+    sender: Option<u8>,
+    /// Number of frames of another length, and the length of the first of them.
+    pub wrong_length: (u64, usize),
+    /// Times between the frames.
+    pub gaps: GapDistribution,
+    integrity: Option<IntegrityChecker>,
+    unused_counter: Option<UnusedCounter>,
+    unused_checksum: Option<UnusedChecksum>,
+}
+
+/// Result of the counters and checksums of a message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Proof {
+    /// The profile has no rule.
+    None,
+    /// Too few frames for a result.
+    Open,
+    /// The rule holds for these frames, apart from damaged and lost ones.
+    Holds {
+        /// Number of frames for which it holds.
+        frames: u64,
+        /// True with a checksum, which no other message has by chance.
+        checksum: bool,
+    },
+    /// The rule does not hold for most frames.
+    Fails {
+        /// Number of frames for which it does not hold.
+        frames: u64,
+    },
+}
+
+impl MessageEvidence {
+    pub(super) fn new(bound: &BoundMessage, described: Option<&Message>) -> Self {
+        let protection = bound.integrity.as_ref().map(|rules| &rules.protection);
+        let has_checksum = protection.is_some_and(Protection::has_checksum);
+        let has_counter = protection.is_some_and(Protection::has_counter);
+        Self {
+            length: described.map_or(0, |message| message.length),
+            cycle: described.and_then(|message| message.cycle_ms).map(|ms| Duration::from_millis(ms.into())),
+            frames: 0,
+            sender: None,
+            wrong_length: (0, 0),
+            gaps: GapDistribution::default(),
+            integrity: bound.integrity.clone().map(IntegrityChecker::new),
+            unused_counter: described.filter(|_| !has_counter).and_then(UnusedCounter::of),
+            unused_checksum: described.filter(|_| !has_checksum).and_then(UnusedChecksum::of),
+            bound: bound.clone(),
+        }
+    }
+
+    /// Adds the next frame. Returns true if its signals may be used.
+    pub(super) fn frame(&mut self, frame: &Frame, now: MonoTime) -> bool {
+        let sender = source_address(frame.id()).filter(|_| self.bound.ids.has_several_senders());
+        if sender.is_some_and(|sender| *self.sender.get_or_insert(sender) != sender) {
+            return false;
+        }
+        self.frames += 1;
+        self.gaps.frame(now);
+        let length = frame.data().len();
+        if length != self.length {
+            self.wrong_length = (
+                self.wrong_length.0 + 1,
+                if self.wrong_length.0 == 0 { length } else { self.wrong_length.1 },
+            );
+        }
+        if let Some(unused) = &mut self.unused_counter {
+            unused.frame(frame);
+        }
+        if let Some(unused) = &mut self.unused_checksum {
+            unused.frame(frame);
+        }
+        self.integrity.as_mut().is_none_or(|checker| checker.check(frame, now).is_ok())
+    }
+
+    /// Returns the counts of the profile's integrity rules; `None` when it has none.
+    pub fn integrity(&self) -> Option<(&MessageIntegrity, IntegrityCounts)> {
+        self.integrity.as_ref().map(|checker| (checker.rules(), checker.counts()))
+    }
+
+    /// Returns the result of its counter and checksum.
+    pub fn proof(&self) -> Proof {
+        let Some((rules, counts)) = self.integrity() else { return Proof::None };
+        let checksum = rules.protection.has_checksum();
+        let broken = counts.wrong_checksum
+            + counts.wrong_data_id
+            + counts.counter_out_of_range
+            + counts.wrong_sequence;
+        // Duplicates are normal in small numbers; a counter that stands still is none.
+        let fails = broken + counts.repeated;
+        // A frame after a gap has an intact checksum, and proves no more of a counter than the first.
+        let judged = counts.trusted + fails;
+        if judged < MIN_FRAMES {
+            Proof::Open
+        } else if fails > counts.trusted {
+            Proof::Fails { frames: fails }
+        } else if broken * 10 <= counts.trusted {
+            Proof::Holds { frames: counts.trusted, checksum }
+        } else {
+            Proof::Open
+        }
+    }
+
+    /// Returns a counter of the DBC that the profile does not use and these frames follow: its signal, the
+    /// number of frames, and the largest step to tolerate.
+    pub fn unused_counter(&self) -> Option<(&str, u64, u32)> {
+        self.unused_counter.as_ref()?.holds()
+    }
+
+    /// Returns a checksum of the DBC that the profile does not use and all these frames have: its signal, the
+    /// number of frames, and the rule.
+    pub fn unused_checksum(&self) -> Option<(String, u64, FoundChecksum)> {
+        self.unused_checksum.as_ref()?.holds()
+    }
+
+    /// Returns the relation of the usual gap between its frames to the profile.
+    pub fn rhythm(&self) -> Rhythm {
+        let Some(median) = self.gaps.median() else { return Rhythm::Open };
+        let timeout = self.bound.timing.timeout();
+        if timeout.is_some_and(|timeout| median > timeout) {
+            return Rhythm::TooSlow;
+        }
+        match self.cycle {
+            Some(cycle) if self.frames >= MIN_FRAMES => {
+                let ratio = median.as_secs_f64() / cycle.as_secs_f64();
+                if (0.8..=1.25).contains(&ratio) {
+                    Rhythm::AsDescribed
+                } else if ratio > 2.0 && self.bound.timing != Timing::Event {
+                    Rhythm::Slower
+                } else if ratio < 0.5 {
+                    Rhythm::Faster
+                } else {
+                    Rhythm::Open
+                }
+            }
+            _ => Rhythm::Open,
+        }
+    }
+}
+
+/// Relation of the usual gap between the frames of a message to the profile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rhythm {
+    /// Nothing is described, or there are too few frames.
+    Open,
+    /// The period of the DBC.
+    AsDescribed,
+    /// Less than half of the period of the DBC, as of a message that is sent on change as well.
+    Faster,
+    /// More than twice the period of the DBC.
+    Slower,
+    /// More than the timeout, so that its values are unknown most of the time.
+    TooSlow,
+}
