@@ -1,8 +1,5 @@
-//! Lists the files that are built into the binary, so that a new profile, country or drive needs no entry anywhere else;
-//! generates the messages of ROS 2 from their definitions; and makes the text of `--version`.
-
-#[path = "build/ros_messages.rs"]
-mod ros_messages;
+//! Lists the files that are built into the binary, so that a new profile, country or drive needs no entry anywhere else, and
+//! makes the text of `--version`.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -36,7 +33,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let output = PathBuf::from(env::var("OUT_DIR")?);
     fs::write(output.join("built_in.rs"), list + "]\n")?;
-    fs::write(output.join("ros_messages.rs"), ros_messages::generate(Path::new("ros/msg"))?)?;
     println!("cargo::rustc-env=SIGNAL_GATEWAY_VERSION={}", version()?);
     Ok(())
 }

@@ -5,11 +5,11 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use signal_gateway::io::ros::messages::autoware_adapi_v1_msgs::DoorLayout;
+use ros_messages::autoware_adapi_v1_msgs::DoorLayout;
 use signal_gateway::io::ros::parameters::{
     DoorLayouts, MAX_RESPONSE, Middleware, ParameterValue, Parameters, ServiceContents,
 };
-use signal_gateway::io::ros::reading::Endian;
+use ros_messages::cdr::Endian;
 
 fuzz_target!(|bytes: &[u8]| {
     let [service, form, bytes @ ..] = bytes else { return };

@@ -12,8 +12,9 @@ use gateway_core::gateway::event::Input;
 use traffic_lights::input::TrafficLightInput;
 use traffic_lights::target::{LightChannel, StoreLayer, StoreId};
 use turn_signal::planner_input::{FactorTopic, PlannerInput};
-use signal_gateway::io::ros::messages::signal_gateway_msgs::GatewayCall;
-use signal_gateway::io::ros::reading::{Endian, read, read_message};
+use ros_messages::cdr::{Endian, read_message};
+use signal_gateway::io::ros::messages::timed_call;
+use signal_gateway::io::ros::reading::read;
 use signal_gateway::io::ros::topics::SubscriptionKind;
 
 const KINDS: [SubscriptionKind; 18] = [
@@ -41,7 +42,7 @@ fuzz_target!(|bytes: &[u8]| {
     let [kind, endian, bytes @ ..] = bytes else { return };
     let endian = if endian & 1 == 0 { Endian::Little } else { Endian::Big };
     let Some(&kind) = KINDS.get(usize::from(*kind) % (KINDS.len() + 1)) else {
-        let call = read_message::<GatewayCall>(bytes, endian).ok().and_then(|message| message.call());
+        let call = read_message(bytes, endian).ok().and_then(|message| timed_call(&message));
         // A link has a length and a character at least.
         assert!(!matches!(call, Some(TimedCall { call: Call::Start(links), .. }) if links.len() > bytes.len() / 5));
         return;

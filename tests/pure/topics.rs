@@ -1,6 +1,6 @@
 //! The rows of topics: every type is defined, and the documentation has the table that they make.
 
-use signal_gateway::io::ros::messages::type_hash;
+use ros_messages::type_hash;
 use signal_gateway::io::ros::topics::{
     Delivery, Durability, LOG_LIFESPAN, OUTGOING, OutgoingRow, RowDurability, TopicFlow,
 };

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use signal_gateway::io::ros::messages::{TYPE_HASHES, type_hash};
+use ros_messages::{TYPE_HASHES, type_hash};
 use signal_gateway::io::ros::topics::SubscriptionKind;
 
 /// Package, name and hash of every type that is written, read or asked for, as `ros2 interface` and the keys of

@@ -3,8 +3,8 @@
 use std::process::Command;
 use std::time::Duration;
 
+use ros_messages::type_hash;
 use serde_json::{Value, json};
-use signal_gateway::io::ros::messages::type_hash;
 
 use super::peer::{Peer, router, session};
 use crate::support::json_process::Mark;

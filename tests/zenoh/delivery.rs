@@ -10,7 +10,7 @@ use crate::support::json_process::Mark;
 use crate::support::peer::domain;
 use crate::support::ports::free_port;
 use crate::support::prerequisite::require;
-use signal_gateway::io::ros::messages::type_hash;
+use ros_messages::type_hash;
 
 /// The key of the report on turn indicators in a domain.
 pub(crate) fn turn_key(domain: u16) -> String {

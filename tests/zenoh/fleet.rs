@@ -8,8 +8,8 @@ use gateway_core::gateway::event::Output;
 use gateway_core::vehicle_lights::output::VehicleLightsOutput;
 use gateway_core::vehicle_lights::verdict::TurnIndicators;
 use gateway_core::vehicle_report::Step;
+use ros_messages::type_hash;
 use serde_json::Value;
-use signal_gateway::io::ros::messages::type_hash;
 use signal_gateway::io::ros::session::{RosSession, RosSettings, Transport, TypeHashes, ZenohSettings};
 
 use super::peer::{Peer, router};

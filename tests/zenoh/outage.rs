@@ -60,8 +60,8 @@ fn a_router_that_comes_later_or_is_killed_keeps_nobody_apart() {
 }
 
 mod slow {
+    use ros_messages::type_hash;
     use serde_json::json;
-    use signal_gateway::io::ros::messages::type_hash;
 
     use super::*;
     use crate::session::{Gateway, KINDS};

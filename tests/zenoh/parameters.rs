@@ -1,7 +1,7 @@
 //! The services for parameters, as clients of `rmw_zenoh_cpp` use them.
 
+use ros_messages::type_hash;
 use serde_json::{Value, json};
-use signal_gateway::io::ros::messages::type_hash;
 
 use super::peer::{Peer, router, session};
 use crate::session::{Gateway, Role};

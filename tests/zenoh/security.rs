@@ -4,8 +4,8 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
+use ros_messages::type_hash;
 use serde_json::{Value, json};
-use signal_gateway::io::ros::messages::type_hash;
 use tempfile::TempDir;
 
 use super::delivery::turn_key;

@@ -1,7 +1,7 @@
 //! Every message with an independent session: keys, tokens, attachments, contents; bytes that are no messages.
 
+use ros_messages::type_hash;
 use serde_json::{Value, json};
-use signal_gateway::io::ros::messages::type_hash;
 
 use super::peer::{Peer, router, session};
 use crate::session::{Gateway, KINDS, Role};

@@ -12,7 +12,6 @@ use crate::config::gateway::traffic_lights::LightsOutput;
 use crate::config::gateway::turn_signal::TurnSignalConfig;
 use crate::config::ros_names::{NodeNames, Remapping};
 use crate::io::ros::inbox::Inbox;
-use crate::io::ros::messages::autoware_adapi_v1_msgs::DoorLayout;
 use crate::io::ros::parameters::{DoorLayouts, Parameters, ServiceContents};
 #[cfg(feature = "ros")]
 use crate::io::ros::session::{RosError, RosSession};
@@ -31,6 +30,7 @@ use gateway_core::gateway::snapshot::TopicSnapshot;
 use gateway_core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use gateway_core::vehicle_status::StatusReport;
 use gateway_core::vehicle_status::doors::Door;
+use ros_messages::autoware_adapi_v1_msgs::DoorLayout;
 use turn_signal::planner_input::FactorTopic;
 
 /// The service that tells the layout of the doors.

@@ -12,17 +12,19 @@ use super::can::formats::{
 };
 use super::can::log::{Log, is_breakage};
 use super::file_budget::{ENTRY_WORK, FileBudget};
-use super::ros::messages::autoware_vehicle_msgs::TurnIndicatorsReport;
-use super::ros::messages::ros2_socketcan_msgs::FdFrame;
-use super::ros::messages::signal_gateway_msgs::GatewayCall as CallMessage;
-use super::ros::messages::{CdrBytes, TypeName, can_msgs, full_name};
-use super::ros::reading::{Endian, Unreadable, encapsulated, read, read_message};
+use super::ros::messages::timed_call;
+use super::ros::reading::read;
 use super::ros::topics::SubscriptionKind;
 use can_signal::can::{BusIndex, CanInput};
 use gateway_base::time::WallStamp;
 use gateway_core::command::origin::{SampleId, WriterId};
 use gateway_core::gateway::call::{GatewayCall, TimedCall};
 use gateway_core::gateway::event::Input;
+use ros_messages::autoware_vehicle_msgs::TurnIndicatorsReport;
+use ros_messages::cdr::{CdrBytes, Endian, Unreadable, encapsulated, read_message};
+use ros_messages::ros2_socketcan_msgs::FdFrame;
+use ros_messages::signal_gateway_msgs::GatewayCall as CallMessage;
+use ros_messages::{TypeName, can_msgs, full_name};
 
 /// Reads the samples of a recording in the order of the file.
 pub struct SampleLog {
@@ -241,7 +243,7 @@ impl SampleLog {
                         SampleContent::Input(received(message.bytes, bus, is_fd, logged)?.into())
                     }
                     SampleKind::Calls => {
-                        let call = read_message::<CallMessage>(bytes, endian)?.call();
+                        let call = timed_call(&read_message(bytes, endian)?);
                         let layout =
                             || Unreadable::Layout("expected a call as this version records it".to_owned());
                         SampleContent::Call(call.ok_or_else(layout)?)
@@ -292,9 +294,8 @@ mod tests {
     use super::*;
     use crate::io::mcap::encoder::Encoder;
     use crate::io::mcap::file::McapFile;
-    use crate::io::ros::messages::CdrBytes;
-    use crate::io::ros::reading::Endian;
     use crate::io::ros::topics::{Durability, Subscription, Topics};
+    use ros_messages::cdr::{CdrBytes, Endian};
     use turn_signal::light_command::{EnumOrUnknown, TurnCommand};
     use turn_signal::planner_input::PlannerInput;
 

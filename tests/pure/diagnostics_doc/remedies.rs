@@ -9,7 +9,7 @@ use gateway_core::gateway::catalogue::SECTIONS;
 use gateway_core::gateway::process_status::LogState;
 use signal_gateway::config::files::{DEMO_CONFIG, Embedded};
 use signal_gateway::config::{Overrides, load};
-use signal_gateway::io::ros::messages::diagnostic_msgs::DiagnosticStatus;
+use signal_gateway::io::ros::messages::diagnostic_status;
 use signal_gateway::report::terminal::picture::Picture;
 use signal_gateway::report::{metrics, status};
 
@@ -60,7 +60,7 @@ fn the_same_remedy_is_in_diagnostics_status_page_terminal_and_metrics() {
     let document = "docs/diagnostics.md#turn_indicators-hazard_lights";
     assert_eq!((turn.level, turn.remedy.as_str()), (Level::Error, remedy), "{turn:?}");
     // On the topic.
-    let message = DiagnosticStatus::new("gw", turn, "car");
+    let message = diagnostic_status("gw", turn, "car");
     let last: Vec<_> = message.values.iter().rev().take(2).map(|pair| (&*pair.key, &*pair.value)).collect();
     assert_eq!(last, [("document", document), ("remedy", remedy)]);
     // As JSON, which the live page draws too.

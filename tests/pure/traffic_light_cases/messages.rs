@@ -2,10 +2,8 @@
 
 use gateway_base::time::WallStamp;
 use lanelet2_map::light_map::{LampColor, MapLamp};
-use signal_gateway::io::ros::messages::autoware_perception_msgs::{
-    TrafficLightElement, TrafficSignalElement,
-};
-use signal_gateway::io::ros::messages::builtin_interfaces::Time;
+use ros_messages::autoware_perception_msgs::{TrafficLightElement, TrafficSignalElement};
+use ros_messages::builtin_interfaces::Time;
 use signal_gateway::io::ros::messages::{LightsMessage, LightsType};
 use traffic_lights::architecture::{Architecture, ArchitectureError};
 use traffic_lights::bulb::{Bulb, BulbShape, BulbStatus, Color};

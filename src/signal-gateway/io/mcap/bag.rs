@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use super::encoder::{RecordedChannel, RecordedMessage};
 use super::file::{McapFile, offered_qos};
-use crate::io::ros::messages::full_name;
+use ros_messages::full_name;
 
 /// Limits after which a bag continues in a new file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

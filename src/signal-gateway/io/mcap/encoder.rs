@@ -1,14 +1,9 @@
 //! Inputs and outputs of the gateway as messages of channels.
 
 use crate::io::ros::link::Order;
-use crate::io::ros::messages::can_msgs;
-use crate::io::ros::messages::ros2_socketcan_msgs::FdFrame;
-use crate::io::ros::messages::signal_gateway_msgs::GatewayCall;
-use crate::io::ros::messages::std_msgs::Header;
-use crate::io::ros::messages::{CdrBytes, TypeName};
+use crate::io::ros::messages::call_message;
 use crate::io::ros::outgoing::messages::OutgoingMessages;
 use crate::io::ros::outgoing::{LightsEncoders, Outgoing, orders, table};
-use crate::io::ros::reading::Endian;
 use crate::io::ros::topics::{Durability, Subscription, Topics};
 use crate::io::sample_log::SampleKind;
 use can_signal::can::{BusIndex, CanId, CanInput, ErrorFrame, Frame};
@@ -16,6 +11,12 @@ use gateway_base::time::WallStamp;
 use gateway_core::command::output::CommandOutput;
 use gateway_core::gateway::call::TimedCall;
 use gateway_core::gateway::event::Output;
+use ros_messages::TypeName;
+use ros_messages::can_msgs;
+use ros_messages::cdr::{CdrBytes, Endian};
+use ros_messages::ros2_socketcan_msgs::FdFrame;
+use ros_messages::signal_gateway_msgs::GatewayCall;
+use ros_messages::std_msgs::Header;
 
 /// Samples that a player keeps of a bus.
 const CAN_DEPTH: i32 = 100;
@@ -183,7 +184,7 @@ impl Encoder {
     /// The message of a call.
     pub fn call(&self, call: &TimedCall) -> Option<RecordedMessage> {
         let (channel, at) = (self.calls_channel(), call.at.wall);
-        let bytes = CdrBytes::encode(&GatewayCall::from(call)).ok()?;
+        let bytes = CdrBytes::encode(&call_message(call)).ok()?;
         Some(RecordedMessage { channel, log_time: at, publish_time: at, bytes, endian: Endian::Little })
     }
 

@@ -15,8 +15,8 @@ use mcap::write::NoSeek;
 use mcap::{McapError, WriteOptions, Writer};
 
 use super::encoder::{RecordedChannel, RecordedMessage};
-use crate::io::ros::messages::{full_name, schema};
 use crate::io::ros::topics::Durability;
+use ros_messages::{full_name, schema};
 
 /// A chunk is closed when it is larger than this, bytes.
 const CHUNK_BYTES: u64 = 768 * 1024;

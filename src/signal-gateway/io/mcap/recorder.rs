@@ -14,13 +14,12 @@ use std::time::{Duration, Instant};
 
 use super::bag::{Bag, FileLimits};
 use super::encoder::{Encoder, RecordedMessage};
-use crate::io::ros::messages::CdrBytes;
-use crate::io::ros::reading::Endian;
 use can_signal::can::CanInput;
 use gateway_base::time::{Now, WallStamp};
 use gateway_core::gateway::call::{GatewayCall, TimedCall};
 use gateway_core::gateway::event::Output;
 use gateway_core::gateway::process_status::McapState;
+use ros_messages::cdr::{CdrBytes, Endian};
 
 /// Most events that wait for the thread; each needs some hundred bytes.
 const MAX_WAITING: usize = 50_000;

@@ -8,11 +8,11 @@ use super::bag::{Bag, FileLimits};
 use super::encoder::{Encoder, RecordedBus, RecordedMessage};
 use super::file::McapFile;
 use super::recorder::{McapRecorder, RecorderLimits};
-use crate::io::ros::messages::schema;
 use crate::io::ros::topics::{Durability, Topics};
 use crate::waiting::{DEADLINE, described, wait_until};
 use can_signal::can::{BusIndex, CanId, CanInput, Frame};
 use gateway_base::time::WallStamp;
+use ros_messages::schema;
 
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 

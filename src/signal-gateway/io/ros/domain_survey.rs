@@ -7,10 +7,10 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use super::messages::TypeName;
 use super::outgoing;
 use super::settings::RosSettings;
 use super::topics::{Durability, Reliability};
+use ros_messages::TypeName;
 
 /// Endpoints on the topics that were asked for; further ones are not noted.
 pub const MAX_ENDPOINTS: usize = 1000;

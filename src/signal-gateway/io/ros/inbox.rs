@@ -9,9 +9,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::Notify;
 
-use super::messages::CdrBytes;
-use super::reading::Endian;
 use gateway_core::gateway::event::Input;
+use ros_messages::cdr::{CdrBytes, Endian};
 use traffic_lights::input::TrafficLightInput;
 
 /// A sample that was received, decoded and as it came.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::super::compression::decompressed;
 use super::super::counted_source::CountedSource;
-use super::ros_messages::{Choose, MessageReader};
+use super::recorded_topics::{Choose, MessageReader};
 use super::{ObjectSource, mcap, refuse_pending_rows, refused, sqlite};
 use crate::io::file_budget::FileBudget;
 use crate::io::regular_file;

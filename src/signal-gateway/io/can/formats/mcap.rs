@@ -13,8 +13,8 @@ use mcap::records::op;
 use super::super::compression::decompressed;
 use super::super::exact::{append, append_rest, skip};
 use super::entry::BadLine;
+use super::recorded_topics::{Choose, LoggedMessage, MessageReader, RecordedTopic, TopicChoice};
 use super::ros_frames::{Frames, choose_frames};
-use super::ros_messages::{Choose, LoggedMessage, MessageReader, RecordedTopic, TopicChoice};
 use super::{Mark, ObjectFormat, ObjectSource, damaged};
 use crate::io::file_budget::{Kept, is_limit};
 use gateway_base::time::WallStamp;
@@ -304,10 +304,11 @@ impl<T> Content<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::ros::messages::builtin_interfaces::Time;
-    use crate::io::ros::messages::std_msgs::Header;
-    use crate::io::ros::messages::{CdrBytes, can_msgs};
     use proptest::prelude::*;
+    use ros_messages::builtin_interfaces::Time;
+    use ros_messages::can_msgs;
+    use ros_messages::cdr::CdrBytes;
+    use ros_messages::std_msgs::Header;
     use std::io::Write as _;
 
     type Pack = fn(&[u8]) -> Vec<u8>;

@@ -9,14 +9,14 @@ use std::sync::Arc;
 
 use super::entry::{BadLine, EntryContent, EntryInterface, LogEntry};
 use super::fields::{data_frame, id};
-use super::ros_messages::{Choose, MessageReader, RecordedTopic, TopicChoice};
+use super::recorded_topics::{Choose, MessageReader, RecordedTopic, TopicChoice};
 use super::{ObjectReader, Outcome, refused};
-use crate::io::ros::messages::builtin_interfaces::Time;
-use crate::io::ros::messages::ros2_socketcan_msgs::FdFrame;
-use crate::io::ros::messages::{can_msgs, full_name};
-use crate::io::ros::reading::{encapsulated, read_message};
 use can_signal::can::ErrorFrame;
 use gateway_base::time::WallStamp;
+use ros_messages::builtin_interfaces::Time;
+use ros_messages::cdr::{encapsulated, read_message};
+use ros_messages::ros2_socketcan_msgs::FdFrame;
+use ros_messages::{can_msgs, full_name};
 
 /// Topics of received frames, by their last part.
 const RECEIVED: [&str; 2] = ["from_can_bus", "from_can_bus_fd"];
@@ -134,8 +134,8 @@ fn decoded<M: serde::de::DeserializeOwned>(message: &[u8]) -> Result<M, BadLine>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::ros::messages::CdrBytes;
-    use crate::io::ros::messages::std_msgs::Header;
+    use ros_messages::cdr::CdrBytes;
+    use ros_messages::std_msgs::Header;
 
     const FRAME: &str = "can_msgs/msg/Frame";
     const FD_FRAME: &str = "ros2_socketcan_msgs/msg/FdFrame";

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io;
 
 use super::entry::BadLine;
-use super::ros_messages::{Choose, LoggedMessage, MessageReader, RecordedTopic, TopicChoice};
+use super::recorded_topics::{Choose, LoggedMessage, MessageReader, RecordedTopic, TopicChoice};
 use super::sqlite_file::{Database, Rows, Table, Value};
 use crate::io::file_budget::Kept;
 use gateway_base::time::WallStamp;

@@ -5,8 +5,8 @@ use std::io;
 use std::path::Path;
 
 use super::python_sqlite::PythonSqlite;
+use super::recorded_topics::Choose;
 use super::ros_frames::{Frames, choose_frames};
-use super::ros_messages::Choose;
 use super::ros_sqlite::{self, RosSqlite};
 use super::sqlite_file::{Database, MAGIC};
 use super::{Mark, ObjectFormat, ObjectReader, ObjectSource, refused};

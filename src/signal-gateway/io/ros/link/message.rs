@@ -5,11 +5,10 @@ use serde::{Deserialize, Serialize};
 use super::bytes::FrameBytes;
 use super::settings::NetworkSettings;
 use super::violation::Violation;
-use crate::io::ros::messages::CdrBytes;
 use crate::io::ros::parameters::Parameters;
-use crate::io::ros::reading::Endian;
 use gateway_core::gateway::network::ZenohLinks;
 use gateway_core::gateway::process_status::LostLines;
+use ros_messages::cdr::{CdrBytes, Endian};
 
 /// The longest text, bytes.
 const MAX_TEXT: usize = 1024;
@@ -291,10 +290,10 @@ mod tests {
 
     use super::super::settings::{ReadTopic, WrittenTopic};
     use super::*;
-    use crate::io::ros::messages::autoware_adapi_v1_msgs::DoorLayout;
     use crate::io::ros::parameters::{DoorLayouts, ParameterValue, ServiceContents};
     use crate::io::ros::settings::{Recovery, Transport, TypeHashes, ZenohSettings};
     use crate::io::ros::topics::{Delivery, Durability, Reliability};
+    use ros_messages::autoware_adapi_v1_msgs::DoorLayout;
 
     fn there_and_back(message: &ToNetwork) {
         let mut bytes = Vec::new();

@@ -4,29 +4,34 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 
-use super::autoware_adapi_v1_msgs::OperationModeState;
-use super::autoware_internal_planning_msgs::{
-    ControlPoint, PathPointWithLaneId, PathWithLaneId, PlanningFactor, PlanningFactorArray, SafetyFactor,
-    SafetyFactorArray, Scenario,
-};
-use super::autoware_perception_msgs::PredictedPath;
-use super::autoware_planning_msgs::{
-    LaneletPrimitive, LaneletRoute, LaneletSegment, PathPoint, PoseWithUuidStamped, Trajectory,
-    TrajectoryPoint,
-};
-use super::autoware_vehicle_msgs::{ControlModeReport, HazardLightsCommand, TurnIndicatorsCommand};
-use super::builtin_interfaces::Duration;
-use super::geometry_msgs::{Pose, PoseWithCovariance, Quaternion, Twist, TwistWithCovariance, Vector3};
+use super::ToRos as _;
+use super::geometry::plane_pose;
 use super::golden::{STAMP, Wire, cdr, with_stamp};
-use super::nav_msgs::Odometry;
-use super::std_msgs::Header;
-use super::unique_identifier_msgs::UUID;
-use crate::io::ros::reading::{self, Endian, Unreadable};
+use crate::io::ros::reading;
 use crate::io::ros::topics::SubscriptionKind as Kind;
 use gateway_core::command::input::CommandInput;
 use gateway_core::command::origin::{CommandOrigin, SampleId, WriterId};
 use gateway_core::gateway::event::Input;
 use lanelet2_map::geometry as plane;
+use ros_messages::autoware_adapi_v1_msgs::OperationModeState;
+use ros_messages::autoware_internal_planning_msgs::{
+    ControlPoint, PathPointWithLaneId, PathWithLaneId, PlanningFactor, PlanningFactorArray, SafetyFactor,
+    SafetyFactorArray, Scenario,
+};
+use ros_messages::autoware_perception_msgs::PredictedPath;
+use ros_messages::autoware_planning_msgs::{
+    LaneletPrimitive, LaneletRoute, LaneletSegment, PathPoint, PoseWithUuidStamped, Trajectory,
+    TrajectoryPoint,
+};
+use ros_messages::autoware_vehicle_msgs::ControlModeReport;
+use ros_messages::builtin_interfaces::Duration;
+use ros_messages::cdr::{Endian, Unreadable};
+use ros_messages::geometry_msgs::{
+    Pose, PoseWithCovariance, Quaternion, Twist, TwistWithCovariance, Vector3,
+};
+use ros_messages::nav_msgs::Odometry;
+use ros_messages::std_msgs::Header;
+use ros_messages::unique_identifier_msgs::UUID;
 use turn_signal::light_command::{HazardCommand, TurnCommand};
 use turn_signal::planner_input::{self, FactorTopic, OperationMode, PlannerInput, PlannerRoute};
 use turn_signal::route::Segment;
@@ -178,7 +183,7 @@ fn a_path_has_its_bytes_and_becomes_its_points() {
     assert_eq!(cdr(&message), path());
     let expected = [
         planner_input::PlannedPathPoint { pose: PLANE_POSE, speed_mps: 4.5, lanes: vec![100, -7] },
-        planner_input::PlannedPathPoint { pose: far.into(), speed_mps: 0.0, lanes: vec![] },
+        planner_input::PlannedPathPoint { pose: plane_pose(far), speed_mps: 0.0, lanes: vec![] },
     ];
     assert_eq!(input(Kind::PlannedPath, &path()), PlannerInput::PlannedPath(expected.into()));
 }
@@ -201,7 +206,7 @@ fn a_trajectory_has_its_bytes_and_becomes_poses_and_speeds() {
     assert_eq!(cdr(&Trajectory { header: header(), points: vec![near, last] }), trajectory());
     let expected = [
         planner_input::TrajectoryPoint { pose: PLANE_POSE, speed_mps: 4.5 },
-        planner_input::TrajectoryPoint { pose: far.into(), speed_mps: 0.0 },
+        planner_input::TrajectoryPoint { pose: plane_pose(far), speed_mps: 0.0 },
     ];
     assert_eq!(input(Kind::Trajectory, &trajectory()), PlannerInput::Trajectory(expected.into()));
 }
@@ -340,12 +345,12 @@ fn every_command_has_its_bytes() {
         (TurnCommand::Right, 3),
     ];
     for (command, byte) in turns {
-        assert_eq!(cdr(&TurnIndicatorsCommand::new(command, STAMP)), with_stamp(&[byte]));
+        assert_eq!(cdr(&command.to_ros(STAMP)), with_stamp(&[byte]));
     }
     for (command, byte) in
         [(HazardCommand::NoCommand, 0), (HazardCommand::Disable, 1), (HazardCommand::Enable, 2)]
     {
-        assert_eq!(cdr(&HazardLightsCommand::new(command, STAMP)), with_stamp(&[byte]));
+        assert_eq!(cdr(&command.to_ros(STAMP)), with_stamp(&[byte]));
         assert_eq!(input(Kind::HazardRequest, &with_stamp(&[byte])), PlannerInput::HazardRequest(command));
     }
     let unknown = read(Kind::HazardRequest, &with_stamp(&[3]), Endian::Little);

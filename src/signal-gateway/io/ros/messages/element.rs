@@ -1,51 +1,35 @@
 //! One lit bulb as three messages carry it, and how ROS numbers it
 //! (docs/spec/traffic-lights.md, "Bulbs and their numbers").
 
-use super::autoware_perception_msgs::{TrafficLightElement, TrafficSignalElement};
-use super::traffic_simulator_msgs::TrafficLightBulbV1;
+use ros_messages::autoware_perception_msgs::TrafficLightElement;
 use traffic_lights::bulb::{Bulb, BulbShape, BulbStatus, Color};
 use traffic_lights::compat::Compat;
 use traffic_lights::emission::GroupElement;
 
-impl TrafficLightElement {
-    /// Creates the element that shows `bulb`.
-    pub fn new(bulb: Bulb, confidence: f64, compat: Compat) -> Self {
-        #[allow(clippy::cast_possible_truncation)] // the field is no wider
-        let confidence = confidence as f32;
-        Self {
-            color: color(bulb.color),
-            shape: shape(bulb.shape, compat),
-            status: status(bulb.status),
-            confidence,
-        }
-    }
-
-    /// Returns the bulb that the element shows; `None` when one of its numbers is not a constant of the type, or the
-    /// confidence is not from 0 to 1.
-    pub fn bulb(&self) -> Option<Bulb> {
-        let color = Color::ALL.into_iter().find(|known| color(*known) == self.color)?;
-        let shape = BulbShape::ALL.into_iter().find(|known| shape(*known, Compat::Improved) == self.shape)?;
-        let status = BulbStatus::ALL.into_iter().find(|known| status(*known) == self.status)?;
-        (0.0..=1.0).contains(&self.confidence).then_some(Bulb { color, status, shape })
-    }
-
-    pub(super) fn all(elements: &[GroupElement], compat: Compat) -> Vec<Self> {
-        elements.iter().map(|element| Self::new(element.bulb, element.confidence, compat)).collect()
+/// Makes the element that shows a bulb.
+pub(super) fn element(bulb: Bulb, confidence: f64, compat: Compat) -> TrafficLightElement {
+    #[allow(clippy::cast_possible_truncation)] // the field is no wider
+    let confidence = confidence as f32;
+    TrafficLightElement {
+        color: color(bulb.color),
+        shape: shape(bulb.shape, compat),
+        status: status(bulb.status),
+        confidence,
     }
 }
 
-impl From<TrafficLightElement> for TrafficSignalElement {
-    fn from(element: TrafficLightElement) -> Self {
-        let TrafficLightElement { color, shape, status, confidence } = element;
-        Self { color, shape, status, confidence }
-    }
+/// Makes the elements of a group.
+pub(super) fn group_elements(elements: &[GroupElement], compat: Compat) -> Vec<TrafficLightElement> {
+    elements.iter().map(|shown| element(shown.bulb, shown.confidence, compat)).collect()
 }
 
-impl From<TrafficLightElement> for TrafficLightBulbV1 {
-    fn from(element: TrafficLightElement) -> Self {
-        let TrafficLightElement { color, shape, status, confidence } = element;
-        Self { enum_revision: 0, color, shape, status, confidence }
-    }
+/// Returns the bulb that an element shows; `None` when one of its numbers is not a constant of the type, or the confidence is
+/// not from 0 to 1.
+pub(super) fn bulb(element: TrafficLightElement) -> Option<Bulb> {
+    let color = Color::ALL.into_iter().find(|known| color(*known) == element.color)?;
+    let shape = BulbShape::ALL.into_iter().find(|known| shape(*known, Compat::Improved) == element.shape)?;
+    let status = BulbStatus::ALL.into_iter().find(|known| status(*known) == element.status)?;
+    (0.0..=1.0).contains(&element.confidence).then_some(Bulb { color, status, shape })
 }
 
 fn color(color: Color) -> u8 {

@@ -1,122 +1,19 @@
-//! Poses of the plane and of `geometry_msgs`, and the heading in a rotation.
+//! Poses of the plane and of `geometry_msgs`.
 
-use super::geometry_msgs::{Point, Pose, Quaternion};
 use lanelet2_map::geometry as plane;
+use ros_messages::geometry_msgs::{Point, Pose, Quaternion};
 
-impl From<[f64; 3]> for Point {
-    fn from([x, y, z]: [f64; 3]) -> Self {
-        Self { x, y, z }
+/// Makes the pose of the plane upright, and puts it on the ground of the map where its height is not known.
+pub(super) fn upright_pose(plane::Pose { position, yaw_rad }: plane::Pose) -> Pose {
+    let (sin, cos) = (yaw_rad / 2.0).sin_cos();
+    let z = if position.z_m.is_finite() { position.z_m } else { 0.0 };
+    Pose {
+        position: Point { x: position.x_m, y: position.y_m, z },
+        orientation: Quaternion { x: 0.0, y: 0.0, z: sin, w: cos },
     }
 }
 
-/// Sine of an angle from the vertical: below it, a rotation has no heading.
-const UPRIGHT: f64 = 1e-9;
-
-impl Quaternion {
-    /// Returns the heading of the rotation, radians in (-π, π], counter-clockwise from +x. The quaternion may have any
-    /// length but zero; the result is NaN for something that is not a rotation or has no heading.
-    pub fn yaw_rad(self) -> f64 {
-        let parts = [self.x, self.y, self.z, self.w];
-        let longest = parts.iter().fold(0.0, |longest: f64, part| longest.max(part.abs()));
-        if longest == 0.0 || !parts.iter().all(|part| part.is_finite()) {
-            return f64::NAN;
-        }
-        // Divided by the largest part first: squares of tiny or huge numbers would be zero or infinite.
-        let [x, y, z, w] = parts.map(|part| part / longest);
-        let squares = x * x + y * y + z * z + w * w;
-        let sine = 2.0 * (w * z + x * y) / squares;
-        let cosine = (w * w + x * x - y * y - z * z) / squares;
-        if sine.abs() < UPRIGHT && cosine.abs() < UPRIGHT {
-            return f64::NAN;
-        }
-        // A negative zero would turn π into -π.
-        (sine + 0.0).atan2(cosine)
-    }
-}
-
-impl From<plane::Pose> for Pose {
-    /// The pose is upright, and on the ground of the map where the height is not known.
-    fn from(plane::Pose { position, yaw_rad }: plane::Pose) -> Self {
-        let (sin, cos) = (yaw_rad / 2.0).sin_cos();
-        let z = if position.z_m.is_finite() { position.z_m } else { 0.0 };
-        Self {
-            position: Point { x: position.x_m, y: position.y_m, z },
-            orientation: Quaternion { x: 0.0, y: 0.0, z: sin, w: cos },
-        }
-    }
-}
-
-impl From<Pose> for plane::Pose {
-    /// Projects to the plane, with the height beside it.
-    fn from(Pose { position: Point { x, y, z }, orientation }: Pose) -> Self {
-        Self { position: plane::Point::new(x, y).at_height(z), yaw_rad: orientation.yaw_rad() }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
-
-    use proptest::prelude::*;
-
-    use super::*;
-
-    fn turned(x: f64, y: f64, z: f64, w: f64) -> f64 {
-        Quaternion { x, y, z, w }.yaw_rad()
-    }
-
-    #[test]
-    fn headings_are_read_from_rotations_of_any_length() {
-        let half = FRAC_PI_4.sin();
-        let (eighth_sin, eighth_cos) = (FRAC_PI_4 / 2.0).sin_cos();
-        let cases = [
-            ("none", [0.0, 0.0, 0.0, 1.0], 0.0),
-            ("none, negated", [0.0, 0.0, 0.0, -1.0], 0.0),
-            ("quarter to the left", [0.0, 0.0, half, half], FRAC_PI_2),
-            ("quarter to the right", [0.0, 0.0, -half, half], -FRAC_PI_2),
-            ("about", [0.0, 0.0, 1.0, 0.0], PI),
-            ("about to the right", [0.0, 0.0, -1.0, 0.0], PI),
-            ("long", [0.0, 0.0, 2.0, 2.0], FRAC_PI_2),
-            ("huge", [0.0, 0.0, 1e200, 1e200], FRAC_PI_2),
-            ("tiny", [0.0, 0.0, 1e-200, 1e-200], FRAC_PI_2),
-            ("uphill", [0.0, -0.1, 0.0, 1.0], 0.0),
-            ("leaning", [0.3, 0.0, 0.0, 1.0], 0.0),
-            ("an eighth", [0.0, 0.0, eighth_sin, eighth_cos], FRAC_PI_4),
-        ];
-        for (name, [x, y, z, w], expected) in cases {
-            let yaw = turned(x, y, z, w);
-            assert!((yaw - expected).abs() < 1e-12, "{name}: {yaw} instead of {expected}");
-        }
-    }
-
-    #[test]
-    fn an_invalid_rotation_or_a_vertical_one_has_heading_nan() {
-        let half = FRAC_PI_4.sin();
-        for [x, y, z, w] in [
-            [0.0; 4],
-            [f64::NAN, 0.0, 0.0, 1.0],
-            [0.0, 0.0, f64::NAN, 1.0],
-            [0.0, 0.0, 0.0, f64::INFINITY],
-            [0.0, f64::NEG_INFINITY, 0.0, 1.0],
-            [0.0, -half, 0.0, half], // straight up
-        ] {
-            assert!(turned(x, y, z, w).is_nan(), "{x} {y} {z} {w}");
-        }
-    }
-
-    proptest! {
-        #[test]
-        fn a_heading_comes_back_from_any_length_with_any_slope(
-            yaw in -3.1_f64..3.1, pitch in -1.5_f64..1.5, roll in -3.1_f64..3.1, length in 1e-9_f64..1e9,
-        ) {
-            let [(sr, cr), (sp, cp), (sy, cy)] = [roll, pitch, yaw].map(|angle| (angle / 2.0).sin_cos());
-            let read = turned(
-                length * (sr * cp * cy - cr * sp * sy),
-                length * (cr * sp * cy + sr * cp * sy),
-                length * (cr * cp * sy - sr * sp * cy),
-                length * (cr * cp * cy + sr * sp * sy),
-            );
-            prop_assert!((read - yaw).abs() < 1e-6, "{read} instead of {yaw}");
-        }
-    }
+/// Projects a pose to the plane, with the height beside it.
+pub(super) fn plane_pose(Pose { position: Point { x, y, z }, orientation }: Pose) -> plane::Pose {
+    plane::Pose { position: plane::Point::new(x, y).at_height(z), yaw_rad: orientation.yaw_rad() }
 }

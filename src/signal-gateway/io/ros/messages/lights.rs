@@ -2,10 +2,13 @@
 
 use serde::{Serialize, Serializer};
 
-use super::generated::autoware_perception_msgs::{TrafficLightGroupArray, TrafficSignalArray};
-use super::generated::rosgraph_msgs::Clock;
-use super::generated::traffic_simulator_msgs::TrafficLightArrayV1;
-use super::generated::visualization_msgs::MarkerArray;
+use super::marker_array::{delete_all, spheres};
+use super::traffic_light_array_v1::light_array_v1;
+use super::traffic_light_group_array::{group_array, signal_array};
+use ros_messages::autoware_perception_msgs::{TrafficLightGroupArray, TrafficSignalArray};
+use ros_messages::rosgraph_msgs::Clock;
+use ros_messages::traffic_simulator_msgs::TrafficLightArrayV1;
+use ros_messages::visualization_msgs::MarkerArray;
 pub use traffic_lights::architecture::LightsType;
 use traffic_lights::compat::Compat;
 use traffic_lights::emission::{Emission, LightsContent};
@@ -32,19 +35,19 @@ impl LightsMessage {
         let stamp = emission.stamp;
         match (&emission.content, lights) {
             (LightsContent::Lights(heads), LightsType::ArrayV1) => {
-                vec![Self::ArrayV1(TrafficLightArrayV1::new(heads, compat))]
+                vec![Self::ArrayV1(light_array_v1(heads, compat))]
             }
             (LightsContent::Groups(groups), LightsType::SignalArray) => {
-                vec![Self::SignalArray(TrafficSignalArray::new(groups, stamp, compat))]
+                vec![Self::SignalArray(signal_array(groups, stamp, compat))]
             }
             (LightsContent::Groups(groups), LightsType::GroupArray) => {
-                vec![Self::GroupArray(TrafficLightGroupArray::new(groups, stamp, compat))]
+                vec![Self::GroupArray(group_array(groups, stamp, compat))]
             }
             (LightsContent::Markers(lamps), LightsType::MarkerArray) => {
-                let spheres = Self::MarkerArray(MarkerArray::spheres(lamps, stamp, compat));
+                let spheres = Self::MarkerArray(spheres(lamps, stamp, compat));
                 match compat {
                     Compat::Improved => vec![spheres],
-                    Compat::Upstream => vec![Self::MarkerArray(MarkerArray::delete_all(stamp)), spheres],
+                    Compat::Upstream => vec![Self::MarkerArray(delete_all(stamp)), spheres],
                 }
             }
             (LightsContent::Clock, LightsType::Clock) => vec![Self::Clock(Clock { clock: stamp.into() })],

@@ -11,13 +11,14 @@ use byteorder::LittleEndian;
 use serde::Serialize;
 
 use super::array_element::{ArrayElement, StampPosition};
-use super::cdr_bytes::CdrBytes;
-use super::generated::autoware_perception_msgs::{TrafficLightGroup, TrafficSignal};
-use super::generated::builtin_interfaces::Time;
-use super::generated::rosgraph_msgs::Clock;
-use super::generated::traffic_simulator_msgs::TrafficLightV1;
-use super::generated::visualization_msgs::{Marker, MarkerArray};
+use super::marker_array::delete_all;
 use gateway_base::time::WallStamp;
+use ros_messages::autoware_perception_msgs::{TrafficLightGroup, TrafficSignal};
+use ros_messages::builtin_interfaces::Time;
+use ros_messages::cdr::CdrBytes;
+use ros_messages::rosgraph_msgs::Clock;
+use ros_messages::traffic_simulator_msgs::TrafficLightV1;
+use ros_messages::visualization_msgs::Marker;
 use traffic_lights::architecture::LightsType;
 use traffic_lights::compat::Compat;
 use traffic_lights::emission::{Emission, LightsContent};
@@ -79,7 +80,7 @@ impl LightsEncoder {
                 let spheres = array.encode(markers, stamp, compat)?;
                 match compat {
                     Compat::Improved => vec![spheres],
-                    Compat::Upstream => vec![CdrBytes::encode(&MarkerArray::delete_all(stamp))?, spheres],
+                    Compat::Upstream => vec![CdrBytes::encode(&delete_all(stamp))?, spheres],
                 }
             }
             (AnyArray::Clock, LightsContent::Clock) => {

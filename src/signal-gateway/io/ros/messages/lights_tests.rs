@@ -1,13 +1,16 @@
 //! Bytes and JSON of the messages about traffic lights, and the inputs that received ones become.
 
-use super::autoware_perception_msgs::{
-    PredictedTrafficLightState, TrafficLightElement, TrafficLightGroup, TrafficLightGroupArray,
-};
-use super::builtin_interfaces::Time;
+use super::element::element;
 use super::golden::{STAMP, STAMP_BYTES, cdr, string, with_stamp};
-use super::{LightsMessage, LightsType, std_msgs};
+use super::traffic_light_group_array::{groups_for_store, predicted_state};
+use super::{LightsMessage, LightsType};
 use gateway_base::time::WallStamp;
 use lanelet2_map::light_map::{LampColor, MapLamp};
+use ros_messages::autoware_perception_msgs::{
+    PredictedTrafficLightState, TrafficLightElement, TrafficLightGroup, TrafficLightGroupArray,
+};
+use ros_messages::builtin_interfaces::Time;
+use ros_messages::std_msgs;
 use traffic_lights::bulb::{Bulb, BulbShape, BulbStatus, Color};
 use traffic_lights::compat::Compat;
 use traffic_lights::emission::{
@@ -244,13 +247,13 @@ fn a_group_array_is_read_back_as_it_was_sent() {
         let both = ReceivedState { bulbs, confidence: 0.5, predictions };
         let states = vec![(LARGE, Some(both)), (-2, None)];
         let expected = TrafficLightInput::States { store, stamp: STAMP, states, rejected: 0 };
-        assert_eq!(read.for_store(store), expected, "only the network predicts");
+        assert_eq!(groups_for_store(&read, store), expected, "only the network predicts");
     }
 }
 
 #[test]
 fn a_prediction_with_an_undefined_number_is_left_out_and_counted() {
-    let good = PredictedTrafficLightState::new(&prediction(), Compat::Improved);
+    let good = predicted_state(&prediction(), Compat::Improved);
     let [element] = good.simultaneous_elements[..] else { panic!("{good:?}") };
     let of = |element| PredictedTrafficLightState { simultaneous_elements: vec![element], ..good.clone() };
     let stamp = Time { nanosec: 1_000_000_000, ..good.predicted_stamp };
@@ -272,12 +275,12 @@ fn a_prediction_with_an_undefined_number_is_left_out_and_counted() {
     };
     let states = vec![(1, Some(kept))];
     let expected = TrafficLightInput::States { store: STORE, stamp: STAMP, states, rejected: 3 };
-    assert_eq!(message.for_store(STORE), expected);
+    assert_eq!(groups_for_store(&message, STORE), expected);
 }
 
 #[test]
 fn a_group_with_an_undefined_number_is_left_out_as_a_whole() {
-    let good = TrafficLightElement::new(RED, 0.25, Compat::Improved);
+    let good = element(RED, 0.25, Compat::Improved);
     for undefined in [
         TrafficLightElement { color: 5, ..good },
         TrafficLightElement { shape: 11, ..good },
@@ -298,7 +301,7 @@ fn a_group_with_an_undefined_number_is_left_out_as_a_whole() {
         let kept = ReceivedState { bulbs, confidence: 0.25, predictions: vec![] };
         let expected =
             TrafficLightInput::States { store: STORE, stamp, states: vec![(2, Some(kept))], rejected: 1 };
-        assert_eq!(message.for_store(STORE), expected, "{undefined:?}");
+        assert_eq!(groups_for_store(&message, STORE), expected, "{undefined:?}");
     }
 }
 

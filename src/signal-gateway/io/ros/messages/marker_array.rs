@@ -2,11 +2,11 @@
 //! (docs/spec/traffic-lights.md, "Markers").
 
 use super::array_element::{ArrayElement, StampPosition, elements};
-use super::geometry_msgs::{Pose, Vector3};
-use super::std_msgs::{ColorRGBA, Header};
-use super::visualization_msgs::{Marker, MarkerArray};
 use gateway_base::time::WallStamp;
 use lanelet2_map::light_map::LampColor;
+use ros_messages::geometry_msgs::{Pose, Vector3};
+use ros_messages::std_msgs::{ColorRGBA, Header};
+use ros_messages::visualization_msgs::{Marker, MarkerArray};
 use traffic_lights::bulb::Color;
 use traffic_lights::compat::Compat;
 use traffic_lights::emission::LampMarker;
@@ -22,18 +22,16 @@ const ALPHA_OFF: f32 = 0.3;
 /// Lamps of a head have numbers below this.
 const NUMBERS_PER_HEAD: i64 = 4;
 
-impl MarkerArray {
-    /// Creates a sphere for each lamp.
-    pub fn spheres(lamps: &[LampMarker], stamp: WallStamp, compat: Compat) -> Self {
-        Self { markers: elements(lamps, stamp, compat) }
-    }
+/// Makes a sphere for each lamp.
+pub(super) fn spheres(lamps: &[LampMarker], stamp: WallStamp, compat: Compat) -> MarkerArray {
+    MarkerArray { markers: elements(lamps, stamp, compat) }
+}
 
-    /// Creates the message that deletes all markers drawn before. Upstream sends it before each array of spheres; a
-    /// single publisher that always draws all lamps does not need it (Q19).
-    pub fn delete_all(stamp: WallStamp) -> Self {
-        let header = Header::new(stamp, FRAME);
-        Self { markers: vec![Marker { header, action: Marker::DELETEALL, ..Marker::default() }] }
-    }
+/// Makes the message that deletes all markers drawn before. Upstream sends it before each array of spheres; a
+/// single publisher that always draws all lamps does not need it (Q19).
+pub(super) fn delete_all(stamp: WallStamp) -> MarkerArray {
+    let header = Header::new(stamp, FRAME);
+    MarkerArray { markers: vec![Marker { header, action: Marker::DELETEALL, ..Marker::default() }] }
 }
 
 impl ArrayElement for Marker {

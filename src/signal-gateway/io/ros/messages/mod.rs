@@ -1,16 +1,9 @@
-//! The ROS 2 messages that this gateway sends and receives.
-//!
-//! The build generates the types from the definitions in `ros/msg`, in a module for each package, with their type hashes
-//! and the texts for recordings (`build/ros_messages.rs`). The files here convert from and to the core's types. One
-//! `Serialize` serves two readers: CDR on the wire has the fields in order, JSON has them by name.
+//! The messages of ROS 2 from and to what the gateway decides. The types themselves are those of [`ros_messages`].
 
 mod array_element;
-mod bounded;
-mod cdr_bytes;
 mod diagnostics;
 mod element;
 mod gateway_call;
-mod generated;
 mod geometry;
 mod lights;
 mod lights_encoder;
@@ -18,15 +11,19 @@ mod marker_array;
 mod planner_inputs;
 mod planning_factor_array;
 mod section_markers;
-mod stamp;
 mod traffic_light_array_v1;
 mod traffic_light_group_array;
 mod vehicle;
 
-pub use cdr_bytes::CdrBytes;
-pub use generated::*;
+pub use diagnostics::{diagnostic_array, diagnostic_status};
+pub use gateway_call::{call_message, timed_call};
 pub use lights::{LightsMessage, LightsType};
 pub use lights_encoder::LightsEncoder;
+pub use planner_inputs::IntoPlannerInput;
+pub use planning_factor_array::{factors_input, factors_of_decision};
+pub use section_markers::section_markers;
+pub use traffic_light_group_array::{groups_for_arbiter, groups_for_store};
+pub use vehicle::ToRos;
 
 #[cfg(test)]
 mod autoware_tests;

@@ -2,93 +2,96 @@
 
 use std::sync::Arc;
 
-use super::autoware_adapi_v1_msgs::OperationModeState;
-use super::autoware_internal_planning_msgs::{PathPointWithLaneId, PathWithLaneId, Scenario};
-use super::autoware_planning_msgs::{
+use super::geometry::plane_pose;
+use ros_messages::autoware_adapi_v1_msgs::OperationModeState;
+use ros_messages::autoware_internal_planning_msgs::{PathPointWithLaneId, PathWithLaneId, Scenario};
+use ros_messages::autoware_planning_msgs::{
     LaneletPrimitive, LaneletRoute, LaneletSegment, PoseWithUuidStamped, Trajectory, TrajectoryPoint,
 };
-use super::nav_msgs::Odometry;
+use ros_messages::nav_msgs::Odometry;
 use turn_signal::planner_input::{self, OperationMode, PlannerInput, PlannerRoute};
 use turn_signal::route::Segment;
 
-impl From<Odometry> for PlannerInput {
-    fn from(message: Odometry) -> Self {
-        let (pose, speed_mps) = (message.pose.pose.into(), message.twist.twist.linear.x);
+/// A message as the decider takes it.
+pub trait IntoPlannerInput {
+    /// Makes the input.
+    fn into_planner_input(self) -> PlannerInput;
+}
+
+impl IntoPlannerInput for Odometry {
+    fn into_planner_input(self) -> PlannerInput {
+        let (pose, speed_mps) = (plane_pose(self.pose.pose), self.twist.twist.linear.x);
         let odometry = planner_input::Odometry { pose, speed_mps };
-        Self::Odometry { odometry, stamp: message.header.stamp.into() }
+        PlannerInput::Odometry { odometry, stamp: self.header.stamp.into() }
     }
 }
 
-impl From<OperationModeState> for PlannerInput {
-    fn from(message: OperationModeState) -> Self {
-        Self::OperationMode(OperationMode {
-            mode: message.mode,
-            is_autoware_control_enabled: message.is_autoware_control_enabled,
-            is_in_transition: message.is_in_transition,
+impl IntoPlannerInput for OperationModeState {
+    fn into_planner_input(self) -> PlannerInput {
+        PlannerInput::OperationMode(OperationMode {
+            mode: self.mode,
+            is_autoware_control_enabled: self.is_autoware_control_enabled,
+            is_in_transition: self.is_in_transition,
         })
     }
 }
 
-impl From<PathWithLaneId> for PlannerInput {
-    fn from(message: PathWithLaneId) -> Self {
+impl IntoPlannerInput for PathWithLaneId {
+    fn into_planner_input(self) -> PlannerInput {
         let point = |PathPointWithLaneId { point, lane_ids }| planner_input::PlannedPathPoint {
-            pose: point.pose.into(),
+            pose: plane_pose(point.pose),
             speed_mps: point.longitudinal_velocity_mps.into(),
             lanes: lane_ids,
         };
-        Self::PlannedPath(message.points.into_iter().map(point).collect())
+        PlannerInput::PlannedPath(self.points.into_iter().map(point).collect())
     }
 }
 
-impl From<Trajectory> for PlannerInput {
-    fn from(message: Trajectory) -> Self {
+impl IntoPlannerInput for Trajectory {
+    fn into_planner_input(self) -> PlannerInput {
         let point = |point: TrajectoryPoint| planner_input::TrajectoryPoint {
-            pose: point.pose.into(),
+            pose: plane_pose(point.pose),
             speed_mps: point.longitudinal_velocity_mps.into(),
         };
-        Self::Trajectory(message.points.into_iter().map(point).collect())
+        PlannerInput::Trajectory(self.points.into_iter().map(point).collect())
     }
 }
 
-impl From<PoseWithUuidStamped> for PlannerInput {
-    fn from(message: PoseWithUuidStamped) -> Self {
-        Self::ModifiedGoal { route: u128::from_be_bytes(message.uuid.uuid), goal: message.pose.into() }
+impl IntoPlannerInput for PoseWithUuidStamped {
+    fn into_planner_input(self) -> PlannerInput {
+        PlannerInput::ModifiedGoal { route: u128::from_be_bytes(self.uuid.uuid), goal: plane_pose(self.pose) }
     }
 }
 
-impl From<Scenario> for PlannerInput {
-    fn from(message: Scenario) -> Self {
-        Self::LaneDriving(message.current_scenario == Scenario::LANEDRIVING)
+impl IntoPlannerInput for Scenario {
+    fn into_planner_input(self) -> PlannerInput {
+        PlannerInput::LaneDriving(self.current_scenario == Scenario::LANEDRIVING)
     }
 }
 
-impl LaneletPrimitive {
-    fn is_lanelet(&self) -> bool {
-        self.primitive_type != "area"
-    }
+fn is_lanelet(primitive: &LaneletPrimitive) -> bool {
+    primitive.primitive_type != "area"
 }
 
-impl LaneletSegment {
-    /// Returns the lanelets of the segment; `None` without one. The first lanelet replaces a preferred area.
-    fn lanes(&self) -> Option<Segment> {
-        let lanelets = self.primitives.iter().filter(|primitive| primitive.is_lanelet());
-        let mut lanes: Vec<i64> = lanelets.map(|primitive| primitive.id).collect();
-        let preferred = Some(&self.preferred_primitive).filter(|primitive| primitive.is_lanelet());
-        let preferred = preferred.map(|primitive| primitive.id).or_else(|| lanes.first().copied())?;
-        if !lanes.contains(&preferred) {
-            lanes.insert(0, preferred);
-        }
-        Some(Segment { preferred, lanes })
+/// Returns the lanelets of a segment; `None` without one. The first lanelet replaces a preferred area.
+fn lanes(segment: &LaneletSegment) -> Option<Segment> {
+    let lanelets = segment.primitives.iter().filter(|primitive| is_lanelet(primitive));
+    let mut lanes: Vec<i64> = lanelets.map(|primitive| primitive.id).collect();
+    let preferred = Some(&segment.preferred_primitive).filter(|primitive| is_lanelet(primitive));
+    let preferred = preferred.map(|primitive| primitive.id).or_else(|| lanes.first().copied())?;
+    if !lanes.contains(&preferred) {
+        lanes.insert(0, preferred);
     }
+    Some(Segment { preferred, lanes })
 }
 
-impl From<LaneletRoute> for PlannerInput {
-    fn from(message: LaneletRoute) -> Self {
-        Self::Route(Arc::new(PlannerRoute {
-            id: u128::from_be_bytes(message.uuid.uuid),
-            start: message.start_pose.into(),
-            goal: message.goal_pose.into(),
-            segments: message.segments.iter().filter_map(LaneletSegment::lanes).collect(),
+impl IntoPlannerInput for LaneletRoute {
+    fn into_planner_input(self) -> PlannerInput {
+        PlannerInput::Route(Arc::new(PlannerRoute {
+            id: u128::from_be_bytes(self.uuid.uuid),
+            start: plane_pose(self.start_pose),
+            goal: plane_pose(self.goal_pose),
+            segments: self.segments.iter().filter_map(lanes).collect(),
         }))
     }
 }
@@ -107,18 +110,18 @@ mod tests {
 
     #[test]
     fn segments_are_taken_without_their_areas() {
-        let lanes = |preferred, lanes: &[i64]| Some(Segment { preferred, lanes: lanes.to_vec() });
+        let expected_lanes = |preferred, lanes: &[i64]| Some(Segment { preferred, lanes: lanes.to_vec() });
         let cases = [
-            ("lanes", segment((2, "lane"), &[(1, "lane"), (2, "lane")]), lanes(2, &[1, 2])),
-            ("no types", segment((1, ""), &[(1, ""), (2, "")]), lanes(1, &[1, 2])),
-            ("not listed", segment((1, "lane"), &[(2, "lane")]), lanes(1, &[1, 2])),
-            ("no list", segment((1, "lane"), &[]), lanes(1, &[1])),
-            ("an area beside", segment((1, "lane"), &[(1, "lane"), (7, "area")]), lanes(1, &[1])),
-            ("an area preferred", segment((7, "area"), &[(7, "area"), (1, "lane")]), lanes(1, &[1])),
+            ("lanes", segment((2, "lane"), &[(1, "lane"), (2, "lane")]), expected_lanes(2, &[1, 2])),
+            ("no types", segment((1, ""), &[(1, ""), (2, "")]), expected_lanes(1, &[1, 2])),
+            ("not listed", segment((1, "lane"), &[(2, "lane")]), expected_lanes(1, &[1, 2])),
+            ("no list", segment((1, "lane"), &[]), expected_lanes(1, &[1])),
+            ("an area beside", segment((1, "lane"), &[(1, "lane"), (7, "area")]), expected_lanes(1, &[1])),
+            ("an area preferred", segment((7, "area"), &[(7, "area"), (1, "lane")]), expected_lanes(1, &[1])),
             ("areas only", segment((7, "area"), &[(7, "area")]), None),
         ];
         for (name, segment, expected) in cases {
-            assert_eq!(segment.lanes(), expected, "{name}");
+            assert_eq!(lanes(&segment), expected, "{name}");
         }
     }
 }

@@ -1,13 +1,14 @@
 //! The decider's sections as markers for a viewer: arrows at their four points, and their names
 //! (docs/spec/turn-signal-decider.md, "Published sections").
 
-use super::builtin_interfaces::Duration;
-use super::geometry_msgs::Vector3;
-use super::marker_array::FRAME;
-use super::std_msgs::{ColorRGBA, Header};
-use super::visualization_msgs::{Marker, MarkerArray};
+use super::geometry::upright_pose;
+use super::marker_array::{FRAME, delete_all};
 use gateway_base::time::WallStamp;
 use lanelet2_map::geometry as plane;
+use ros_messages::builtin_interfaces::Duration;
+use ros_messages::geometry_msgs::Vector3;
+use ros_messages::std_msgs::{ColorRGBA, Header};
+use ros_messages::visualization_msgs::{Marker, MarkerArray};
 use turn_signal::decision::Decision;
 use turn_signal::resolve::{CandidateOutcome, EvaluatedCandidate};
 use turn_signal::section::Section;
@@ -23,16 +24,13 @@ const REQUIRED_M: f64 = 4.0;
 /// The viewer deletes the markers of a gateway that has ended after this time.
 const LIFETIME: Duration = Duration { sec: 3, nanosec: 0 };
 
-impl MarkerArray {
-    /// Creates the markers of all candidates that have a side and finite points, after the deletion of all markers before.
-    /// The candidate that is signalled is opaque.
-    pub fn sections(decision: &Decision, stamp: WallStamp) -> Self {
-        let mut markers = Self::delete_all(stamp).markers;
-        markers.extend(
-            decision.evaluated().iter().flat_map(|candidate| of_candidate(decision, candidate, stamp)),
-        );
-        Self { markers }
-    }
+/// Makes the markers of all candidates that have a side and finite points, after the deletion of all markers before.
+/// The candidate that is signalled is opaque.
+pub fn section_markers(decision: &Decision, stamp: WallStamp) -> MarkerArray {
+    let mut markers = delete_all(stamp).markers;
+    markers
+        .extend(decision.evaluated().iter().flat_map(|candidate| of_candidate(decision, candidate, stamp)));
+    MarkerArray { markers }
 }
 
 fn of_candidate(decision: &Decision, candidate: &EvaluatedCandidate, stamp: WallStamp) -> Vec<Marker> {
@@ -51,7 +49,7 @@ fn of_candidate(decision: &Decision, candidate: &EvaluatedCandidate, stamp: Wall
         id,
         r#type,
         action: Marker::ADD,
-        pose: pose.into(),
+        pose: upright_pose(pose),
         scale,
         color,
         lifetime: LIFETIME,
@@ -78,7 +76,7 @@ fn of_candidate(decision: &Decision, candidate: &EvaluatedCandidate, stamp: Wall
 
 #[cfg(test)]
 mod tests {
-    use super::super::autoware_internal_planning_msgs::PlanningFactorArray;
+    use super::super::planning_factor_array::factors_of_decision;
     use super::*;
     use lanelet2_map::geometry::path::{NearestLimits, Path, PathFrame};
     use turn_signal::decision::Basis;
@@ -129,7 +127,7 @@ mod tests {
 
     #[test]
     fn each_candidate_has_four_arrows_and_its_name() {
-        let markers = MarkerArray::sections(&two(), WallStamp::default()).markers;
+        let markers = section_markers(&two(), WallStamp::default()).markers;
         assert_eq!(markers[0].action, 3, "those before are deleted");
         let names: Vec<_> = markers[1..].iter().map(|marker| (marker.ns.as_str(), marker.id)).collect();
         let expected = ["intersection", "manoeuvre"].map(|ns| (0..5).map(move |id| (ns, id)));
@@ -149,13 +147,13 @@ mod tests {
         let nan = section(Side::Left, SignalSubject::Turn(1), [0.0, f64::NAN, 50.0, 60.0]);
         let silent = Some(Section { turn: TurnCommand::Disable, ..Section::default() });
         let decision = decision(&Candidates { intersection: Some(nan), roundabout: silent, manoeuvre: None });
-        assert_eq!(MarkerArray::sections(&decision, WallStamp::default()).markers.len(), 1);
-        assert!(PlanningFactorArray::of_decision(&decision, WallStamp::default()).factors.is_empty());
+        assert_eq!(section_markers(&decision, WallStamp::default()).markers.len(), 1);
+        assert!(factors_of_decision(&decision, WallStamp::default()).factors.is_empty());
     }
 
     #[test]
     fn what_is_signalled_is_a_planning_factor() {
-        let array = PlanningFactorArray::of_decision(&two(), WallStamp::default());
+        let array = factors_of_decision(&two(), WallStamp::default());
         let [factor] = &array.factors[..] else { panic!("{array:?}") };
         assert_eq!((factor.module.as_str(), factor.behavior), ("signal_gateway", 6));
         assert_eq!(factor.detail, "left turn on 111");
@@ -164,6 +162,6 @@ mod tests {
         // The front is 4 m ahead of the rear axle at 20 m.
         assert_eq!(points, [(40.0, 16.0), (50.0, 30.0)]);
         let shift = decision(&Candidates { manoeuvre: two().sections.manoeuvre, ..Candidates::default() });
-        assert_eq!(PlanningFactorArray::of_decision(&shift, WallStamp::default()).factors[0].behavior, 5);
+        assert_eq!(factors_of_decision(&shift, WallStamp::default()).factors[0].behavior, 5);
     }
 }

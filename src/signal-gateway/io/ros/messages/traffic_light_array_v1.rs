@@ -1,18 +1,15 @@
 //! `traffic_simulator_msgs/msg/TrafficLightArrayV1`: head by head, without a stamp.
 
 use super::array_element::{ArrayElement, StampPosition, elements};
-use super::autoware_perception_msgs::TrafficLightElement;
-use super::element::id;
-use super::traffic_simulator_msgs::{TrafficLightArrayV1, TrafficLightV1};
+use super::element::{element, id};
 use gateway_base::time::WallStamp;
+use ros_messages::traffic_simulator_msgs::{TrafficLightArrayV1, TrafficLightV1};
 use traffic_lights::compat::Compat;
 use traffic_lights::emission::LightState;
 
-impl TrafficLightArrayV1 {
-    /// Creates the message that shows `heads`, dark ones included.
-    pub fn new(heads: &[LightState], compat: Compat) -> Self {
-        Self { traffic_lights: elements(heads, WallStamp::default(), compat) }
-    }
+/// Makes the message that shows `heads`, dark ones included.
+pub(super) fn light_array_v1(heads: &[LightState], compat: Compat) -> TrafficLightArrayV1 {
+    TrafficLightArrayV1 { traffic_lights: elements(heads, WallStamp::default(), compat) }
 }
 
 impl ArrayElement for TrafficLightV1 {
@@ -21,7 +18,7 @@ impl ArrayElement for TrafficLightV1 {
     const ALIGNMENT: usize = 8;
 
     fn new(head: &LightState, _stamp: WallStamp, compat: Compat) -> Self {
-        let bulb = |bulb| TrafficLightElement::new(bulb, head.confidence, compat).into();
+        let bulb = |bulb| element(bulb, head.confidence, compat).into();
         Self {
             lanelet_way_id: id(head.way_id, compat),
             traffic_light_bulbs: head.bulbs.iter().map(bulb).collect(),

@@ -6,12 +6,12 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::array_element::{ArrayElement, StampPosition, elements};
-use super::autoware_perception_msgs::{
+use super::element::{bulb, group_elements, id};
+use gateway_base::time::WallStamp;
+use ros_messages::autoware_perception_msgs::{
     PredictedTrafficLightState, TrafficLightElement, TrafficLightGroup, TrafficLightGroupArray,
     TrafficSignal, TrafficSignalArray,
 };
-use super::element::id;
-use gateway_base::time::WallStamp;
 use traffic_lights::bulb::BulbSet;
 use traffic_lights::compat::Compat;
 use traffic_lights::emission::{GroupElement, GroupState, Prediction};
@@ -19,29 +19,28 @@ use traffic_lights::input::TrafficLightInput;
 use traffic_lights::received::ReceivedState;
 use traffic_lights::target::{LightChannel, StoreId};
 
-impl PredictedTrafficLightState {
-    pub(super) fn new(prediction: &Prediction, compat: Compat) -> Self {
-        #[allow(clippy::cast_possible_truncation)] // the field is no wider
-        let reliability = prediction.reliability as f32;
-        Self {
-            predicted_stamp: prediction.at.into(),
-            simultaneous_elements: TrafficLightElement::all(&prediction.elements, compat),
-            reliability,
-            information_source: prediction.source.clone().into_owned(),
-        }
+/// Makes the message of a prediction.
+pub(super) fn predicted_state(prediction: &Prediction, compat: Compat) -> PredictedTrafficLightState {
+    #[allow(clippy::cast_possible_truncation)] // the field is no wider
+    let reliability = prediction.reliability as f32;
+    PredictedTrafficLightState {
+        predicted_stamp: prediction.at.into(),
+        simultaneous_elements: group_elements(&prediction.elements, compat),
+        reliability,
+        information_source: prediction.source.clone().into_owned(),
     }
+}
 
-    /// Returns the prediction; `None` when a number of it is not a constant of its type, or its stamp is not a time.
-    fn prediction(&self) -> Option<Prediction> {
-        let elements = elements_of(&self.simultaneous_elements)?;
-        let source = INFORMATION_SOURCES.into_iter().find(|known| *known == self.information_source);
-        Some(Prediction {
-            at: self.predicted_stamp.checked()?,
-            elements,
-            reliability: self.reliability.into(),
-            source: source.map_or_else(|| self.information_source.clone().into(), Cow::Borrowed),
-        })
-    }
+/// Returns the prediction of a message; `None` when a number of it is not a constant of its type, or its stamp is not a time.
+fn prediction(message: &PredictedTrafficLightState) -> Option<Prediction> {
+    let elements = elements_of(&message.simultaneous_elements)?;
+    let source = INFORMATION_SOURCES.into_iter().find(|known| *known == message.information_source);
+    Some(Prediction {
+        at: message.predicted_stamp.checked()?,
+        elements,
+        reliability: message.reliability.into(),
+        source: source.map_or_else(|| message.information_source.clone().into(), Cow::Borrowed),
+    })
 }
 
 /// The sources that the type has a constant for.
@@ -58,67 +57,67 @@ const INFORMATION_SOURCES: [&str; 7] = [
 /// Returns the bulbs with the confidence of each; `None` when one of them has an undefined number.
 fn elements_of(elements: &[TrafficLightElement]) -> Option<Vec<GroupElement>> {
     let element = |element: &TrafficLightElement| {
-        Some(GroupElement { bulb: element.bulb()?, confidence: f64::from(element.confidence) })
+        Some(GroupElement { bulb: bulb(*element)?, confidence: f64::from(element.confidence) })
     };
     elements.iter().map(element).collect()
 }
 
-impl TrafficLightGroupArray {
-    /// Creates the message that shows `groups`.
-    pub fn new(groups: &[Arc<GroupState>], stamp: WallStamp, compat: Compat) -> Self {
-        Self { stamp: stamp.into(), traffic_light_groups: elements(groups, stamp, compat) }
-    }
-
-    /// Returns the core's input for a store. A group without elements removes its state; a group with an undefined
-    /// number is left out as a whole and counted, a prediction with one alone. Only states of V2I have predictions.
-    pub fn for_store(&self, store: StoreId) -> TrafficLightInput {
-        let (mut states, mut rejected) = (Vec::new(), 0);
-        for group in &self.traffic_light_groups {
-            let bulbs: Option<BulbSet> = group.elements.iter().map(TrafficLightElement::bulb).collect();
-            let Some(bulbs) = bulbs else {
-                rejected += 1;
-                continue;
-            };
-            // The least certain bulb decides.
-            let confidences = group.elements.iter().map(|element| f64::from(element.confidence));
-            let confidence = confidences.fold(1.0, f64::min);
-            let state = (!bulbs.is_empty()).then(|| {
-                let has_predictions = store.channel == LightChannel::V2i;
-                let predicted = if has_predictions { group.predictions.as_slice() } else { &[] };
-                let predictions: Vec<_> =
-                    predicted.iter().filter_map(PredictedTrafficLightState::prediction).collect();
-                rejected += u32::try_from(predicted.len() - predictions.len()).unwrap_or(u32::MAX);
-                ReceivedState { bulbs, confidence, predictions }
-            });
-            states.push((group.traffic_light_group_id, state));
-        }
-        TrafficLightInput::States { store, stamp: self.stamp.into(), states, rejected }
-    }
-
-    /// Returns the core's input of a camera pipeline. A group with an undefined number is left out as a whole and
-    /// counted; predictions of cameras are not used.
-    pub fn for_arbiter(&self) -> TrafficLightInput {
-        let group = |group: &TrafficLightGroup| {
-            let elements = elements_of(&group.elements)?;
-            let relation_id = group.traffic_light_group_id;
-            Some(Arc::new(GroupState { relation_id, elements, predictions: Vec::new() }))
-        };
-        let groups: Vec<_> = self.traffic_light_groups.iter().filter_map(group).collect();
-        let rejected = u32::try_from(self.traffic_light_groups.len() - groups.len()).unwrap_or(u32::MAX);
-        TrafficLightInput::Camera { stamp: self.stamp.into(), groups: groups.into(), rejected }
-    }
+/// Makes the message that shows `groups`.
+pub(super) fn group_array(
+    groups: &[Arc<GroupState>],
+    stamp: WallStamp,
+    compat: Compat,
+) -> TrafficLightGroupArray {
+    TrafficLightGroupArray { stamp: stamp.into(), traffic_light_groups: elements(groups, stamp, compat) }
 }
 
+/// Returns the input of a message for a store. A group without elements removes its state; a group with an undefined
+/// number is left out as a whole and counted, a prediction with one alone. Only states of V2I have predictions.
+pub fn groups_for_store(message: &TrafficLightGroupArray, store: StoreId) -> TrafficLightInput {
+    let (mut states, mut rejected) = (Vec::new(), 0);
+    for group in &message.traffic_light_groups {
+        let bulbs: Option<BulbSet> = group.elements.iter().copied().map(bulb).collect();
+        let Some(bulbs) = bulbs else {
+            rejected += 1;
+            continue;
+        };
+        // The least certain bulb decides.
+        let confidences = group.elements.iter().map(|element| f64::from(element.confidence));
+        let confidence = confidences.fold(1.0, f64::min);
+        let state = (!bulbs.is_empty()).then(|| {
+            let has_predictions = store.channel == LightChannel::V2i;
+            let predicted = if has_predictions { group.predictions.as_slice() } else { &[] };
+            let predictions: Vec<_> = predicted.iter().filter_map(prediction).collect();
+            rejected += u32::try_from(predicted.len() - predictions.len()).unwrap_or(u32::MAX);
+            ReceivedState { bulbs, confidence, predictions }
+        });
+        states.push((group.traffic_light_group_id, state));
+    }
+    TrafficLightInput::States { store, stamp: message.stamp.into(), states, rejected }
+}
+
+/// Returns the input of a camera pipeline's message. A group with an undefined number is left out as a whole and
+/// counted; predictions of cameras are not used.
+pub fn groups_for_arbiter(message: &TrafficLightGroupArray) -> TrafficLightInput {
+    let group = |group: &TrafficLightGroup| {
+        let elements = elements_of(&group.elements)?;
+        let relation_id = group.traffic_light_group_id;
+        Some(Arc::new(GroupState { relation_id, elements, predictions: Vec::new() }))
+    };
+    let groups: Vec<_> = message.traffic_light_groups.iter().filter_map(group).collect();
+    let rejected = u32::try_from(message.traffic_light_groups.len() - groups.len()).unwrap_or(u32::MAX);
+    TrafficLightInput::Camera { stamp: message.stamp.into(), groups: groups.into(), rejected }
+}
 impl ArrayElement for TrafficLightGroup {
     type Item = Arc<GroupState>;
     const STAMP: StampPosition = StampPosition::Message;
     const ALIGNMENT: usize = 8;
 
     fn new(group: &Arc<GroupState>, _stamp: WallStamp, compat: Compat) -> Self {
-        let predicted = |prediction: &Prediction| PredictedTrafficLightState::new(prediction, compat);
+        let predicted = |prediction: &Prediction| predicted_state(prediction, compat);
         Self {
             traffic_light_group_id: id(group.relation_id, compat),
-            elements: TrafficLightElement::all(&group.elements, compat),
+            elements: group_elements(&group.elements, compat),
             predictions: group.predictions.iter().map(predicted).collect(),
         }
     }
@@ -128,11 +127,13 @@ impl ArrayElement for TrafficLightGroup {
     }
 }
 
-impl TrafficSignalArray {
-    /// Creates the message that shows `groups`, without their predictions.
-    pub fn new(groups: &[Arc<GroupState>], stamp: WallStamp, compat: Compat) -> Self {
-        Self { stamp: stamp.into(), signals: elements(groups, stamp, compat) }
-    }
+/// Makes the message that shows `groups`, without their predictions.
+pub(super) fn signal_array(
+    groups: &[Arc<GroupState>],
+    stamp: WallStamp,
+    compat: Compat,
+) -> TrafficSignalArray {
+    TrafficSignalArray { stamp: stamp.into(), signals: elements(groups, stamp, compat) }
 }
 
 impl ArrayElement for TrafficSignal {
@@ -141,7 +142,7 @@ impl ArrayElement for TrafficSignal {
     const ALIGNMENT: usize = 8;
 
     fn new(group: &Arc<GroupState>, _stamp: WallStamp, compat: Compat) -> Self {
-        let elements = TrafficLightElement::all(&group.elements, compat);
+        let elements = group_elements(&group.elements, compat);
         Self {
             traffic_signal_id: id(group.relation_id, compat),
             elements: elements.into_iter().map(Into::into).collect(),

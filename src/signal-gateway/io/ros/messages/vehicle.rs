@@ -1,11 +1,5 @@
 //! `autoware_vehicle_msgs`, and the doors: reports on the vehicle, and commands for its lights.
 
-use super::autoware_adapi_v1_msgs::{DoorStatus, DoorStatusArray};
-use super::autoware_vehicle_msgs::{
-    ControlModeReport, GearReport, HazardLightsCommand, HazardLightsReport, SteeringReport,
-    TurnIndicatorsCommand, TurnIndicatorsReport, VelocityReport,
-};
-use super::std_msgs::Header;
 use gateway_base::time::WallStamp;
 use gateway_core::control_mode::ControlMode;
 use gateway_core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
@@ -13,89 +7,116 @@ use gateway_core::vehicle_status::doors::DoorStates;
 use gateway_core::vehicle_status::gear::Gear;
 use gateway_core::vehicle_status::steering::TireAngle;
 use gateway_core::vehicle_status::velocity::Velocity;
+use ros_messages::autoware_adapi_v1_msgs::{DoorStatus, DoorStatusArray};
+use ros_messages::autoware_vehicle_msgs::{
+    ControlModeReport, GearReport, HazardLightsCommand, HazardLightsReport, SteeringReport,
+    TurnIndicatorsCommand, TurnIndicatorsReport, VelocityReport,
+};
+use ros_messages::std_msgs::Header;
 use turn_signal::light_command::{HazardCommand, TurnCommand};
 
 /// Frame of the velocity: the middle of the rear axle, on the ground.
 const BASE_LINK: &str = "base_link";
 
-impl TurnIndicatorsReport {
-    /// Creates the report of `state`; `stamp` is the receive time of the frame that carried it.
-    pub fn new(state: TurnIndicators, stamp: WallStamp) -> Self {
-        let report = match state {
-            TurnIndicators::Disable => Self::DISABLE,
-            TurnIndicators::EnableLeft => Self::ENABLE_LEFT,
-            TurnIndicators::EnableRight => Self::ENABLE_RIGHT,
+/// What the gateway decides, as its message.
+pub trait ToRos {
+    /// The message.
+    type Message;
+
+    /// Makes the message; `stamp` is the receive time of the newest frame behind it, or of the decision.
+    fn to_ros(self, stamp: WallStamp) -> Self::Message;
+}
+
+impl ToRos for TurnIndicators {
+    type Message = TurnIndicatorsReport;
+
+    fn to_ros(self, stamp: WallStamp) -> TurnIndicatorsReport {
+        let report = match self {
+            Self::Disable => TurnIndicatorsReport::DISABLE,
+            Self::EnableLeft => TurnIndicatorsReport::ENABLE_LEFT,
+            Self::EnableRight => TurnIndicatorsReport::ENABLE_RIGHT,
         };
-        Self { stamp: stamp.into(), report }
+        TurnIndicatorsReport { stamp: stamp.into(), report }
     }
 }
 
-impl HazardLightsReport {
-    /// Creates the report of `state`; `stamp` is the receive time of the frame that carried it.
-    pub fn new(state: HazardLights, stamp: WallStamp) -> Self {
-        let report = match state {
-            HazardLights::Disable => Self::DISABLE,
-            HazardLights::Enable => Self::ENABLE,
+impl ToRos for HazardLights {
+    type Message = HazardLightsReport;
+
+    fn to_ros(self, stamp: WallStamp) -> HazardLightsReport {
+        let report = match self {
+            Self::Disable => HazardLightsReport::DISABLE,
+            Self::Enable => HazardLightsReport::ENABLE,
         };
-        Self { stamp: stamp.into(), report }
+        HazardLightsReport { stamp: stamp.into(), report }
     }
 }
 
-impl TurnIndicatorsCommand {
-    /// Creates the message that gives `command`, which has the constants of the message as numbers.
-    pub fn new(command: TurnCommand, stamp: WallStamp) -> Self {
-        Self { stamp: stamp.into(), command: command as u8 }
+/// The variants have the constants of the message as numbers.
+impl ToRos for TurnCommand {
+    type Message = TurnIndicatorsCommand;
+
+    fn to_ros(self, stamp: WallStamp) -> TurnIndicatorsCommand {
+        TurnIndicatorsCommand { stamp: stamp.into(), command: self as u8 }
     }
 }
 
-impl HazardLightsCommand {
-    /// Creates the message that gives `command`, which has the constants of the message as numbers.
-    pub fn new(command: HazardCommand, stamp: WallStamp) -> Self {
-        Self { stamp: stamp.into(), command: command as u8 }
+/// The variants have the constants of the message as numbers.
+impl ToRos for HazardCommand {
+    type Message = HazardLightsCommand;
+
+    fn to_ros(self, stamp: WallStamp) -> HazardLightsCommand {
+        HazardLightsCommand { stamp: stamp.into(), command: self as u8 }
     }
 }
 
-impl VelocityReport {
-    /// Creates the report of `velocity`, whose lateral part is 0 by the model; `stamp` is the receive time of the leading frame.
-    pub fn new(velocity: Velocity, stamp: WallStamp) -> Self {
-        Self {
+/// The lateral part is 0 by the model.
+impl ToRos for Velocity {
+    type Message = VelocityReport;
+
+    fn to_ros(self, stamp: WallStamp) -> VelocityReport {
+        VelocityReport {
             header: Header::new(stamp, BASE_LINK),
-            longitudinal_velocity: single(velocity.longitudinal_mps),
+            longitudinal_velocity: single(self.longitudinal_mps),
             lateral_velocity: 0.0,
-            heading_rate: single(velocity.heading_rate_radps),
+            heading_rate: single(self.heading_rate_radps),
         }
     }
 }
 
-impl SteeringReport {
-    /// Creates the report of `angle`; `stamp` is the receive time of the frame that carried it.
-    pub fn new(angle: TireAngle, stamp: WallStamp) -> Self {
-        Self { stamp: stamp.into(), steering_tire_angle: single(angle.0) }
+impl ToRos for TireAngle {
+    type Message = SteeringReport;
+
+    fn to_ros(self, stamp: WallStamp) -> SteeringReport {
+        SteeringReport { stamp: stamp.into(), steering_tire_angle: single(self.0) }
     }
 }
 
-impl GearReport {
-    /// Creates the report of `gear`, which has the constants of the message as numbers; `stamp` is the receive time of the
-    /// frame that carried it.
-    pub fn new(gear: Gear, stamp: WallStamp) -> Self {
-        Self { stamp: stamp.into(), report: gear as u8 }
+/// The variants have the constants of the message as numbers.
+impl ToRos for Gear {
+    type Message = GearReport;
+
+    fn to_ros(self, stamp: WallStamp) -> GearReport {
+        GearReport { stamp: stamp.into(), report: self as u8 }
     }
 }
 
-impl ControlModeReport {
-    /// Creates the report of `mode`, which has the constants of the message as numbers; `stamp` is the receive time of the
-    /// newest frame that carried it.
-    pub fn new(mode: ControlMode, stamp: WallStamp) -> Self {
-        Self { stamp: stamp.into(), mode: mode as u8 }
+/// The variants have the constants of the message as numbers.
+impl ToRos for ControlMode {
+    type Message = ControlModeReport;
+
+    fn to_ros(self, stamp: WallStamp) -> ControlModeReport {
+        ControlModeReport { stamp: stamp.into(), mode: self as u8 }
     }
 }
 
-impl DoorStatusArray {
-    /// Creates the report of all doors, whose states have the constants of the message as numbers; `stamp` is the receive time
-    /// of the newest frame that carried one.
-    pub fn new(doors: DoorStates, stamp: WallStamp) -> Self {
-        let doors = doors.as_slice().iter().map(|state| DoorStatus { status: *state as u8 });
-        Self { stamp: stamp.into(), doors: doors.collect() }
+/// The states have the constants of the message as numbers.
+impl ToRos for DoorStates {
+    type Message = DoorStatusArray;
+
+    fn to_ros(self, stamp: WallStamp) -> DoorStatusArray {
+        let doors = self.as_slice().iter().map(|state| DoorStatus { status: *state as u8 });
+        DoorStatusArray { stamp: stamp.into(), doors: doors.collect() }
     }
 }
 

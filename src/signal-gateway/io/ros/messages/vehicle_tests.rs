@@ -1,11 +1,7 @@
 //! Bytes and JSON of the messages about the vehicle.
 
-use super::autoware_adapi_v1_msgs::{DoorStatus, DoorStatusArray};
-use super::autoware_vehicle_msgs::{
-    ControlModeReport, GearReport, HazardLightsReport, SteeringReport, TurnIndicatorsReport, VelocityReport,
-};
-use super::diagnostic_msgs::DiagnosticArray;
 use super::golden::{STAMP, Wire, cdr, string, with_stamp};
+use super::{ToRos as _, diagnostic_array};
 use gateway_base::diagnostics::{Diagnostics, Level, Status};
 use gateway_base::time::WallStamp;
 use gateway_core::control_mode::ControlMode;
@@ -15,6 +11,9 @@ use gateway_core::vehicle_status::doors::{DoorState, DoorStates};
 use gateway_core::vehicle_status::gear::Gear;
 use gateway_core::vehicle_status::steering::TireAngle;
 use gateway_core::vehicle_status::velocity::Velocity;
+use ros_messages::autoware_adapi_v1_msgs::DoorStatus;
+use ros_messages::autoware_vehicle_msgs::{ControlModeReport, GearReport};
+use ros_messages::diagnostic_msgs::DiagnosticArray;
 use turn_signal::light_command::Numbered as _;
 
 #[test]
@@ -22,20 +21,20 @@ fn every_turn_state_has_its_bytes() {
     for (state, byte) in
         [(TurnIndicators::Disable, 1), (TurnIndicators::EnableLeft, 2), (TurnIndicators::EnableRight, 3)]
     {
-        assert_eq!(cdr(&TurnIndicatorsReport::new(state, STAMP)), with_stamp(&[byte]));
+        assert_eq!(cdr(&state.to_ros(STAMP)), with_stamp(&[byte]));
     }
 }
 
 #[test]
 fn every_hazard_state_has_its_bytes() {
     for (state, byte) in [(HazardLights::Disable, 1), (HazardLights::Enable, 2)] {
-        assert_eq!(cdr(&HazardLightsReport::new(state, STAMP)), with_stamp(&[byte]));
+        assert_eq!(cdr(&state.to_ros(STAMP)), with_stamp(&[byte]));
     }
 }
 
 #[test]
 fn a_stamp_before_the_epoch_is_negative_seconds_and_positive_nanoseconds() {
-    let report = TurnIndicatorsReport::new(TurnIndicators::Disable, WallStamp::from_nanos(-1));
+    let report = TurnIndicators::Disable.to_ros(WallStamp::from_nanos(-1));
     assert_eq!(cdr(&report), [0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xC9, 0x9A, 0x3B, 1]);
 }
 
@@ -43,12 +42,12 @@ fn a_stamp_before_the_epoch_is_negative_seconds_and_positive_nanoseconds() {
 fn velocity_is_at_base_link_with_its_sign_and_no_lateral_part() {
     let velocity = Velocity { longitudinal_mps: -2.5, heading_rate_radps: 0.1 };
     let expected = Wire::default().stamp().text("base_link").singles(&[-2.5, 0.0, 0.1]);
-    assert_eq!(cdr(&VelocityReport::new(velocity, STAMP)), expected.done());
+    assert_eq!(cdr(&velocity.to_ros(STAMP)), expected.done());
 }
 
 #[test]
 fn steering_angle_has_the_nearest_single_precision_number() {
-    let report = SteeringReport::new(TireAngle(-0.3), STAMP);
+    let report = TireAngle(-0.3).to_ros(STAMP);
     assert_eq!(cdr(&report), Wire::default().stamp().singles(&[-0.3]).done());
 }
 
@@ -82,7 +81,7 @@ fn every_gear_has_the_constant_of_its_name_and_none_has_the_zero() {
     ];
     for ((gear, constant), number) in CONSTANTS.into_iter().zip(1..) {
         assert_eq!(constant, number, "{}", gear.name());
-        assert_eq!(cdr(&GearReport::new(gear, STAMP)), with_stamp(&[number]), "{}", gear.name());
+        assert_eq!(cdr(&gear.to_ros(STAMP)), with_stamp(&[number]), "{}", gear.name());
     }
     assert_eq!(GearReport::NONE, 0);
 }
@@ -90,7 +89,7 @@ fn every_gear_has_the_constant_of_its_name_and_none_has_the_zero() {
 #[test]
 fn every_control_mode_has_its_bytes() {
     for mode in ControlMode::ALL {
-        let bytes = cdr(&ControlModeReport::new(*mode, STAMP));
+        let bytes = cdr(&mode.to_ros(STAMP));
         let number = match mode {
             ControlMode::NoCommand => ControlModeReport::NO_COMMAND,
             ControlMode::Autonomous => ControlModeReport::AUTONOMOUS,
@@ -117,7 +116,7 @@ fn each_door_has_the_byte_of_its_state_in_order() {
     let doors: DoorStates = states.iter().map(|(state, _)| *state).collect();
     let bytes = states.map(|(_, constant)| constant);
     let expected = Wire::default().stamp().count(6).bytes(&bytes);
-    assert_eq!(cdr(&DoorStatusArray::new(doors, STAMP)), expected.done());
+    assert_eq!(cdr(&doors.to_ros(STAMP)), expected.done());
     assert_eq!(bytes, [0, 1, 2, 3, 4, 5]);
 }
 
@@ -131,7 +130,7 @@ fn diagnostics() -> DiagnosticArray {
         status(Level::Error, "veraltet für 1 s", vec![("bus", "can0".to_owned()), ("leer", String::new())]),
         status(Level::Ok, "", vec![]),
     ];
-    DiagnosticArray::new(&Diagnostics { node: "gw".to_owned(), statuses, refresh: true }, STAMP, "car")
+    diagnostic_array(&Diagnostics { node: "gw".to_owned(), statuses, refresh: true }, STAMP, "car")
 }
 
 #[test]
@@ -161,7 +160,7 @@ fn diagnostics_have_their_bytes_with_strings_aligned_to_four() {
 
 #[test]
 fn json_has_the_field_names_of_the_messages_and_levels_as_numbers() {
-    let report = TurnIndicatorsReport::new(TurnIndicators::EnableLeft, STAMP);
+    let report = TurnIndicators::EnableLeft.to_ros(STAMP);
     assert_eq!(
         serde_json::to_string(&report).unwrap(),
         r#"{"stamp":{"sec":1700000000,"nanosec":123456789},"report":2}"#

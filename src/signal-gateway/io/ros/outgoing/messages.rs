@@ -9,15 +9,7 @@ use std::sync::Arc;
 
 use serde::{Serialize, Serializer};
 
-use crate::io::ros::messages::CdrBytes;
-use crate::io::ros::messages::autoware_adapi_v1_msgs::DoorStatusArray;
-use crate::io::ros::messages::autoware_internal_planning_msgs::PlanningFactorArray;
-use crate::io::ros::messages::autoware_vehicle_msgs::{
-    ControlModeReport, GearReport, HazardLightsCommand, HazardLightsReport, SteeringReport,
-    TurnIndicatorsCommand, TurnIndicatorsReport, VelocityReport,
-};
-use crate::io::ros::messages::diagnostic_msgs::DiagnosticArray;
-use crate::io::ros::messages::visualization_msgs::MarkerArray;
+use crate::io::ros::messages::{ToRos, diagnostic_array, factors_of_decision, section_markers};
 #[cfg(feature = "ros")]
 use crate::io::ros::parameters::Parameters;
 use crate::io::ros::topics::OutgoingTopic;
@@ -26,6 +18,7 @@ use gateway_core::gateway::event::Output;
 use gateway_core::vehicle_lights::output::VehicleLightsOutput;
 use gateway_core::vehicle_report::Step;
 use gateway_core::vehicle_status::output::VehicleStatusOutput;
+use ros_messages::cdr::CdrBytes;
 use traffic_lights::emission::{Emission, LightsTopic};
 use traffic_lights::output::TrafficLightOutput;
 use turn_signal::output::TurnSignalOutput;
@@ -95,30 +88,30 @@ impl fmt::Debug for Publication {
 pub(crate) fn publications(output: &Output, hardware_id: &str) -> Vec<(OutgoingTopic, Publication)> {
     match output {
         Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step)) => {
-            let report = Publication::report(*step, TurnIndicatorsReport::new);
+            let report = Publication::report(*step, ToRos::to_ros);
             vec![(OutgoingTopic::TurnIndicatorsReport, report)]
         }
         Output::VehicleLights(VehicleLightsOutput::HazardLights(step)) => {
-            vec![(OutgoingTopic::HazardLightsReport, Publication::report(*step, HazardLightsReport::new))]
+            vec![(OutgoingTopic::HazardLightsReport, Publication::report(*step, ToRos::to_ros))]
         }
         Output::VehicleStatus(output) => vec![status(*output)],
         Output::Diagnostics { diagnostics, stamp } => {
-            let array = DiagnosticArray::new(diagnostics, *stamp, hardware_id);
+            let array = diagnostic_array(diagnostics, *stamp, hardware_id);
             vec![(OutgoingTopic::Diagnostics, Publication::of(array))]
         }
         Output::TurnSignal(TurnSignalOutput::TurnCommand { command, stamp }) => {
-            let message = TurnIndicatorsCommand::new(*command, *stamp);
+            let message = command.to_ros(*stamp);
             vec![(OutgoingTopic::TurnCommand, Publication::of(message))]
         }
         Output::TurnSignal(TurnSignalOutput::HazardCommand { command, stamp }) => {
-            let message = HazardLightsCommand::new(*command, *stamp);
+            let message = command.to_ros(*stamp);
             vec![(OutgoingTopic::HazardCommand, Publication::of(message))]
         }
         Output::TurnSignal(TurnSignalOutput::Sections { decision, stamp }) => {
             let (drawn, stamp) = ([Arc::clone(decision), Arc::clone(decision)], *stamp);
             let [markers, factors] = drawn;
-            let markers = Lazy(move || MarkerArray::sections(&markers, stamp));
-            let factors = Lazy(move || PlanningFactorArray::of_decision(&factors, stamp));
+            let markers = Lazy(move || section_markers(&markers, stamp));
+            let factors = Lazy(move || factors_of_decision(&factors, stamp));
             vec![
                 (OutgoingTopic::SectionMarkers, Publication::of(markers)),
                 (OutgoingTopic::PlanningFactors, Publication::of(factors)),
@@ -134,19 +127,19 @@ pub(crate) fn publications(output: &Output, hardware_id: &str) -> Vec<(OutgoingT
 fn status(output: VehicleStatusOutput) -> (OutgoingTopic, Publication) {
     match output {
         VehicleStatusOutput::Velocity(step) => {
-            (OutgoingTopic::VelocityReport, Publication::report(step, VelocityReport::new))
+            (OutgoingTopic::VelocityReport, Publication::report(step, ToRos::to_ros))
         }
         VehicleStatusOutput::Steering(step) => {
-            (OutgoingTopic::SteeringReport, Publication::report(step, SteeringReport::new))
+            (OutgoingTopic::SteeringReport, Publication::report(step, ToRos::to_ros))
         }
         VehicleStatusOutput::Gear(step) => {
-            (OutgoingTopic::GearReport, Publication::report(step, GearReport::new))
+            (OutgoingTopic::GearReport, Publication::report(step, ToRos::to_ros))
         }
         VehicleStatusOutput::ControlMode(step) => {
-            (OutgoingTopic::ControlModeReport, Publication::report(step, ControlModeReport::new))
+            (OutgoingTopic::ControlModeReport, Publication::report(step, ToRos::to_ros))
         }
         VehicleStatusOutput::Doors(step) => {
-            (OutgoingTopic::DoorStatusArray, Publication::report(step, DoorStatusArray::new))
+            (OutgoingTopic::DoorStatusArray, Publication::report(step, ToRos::to_ros))
         }
     }
 }

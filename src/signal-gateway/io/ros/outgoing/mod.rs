@@ -7,11 +7,13 @@ use std::collections::{HashMap, VecDeque};
 use crate::io::ros::link::Order;
 #[cfg(feature = "ros")]
 use crate::io::ros::link::WrittenTopic;
-use crate::io::ros::messages::{CdrBytes, LightsEncoder, LightsType, TypeName};
+use crate::io::ros::messages::{LightsEncoder, LightsType};
 use crate::io::ros::outgoing::messages::{OutgoingMessages, Publication};
 use crate::io::ros::topics::{
     Delivery, Durability, LightsTopicSettings, OutgoingTopic, RowDurability, TopicFlow, Topics, lights_row,
 };
+use ros_messages::TypeName;
+use ros_messages::cdr::CdrBytes;
 use traffic_lights::compat::Compat;
 use traffic_lights::emission::LightsTopic;
 

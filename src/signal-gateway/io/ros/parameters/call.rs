@@ -1,7 +1,6 @@
 //! A request in a sample, and the sample of its response: each middleware has its own way to say which belong together.
 
-use crate::io::ros::messages::CdrBytes;
-use crate::io::ros::reading::Endian;
+use ros_messages::cdr::{CdrBytes, Endian};
 
 /// Bytes before the request where it is Cyclone's: number of the client, number of the request.
 const HEADER: usize = 16;

@@ -11,10 +11,10 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::messages::autoware_adapi_v1_msgs::DoorLayout;
-use super::messages::builtin_interfaces::Time;
-use super::messages::rcl_interfaces::{Parameter, ParameterEvent, ParameterValue as NoValue};
 pub use call::{Call, Middleware};
+use ros_messages::autoware_adapi_v1_msgs::DoorLayout;
+use ros_messages::builtin_interfaces::Time;
+use ros_messages::rcl_interfaces::{Parameter, ParameterEvent, ParameterValue as NoValue};
 pub use service::{MAX_REQUEST, MAX_RESPONSE, NodeService, ServiceContents};
 pub use value::ParameterValue;
 

@@ -3,13 +3,13 @@
 use serde::{Deserialize, Serialize};
 
 use super::{DoorLayouts, ParameterValue, Parameters};
-use crate::io::ros::messages::autoware_adapi_v1_msgs::{GetDoorLayoutResponse, ResponseStatus};
-use crate::io::ros::messages::rcl_interfaces::{
+use ros_messages::TypeName;
+use ros_messages::autoware_adapi_v1_msgs::{GetDoorLayoutResponse, ResponseStatus};
+use ros_messages::cdr::{CdrBytes, Endian, Unreadable, read_message};
+use ros_messages::rcl_interfaces::{
     GetParametersRequest, ListParametersRequest, ListParametersResult, Parameter, ParameterDescriptor,
     ParameterValue as ValueMessage, SetParametersRequest, SetParametersResult,
 };
-use crate::io::ros::messages::{CdrBytes, TypeName};
-use crate::io::ros::reading::{Endian, Unreadable, read_message};
 
 /// The longest request, bytes.
 pub const MAX_REQUEST: usize = 64 * 1024;
@@ -200,7 +200,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::io::ros::messages::autoware_adapi_v1_msgs::DoorLayout;
+    use ros_messages::autoware_adapi_v1_msgs::DoorLayout;
 
     fn contents() -> ServiceContents {
         let mut parameters = Parameters::default();

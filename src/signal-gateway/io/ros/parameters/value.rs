@@ -3,7 +3,7 @@
 use derive_more::From;
 use serde::{Deserialize, Serialize};
 
-use crate::io::ros::messages::rcl_interfaces::ParameterValue as Message;
+use ros_messages::rcl_interfaces::ParameterValue as Message;
 
 /// A value of one of the types that parameters have.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, From)]

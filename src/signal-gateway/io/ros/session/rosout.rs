@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use tracing::Level;
 
 use crate::io::process_log::{TakenWarnings, Warning};
-use crate::io::ros::messages::rcl_interfaces::Log;
+use ros_messages::rcl_interfaces::Log;
 
 /// Makes the messages of one logger.
 #[derive(Debug)]

@@ -2,18 +2,14 @@
 
 use super::flow::TopicFlow;
 use super::qos::{Durability, Reliability};
-use crate::io::ros::messages::autoware_adapi_v1_msgs::OperationModeState;
-use crate::io::ros::messages::autoware_internal_planning_msgs::{
-    PathWithLaneId, PlanningFactorArray, Scenario,
-};
-use crate::io::ros::messages::autoware_perception_msgs::TrafficLightGroupArray;
-use crate::io::ros::messages::autoware_planning_msgs::{LaneletRoute, PoseWithUuidStamped, Trajectory};
-use crate::io::ros::messages::autoware_vehicle_msgs::{
-    ControlModeReport, HazardLightsCommand, TurnIndicatorsCommand,
-};
-use crate::io::ros::messages::nav_msgs::Odometry;
-use crate::io::ros::messages::rosgraph_msgs::Clock;
-use crate::io::ros::messages::{TypeName, std_msgs};
+use ros_messages::autoware_adapi_v1_msgs::OperationModeState;
+use ros_messages::autoware_internal_planning_msgs::{PathWithLaneId, PlanningFactorArray, Scenario};
+use ros_messages::autoware_perception_msgs::TrafficLightGroupArray;
+use ros_messages::autoware_planning_msgs::{LaneletRoute, PoseWithUuidStamped, Trajectory};
+use ros_messages::autoware_vehicle_msgs::{ControlModeReport, HazardLightsCommand, TurnIndicatorsCommand};
+use ros_messages::nav_msgs::Odometry;
+use ros_messages::rosgraph_msgs::Clock;
+use ros_messages::{TypeName, std_msgs};
 use traffic_lights::target::StoreId;
 use turn_signal::planner_input::FactorTopic;
 

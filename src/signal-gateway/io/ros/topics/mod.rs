@@ -9,22 +9,23 @@ mod qos;
 
 use std::collections::BTreeMap;
 
-use super::messages::autoware_adapi_v1_msgs::DoorStatusArray;
-use super::messages::autoware_internal_planning_msgs::PlanningFactorArray;
-use super::messages::autoware_perception_msgs::{TrafficLightGroupArray, TrafficSignalArray};
-use super::messages::autoware_vehicle_msgs::{
-    ControlModeReport, GearReport, HazardLightsCommand, HazardLightsReport, SteeringReport,
-    TurnIndicatorsCommand, TurnIndicatorsReport, VelocityReport,
-};
-use super::messages::diagnostic_msgs::DiagnosticArray;
-use super::messages::rcl_interfaces::Log;
-use super::messages::rosgraph_msgs::Clock;
-use super::messages::traffic_simulator_msgs::TrafficLightArrayV1;
-use super::messages::visualization_msgs::MarkerArray;
-use super::messages::{LightsType, TypeName};
+use super::messages::LightsType;
 pub use flow::TopicFlow;
 pub use incoming::{IncomingRow, Subscription, SubscriptionKind};
 pub use qos::{Delivery, Durability, LOG_LIFESPAN, Reliability};
+use ros_messages::TypeName;
+use ros_messages::autoware_adapi_v1_msgs::DoorStatusArray;
+use ros_messages::autoware_internal_planning_msgs::PlanningFactorArray;
+use ros_messages::autoware_perception_msgs::{TrafficLightGroupArray, TrafficSignalArray};
+use ros_messages::autoware_vehicle_msgs::{
+    ControlModeReport, GearReport, HazardLightsCommand, HazardLightsReport, SteeringReport,
+    TurnIndicatorsCommand, TurnIndicatorsReport, VelocityReport,
+};
+use ros_messages::diagnostic_msgs::DiagnosticArray;
+use ros_messages::rcl_interfaces::Log;
+use ros_messages::rosgraph_msgs::Clock;
+use ros_messages::traffic_simulator_msgs::TrafficLightArrayV1;
+use ros_messages::visualization_msgs::MarkerArray;
 use traffic_lights::compat::Compat;
 use traffic_lights::emission::LightsTopic;
 

@@ -21,7 +21,7 @@ use rustdds::{
 use super::discovery_probe::{Prefix, prefix};
 use super::sample::SampleWriter;
 use super::witness::Witness;
-use crate::io::ros::messages::CdrBytes;
+use ros_messages::cdr::CdrBytes;
 
 /// Echoes and events taken at once; more than ever wait.
 const MAX_AT_ONCE: usize = 16;

@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 use std::time::Instant;
 
-use crate::io::ros::messages::CdrBytes;
 use crate::io::ros::topics::{LOG_DEPTH, LOG_LIFESPAN};
+use ros_messages::cdr::CdrBytes;
 
 /// At most [`LOG_DEPTH`] samples of the last [`LOG_LIFESPAN`], oldest first.
 #[derive(Debug, Default)]

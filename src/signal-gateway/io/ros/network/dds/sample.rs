@@ -11,7 +11,7 @@ use rustdds::bytes::Bytes;
 use rustdds::no_key::{DataWriter, SerializerAdapter};
 use rustdds::serialization::Error;
 
-use crate::io::ros::messages::CdrBytes;
+use ros_messages::cdr::CdrBytes;
 
 /// A writer of messages of any type.
 pub(super) type SampleWriter = DataWriter<CdrBytes, Padded>;

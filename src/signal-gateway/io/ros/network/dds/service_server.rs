@@ -18,8 +18,8 @@ use rustdds::{
 use super::sample::SampleWriter;
 use super::topic_reader::{AsBytes, Copied, EncodedSample};
 use crate::io::clock::Clock;
-use crate::io::ros::messages::CdrBytes;
 use crate::io::ros::parameters::{MAX_REQUEST, Middleware, NodeService, Parameters, ServiceContents};
+use ros_messages::cdr::CdrBytes;
 
 /// Topic and type of the events, by their names in DDS.
 const EVENTS: (&str, &str) = ("rt/parameter_events", "rcl_interfaces::msg::dds_::ParameterEvent_");

@@ -22,8 +22,8 @@ use super::history::History;
 use super::recent_samples::RecentSamples;
 use super::sample::{Padded, SampleWriter};
 use crate::io::ros::link::WrittenTopic;
-use crate::io::ros::messages::CdrBytes;
 use crate::io::ros::topics::{Delivery, Durability};
+use ros_messages::cdr::CdrBytes;
 
 /// Times since a writer's first report at which it repeats the current report.
 const REPEATS: [Duration; 4] =

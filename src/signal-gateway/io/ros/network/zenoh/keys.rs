@@ -3,9 +3,9 @@
 use xxhash_rust::xxh3::xxh3_128;
 
 use super::attachment::Gid;
-use crate::io::ros::messages::type_hash;
 use crate::io::ros::settings::TypeHashes;
 use crate::io::ros::topics::{Durability, Reliability};
+use ros_messages::type_hash;
 
 /// First part of all tokens, which `**` does not match.
 const GRAPH: &str = "@ros2_lv";

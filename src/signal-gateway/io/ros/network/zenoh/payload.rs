@@ -4,7 +4,7 @@ use rustdds::bytes::Bytes;
 use zenoh::bytes::ZBytes;
 
 use crate::io::ros::link::SampleEncoding;
-use crate::io::ros::messages::CdrBytes;
+use ros_messages::cdr::CdrBytes;
 
 /// Bytes of the header before a message.
 const LENGTH: usize = 4;

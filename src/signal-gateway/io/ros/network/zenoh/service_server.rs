@@ -16,12 +16,12 @@ use super::payload::{ReceivedPayload, with_header};
 use super::topic_writer::ZenohTopicWriter;
 use crate::io::clock::Clock;
 use crate::io::ros::link::{Order, WrittenTopic};
-use crate::io::ros::messages::CdrBytes;
-use crate::io::ros::messages::rcl_interfaces::ParameterEvent;
 use crate::io::ros::network::wakeup::Wakeup;
 use crate::io::ros::parameters::{MAX_REQUEST, NodeService, Parameters, ServiceContents};
 use crate::io::ros::settings::TypeHashes;
 use crate::io::ros::topics::{Delivery, Durability, Reliability};
+use ros_messages::cdr::CdrBytes;
+use ros_messages::rcl_interfaces::ParameterEvent;
 
 /// The topic of changes.
 const EVENTS: &str = "/parameter_events";

@@ -11,8 +11,8 @@ use super::attachment::{Attachment, Gid};
 use super::keys::{EndpointKind, NextId, NodeKey, TopicKey, gid, qos};
 use super::payload::with_header;
 use crate::io::ros::link::{Order, WrittenTopic};
-use crate::io::ros::messages::CdrBytes;
 use crate::io::ros::topics::{Delivery, Durability, LOG_LIFESPAN, Reliability};
+use ros_messages::cdr::CdrBytes;
 
 /// Time after which a report is sent again, see the module's documentation.
 const REPEAT: Duration = Duration::from_secs(1);

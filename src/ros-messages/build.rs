@@ -6,8 +6,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::error::Error;
 use std::fmt::Write as _;
-use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::{env, fs};
 
 use sha2::{Digest as _, Sha256};
 
@@ -85,8 +85,14 @@ enum Size {
 
 type Definitions = BTreeMap<String, Definition>;
 
+fn main() -> Result<()> {
+    let output = PathBuf::from(env::var("OUT_DIR")?);
+    fs::write(output.join("ros_messages.rs"), generate(Path::new("../../ros/msg"))?)?;
+    Ok(())
+}
+
 /// Reads all definitions below `folder` and returns the generated Rust code.
-pub(super) fn generate(folder: &Path) -> Result<String> {
+fn generate(folder: &Path) -> Result<String> {
     println!("cargo::rerun-if-changed={}", folder.display());
     let (mut definitions, mut services) = (Definitions::new(), Vec::new());
     for package in sorted(folder)?.iter().filter(|path| path.is_dir()) {
@@ -112,7 +118,7 @@ pub(super) fn generate(folder: &Path) -> Result<String> {
         code += "}\n";
     }
     code += "/// Texts that define each message and all messages in it, by package and name.\n";
-    code += "pub(crate) const SCHEMAS: &[(TypeName, &str)] = &[\n";
+    code += "const SCHEMAS: &[(TypeName, &str)] = &[\n";
     for name in definitions.keys().filter(|name| name.contains("/msg/")) {
         writeln!(code, "({:?}, {:?}),", type_name(name), schema(&definitions, name)?)?;
     }
@@ -128,7 +134,7 @@ pub(super) fn generate(folder: &Path) -> Result<String> {
 }
 
 /// The entries of a folder in order of their names; none if there is no such folder.
-fn sorted(folder: &Path) -> Result<Vec<std::path::PathBuf>> {
+fn sorted(folder: &Path) -> Result<Vec<PathBuf>> {
     if !folder.exists() {
         return Ok(Vec::new());
     }

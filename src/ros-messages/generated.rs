@@ -3,7 +3,7 @@
 // Names and comments are the definitions' own.
 #![allow(missing_docs, unused_qualifications, clippy::pedantic, clippy::upper_case_acronyms)]
 
-use super::bounded::at_most;
+use crate::bounded::at_most;
 
 include!(concat!(env!("OUT_DIR"), "/ros_messages.rs"));
 
@@ -11,7 +11,7 @@ include!(concat!(env!("OUT_DIR"), "/ros_messages.rs"));
 pub type TypeName = (&'static str, &'static str);
 
 /// Returns the name of a message type as recordings have it: `can_msgs/msg/Frame`.
-pub(in crate::io) fn full_name((package, name): TypeName) -> String {
+pub fn full_name((package, name): TypeName) -> String {
     format!("{package}/msg/{name}")
 }
 
@@ -23,7 +23,7 @@ pub fn type_hash(package: &str, name: &str) -> Option<&'static str> {
 
 /// Returns the definition of a message and of all messages in it in the notation `ros2msg`; `None` for a type without a
 /// definition.
-pub(in crate::io) fn schema(type_name: TypeName) -> Option<&'static str> {
+pub fn schema(type_name: TypeName) -> Option<&'static str> {
     find(SCHEMAS, type_name)
 }
 

@@ -1,7 +1,7 @@
 //! Conversions of stamps and headers.
 
-use super::builtin_interfaces::Time;
-use super::std_msgs::Header;
+use crate::builtin_interfaces::Time;
+use crate::std_msgs::Header;
 use gateway_base::time::WallStamp;
 
 impl From<WallStamp> for Time {
@@ -20,7 +20,7 @@ impl From<Time> for WallStamp {
 
 impl Time {
     /// Returns the time; `None` for nanoseconds of a second or more.
-    pub(super) fn checked(self) -> Option<WallStamp> {
+    pub fn checked(self) -> Option<WallStamp> {
         (self.nanosec < 1_000_000_000).then(|| self.into())
     }
 }
