@@ -15,6 +15,8 @@ const SINGLE_FILES: [&str; 4] = ["README.md", "ARCHITECTURE.md", "CHANGELOG.md",
 const COMMENTS: [(&str, &str); 7] =
     [("rs", "//"), ("cpp", "//"), ("toml", "#"), ("yaml", "#"), ("py", "#"), ("service", "#"), ("md", "")];
 const SPECIFICATIONS: &str = "docs/spec/";
+/// What the pages for maintainers call `dds`.
+const DDS: &str = "src/signal-gateway/io/ros/network/dds";
 
 /// What is written down in each specification, by the path of its file.
 type Titles = BTreeMap<String, Vec<String>>;
@@ -125,6 +127,53 @@ fn what_the_map_of_the_code_names_exists() {
     let absent: Vec<_> = names.iter().filter(|name| !exists(name)).collect();
     assert!(names.len() > 80, "the names were not found: {names:?}");
     assert!(absent.is_empty(), "ARCHITECTURE.md names what does not exist: {absent:?}");
+}
+
+/// The pages for maintainers name modules by their paths, and files by their paths or, sources alone, by their names.
+#[test]
+fn what_the_pages_for_maintainers_name_exists() {
+    let files = files();
+    let file_names: BTreeSet<_> = files.iter().filter_map(|path| path.file_name()?.to_str()).collect();
+    let exists = |name: &str| {
+        if FOLDERS.iter().any(|folder| name.starts_with(&format!("{folder}/"))) {
+            project().join(name).exists()
+        } else if Path::new(name).extension().is_some_and(|end| end == "rs") && !name.contains('/') {
+            file_names.contains(name)
+        } else {
+            is_module_or_no_path(name)
+        }
+    };
+    let (mut counted, mut absent) = (0, Vec::new());
+    for page in pages().into_iter().filter(|page| page.starts_with("docs/development")) {
+        let text = read(&page);
+        // Blocks of code have commands, and programs that are built first.
+        let prose = text.split("```").step_by(2);
+        for name in prose.flat_map(|part| part.split('`').skip(1).step_by(2)) {
+            counted += 1;
+            // Behind it: options, or a level of the log.
+            let name = name.split([' ', '=']).next().unwrap_or_default();
+            if !exists(name) {
+                absent.push(format!("{}: {name}", page.display()));
+            }
+        }
+    }
+    assert!(counted > 300, "only {counted} names were found");
+    assert!(absent.is_empty(), "what does not exist is named:\n{}", absent.join("\n"));
+}
+
+/// True for the path of a module that is there, and for anything that is not a path into a crate of ours.
+fn is_module_or_no_path(name: &str) -> bool {
+    let mut parts = name.split("::");
+    let package = parts.next().unwrap_or_default();
+    let crate_folder = Path::new("src").join(package.replace('_', "-"));
+    let mut place = project().join(if package == "dds" { PathBuf::from(DDS) } else { crate_folder });
+    if !name.contains("::") || name.contains('…') || !place.is_dir() {
+        return true;
+    }
+    parts.all(|part| {
+        place.push(part);
+        place.is_dir() || place.with_extension("rs").is_file()
+    })
 }
 
 fn breaches_of(path: &Path, titles: &Titles) -> Vec<String> {
