@@ -1,5 +1,5 @@
-//! Lists the files that are built into the binary, so that a new profile, country or drive needs no entry anywhere else, and
-//! makes the text of `--version`.
+//! Lists the files that are built into the binary, so that a new profile, country or drive needs no entry
+//! anywhere else, and makes the text of `--version`.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -37,7 +37,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The version of the package, the ROS 2 distribution, Zenoh if it is built in, and the commit where the build is given one.
+/// The version of the package, the ROS 2 distribution, Zenoh if it is built in, and the commit where the
+/// build is given one.
 fn version() -> Result<String, env::VarError> {
     println!("cargo::rerun-if-env-changed=SIGNAL_GATEWAY_COMMIT");
     let has = |feature: &str| env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();

@@ -1,7 +1,7 @@
 //! The cost of those who watch the live page: from none to 60 clients of its stream of events.
 //!
-//! `cargo bench --bench clients`. The gateway plays the demo in a process of its own, whose processor time counts; the clients
-//! read all that comes.
+//! `cargo bench --bench clients`. The gateway plays the demo in a process of its own, whose processor time
+//! counts; the clients read all that comes.
 
 #![allow(clippy::unwrap_used)] // a program for developers
 

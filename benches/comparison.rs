@@ -1,7 +1,8 @@
-//! What the benchmarks have in common: processor time, and rows that compare a figure with that of a peer in the same run.
+//! What the benchmarks have in common: processor time, and rows that compare a figure with that of a peer in
+//! the same run.
 //!
-//! A row is printed as one line of a Markdown table, which `benches/performance` collects. The peers are those of
-//! `benches/peers`, by the path in `SIGNAL_GATEWAY_PEERS`.
+//! A row is printed as one line of a Markdown table, which `benches/performance` collects. The peers are
+//! those of `benches/peers`, by the path in `SIGNAL_GATEWAY_PEERS`.
 
 #![allow(dead_code)] // each benchmark uses its part
 
@@ -122,7 +123,8 @@ pub(crate) fn run(command: &mut Command) -> (Duration, i64) {
     (time, peak_kib)
 }
 
-/// Waits until the process has ended, with 0, or with 4 for findings; its processor time and peak resident memory, KiB.
+/// Waits until the process has ended, with 0, or with 4 for findings; its processor time and peak resident
+/// memory, KiB.
 fn wait(pid: libc::pid_t) -> (Duration, i64) {
     // SAFETY: all-zero is a valid `rusage`.
     #[allow(unsafe_code)]

@@ -50,7 +50,8 @@ pub(crate) const IRRELEVANT: FramePair =
     FramePair { name: "frame, not relevant", frames: [UNBOUND, UNBOUND], outputs: 0 };
 
 impl FramePair {
-    /// The gateway of the demo vehicle, and the inputs; checks that they lead to as many outputs as they should.
+    /// The gateway of the demo vehicle, and the inputs; checks that they lead to as many outputs as they
+    /// should.
     pub(crate) fn prepared(&self) -> (Gateway, [CanInput; 2]) {
         let (mut gateway, inputs) = (gateway(), self.frames.map(input));
         for input in [&inputs[1], &inputs[0], &inputs[1]].map(Clone::clone) {
@@ -89,8 +90,8 @@ pub(crate) fn input((id, data): Message) -> CanInput {
 /// The time between the end of a recording and its next round, ns.
 const PAUSE_NS: u64 = 100_000_000;
 
-/// Writes so many frames of a candump log, again and again. Line by line: this process must stay smaller than those it
-/// measures.
+/// Writes so many frames of a candump log, again and again. Line by line: this process must stay smaller than
+/// those it measures.
 pub(crate) fn write_frames(out: &mut impl Write, source: &Path, frames: u32) -> io::Result<()> {
     let (mut left, mut shift_ns) = (frames, 0);
     loop {

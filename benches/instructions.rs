@@ -1,14 +1,15 @@
-//! Instructions for each frame, counted by valgrind: the same on a busy machine as on an idle one, so that a change of a few
-//! per cent is seen.
+//! Instructions for each frame, counted by valgrind: the same on a busy machine as on an idle one, so that a
+//! change of a few per cent is seen.
 //!
-//! It fails where a count is more than [`TOLERANCE_PERCENT`] away from `benches/instructions.tsv`. With `--renew` the file takes
-//! the counts, and with `--measured` also as those that the times in docs/performance.md belong to: `benches/performance` does
-//! both. Exit code 77 without valgrind. To see where instructions are spent:
-//! `valgrind --tool=callgrind --toggle-collect='*Gateway*handle*' PROGRAM --frames 'frame, value unchanged' 10000`.
+//! It fails where a count is more than [`TOLERANCE_PERCENT`] away from `benches/instructions.tsv`. With
+//! `--renew` the file takes the counts, and with `--measured` also as those that the times in
+//! docs/performance.md belong to: `benches/performance` does both. Exit code 77 without valgrind. To see
+//! where instructions are spent: `valgrind --tool=callgrind --toggle-collect='*Gateway*handle*' PROGRAM
+//! --frames 'frame, value unchanged' 10000`.
 //!
-//! A count is the difference between a few and many frames, so that starting does not count. It depends on the compiler, the C
-//! library, and the processor as valgrind presents it. Where these are not those of the file, only
-//! [`FOREIGN_TOLERANCE_PERCENT`] is judged, and a note says so.
+//! A count is the difference between a few and many frames, so that starting does not count. It depends on
+//! the compiler, the C library, and the processor as valgrind presents it. Where these are not those of the
+//! file, only [`FOREIGN_TOLERANCE_PERCENT`] is judged, and a note says so.
 
 #![allow(clippy::unwrap_used, clippy::cast_precision_loss)] // a program for developers, counts far below 2^52
 
@@ -40,8 +41,8 @@ const COMMANDS: [(&str, &[&str]); 4] = [
     ("identify", &["identify"]),
     ("replay --json", &["replay", "--json", "--profile", "demo_vehicle"]),
 ];
-/// Lengths of the recordings, in frames: the first as many as are searched for the names of interfaces before, the second as many
-/// more as the demo has.
+/// Lengths of the recordings, in frames: the first as many as are searched for the names of interfaces
+/// before, the second as many more as the demo has.
 const RECORDED: [u32; 2] = [20_000, 88_665];
 
 fn main() -> ExitCode {

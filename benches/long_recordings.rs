@@ -1,9 +1,11 @@
-//! Long recordings through `replay`, `decode`, `identify` and `check`: how fast, and that memory does not grow with the recording.
+//! Long recordings through `replay`, `decode`, `identify` and `check`: how fast, and that memory does not
+//! grow with the recording.
 //!
-//! `cargo bench --bench long_recordings` takes 100,000 and 1,000,000 frames of the demo, end to end, so that faults, silences
-//! and changes come at their usual rate. For another length, or a candump log of a vehicle and its profile:
-//! `cargo bench --bench long_recordings -- 10000000 drive.log.gz ford_falcon_fg`. With cantools, in the Python that
-//! `SIGNAL_GATEWAY_PEER_PYTHON` names, the same file is read and what the profile's DBC knows is decoded.
+//! `cargo bench --bench long_recordings` takes 100,000 and 1,000,000 frames of the demo, end to end, so that
+//! faults, silences and changes come at their usual rate. For another length, or a candump log of a vehicle
+//! and its profile: `cargo bench --bench long_recordings -- 10000000 drive.log.gz ford_falcon_fg`. With
+//! cantools, in the Python that `SIGNAL_GATEWAY_PEER_PYTHON` names, the same file is read and what the
+//! profile's DBC knows is decoded.
 
 #![allow(clippy::unwrap_used)] // a program for developers
 

@@ -1,9 +1,9 @@
 //! The cost of one frame: filter, decode, state, decision, and taking the outputs away.
 //!
-//! `cargo bench --bench per_frame`. Time stands still, so that neither the period of reports nor
-//! the refresh of diagnostics hides in the mean; the refresh has a line of its own. Afterwards
-//! cantools decodes the same frames with the same DBC, if `SIGNAL_GATEWAY_PEER_PYTHON` has it, and so does the code that
-//! dbc-codegen makes. The limits are ratios to them, which hold on any machine.
+//! `cargo bench --bench per_frame`. Time stands still, so that neither the period of reports nor the refresh
+//! of diagnostics hides in the mean; the refresh has a line of its own. Afterwards cantools decodes the same
+//! frames with the same DBC, if `SIGNAL_GATEWAY_PEER_PYTHON` has it, and so does the code that dbc-codegen
+//! makes. The limits are ratios to them, which hold on any machine.
 
 #![allow(clippy::unwrap_used, clippy::cast_precision_loss)] // a program for developers, times far below 2^52
 
@@ -69,9 +69,9 @@ fn main() -> ExitCode {
     }
 }
 
-/// Feeds the two frames in turn. Returns what a tenth of the samples stay
-/// below, ns: the machine's other work adds to the rest; `None` when there are next to none, as in `--test` or when
-/// another benchmark was requested.
+/// Feeds the two frames in turn. Returns what a tenth of the samples stay below, ns: the machine's other work
+/// adds to the rest; `None` when there are next to none, as in `--test` or when another benchmark was
+/// requested.
 fn time_of_frames(criterion: &mut Criterion, frames: &FramePair) -> Option<f64> {
     let (mut gateway, inputs) = frames.prepared();
     let mut samples = Vec::new();

@@ -1,4 +1,5 @@
-//! The cost of reading frames: the gateway's reader beside the two loops that anybody would write, with the same filter.
+//! The cost of reading frames: the gateway's reader beside the two loops that anybody would write, with the
+//! same filter.
 //!
 //! It needs an interface `vcan0`, which the guest of `tests/with-vcan` has:
 //!
@@ -6,11 +7,12 @@
 //! cargo --config 'target."cfg(unix)".runner="tests/with-vcan"' bench --bench read_path
 //! ```
 //!
-//! Frames are sent one by one from another thread. Of the thread that reads, processor time and wake-ups are counted over
-//! some runs in turn. The guest counts processor time in ticks of 10 ms, which says little of a thread that seldom runs. So
-//! there is also a queue of frames that waits and is read as fast as it goes, the best of some runs by the clock; there one
-//! of the loops takes the kernel's stamps as well, which the gateway needs. The one limit is a ratio of processor time at
-//! 20,000 frames a second, to the better of the loops.
+//! Frames are sent one by one from another thread. Of the thread that reads, processor time and wake-ups are
+//! counted over some runs in turn. The guest counts processor time in ticks of 10 ms, which says little of a
+//! thread that seldom runs. So there is also a queue of frames that waits and is read as fast as it goes, the
+//! best of some runs by the clock; there one of the loops takes the kernel's stamps as well, which the
+//! gateway needs. The one limit is a ratio of processor time at 20,000 frames a second, to the better of the
+//! loops.
 
 #![allow(clippy::unwrap_used, clippy::cast_precision_loss)] // a program for developers, counts far below 2^52
 
@@ -153,7 +155,8 @@ fn main() -> ExitCode {
     }
 }
 
-/// What it costs to read what `send` sends, which gives the number of frames and calls its argument when reading may begin.
+/// What it costs to read what `send` sends, which gives the number of frames and calls its argument when
+/// reading may begin.
 fn measure(reader: Reader, send: impl FnOnce(&dyn Fn()) -> u64) -> Cost {
     let is_over = AtomicBool::new(false);
     let ((ready, is_ready), (start, go), (begun, before)) = (channel(), channel(), channel());
@@ -300,7 +303,8 @@ fn recvmmsg_loop<const STAMPS: bool>(gate: &Gate) -> u64 {
             }
         }
         let (headers, flags) = (headers.as_mut_ptr(), libc::MSG_WAITFORONE);
-        // SAFETY: every header points to its own part, frame and control, with their lengths; all of them live as long.
+        // SAFETY: every header points to its own part, frame and control, with their lengths; all of them
+        // live as long.
         let count = unsafe { libc::recvmmsg(socket.as_raw_fd(), headers, 64, flags, null_mut()) };
         for frame in &frames[..usize::try_from(count).unwrap()] {
             if id_of(frame) == u32::from(END) {

@@ -1,5 +1,5 @@
-//! The cost of the whole status of a vehicle beside that of its lights alone: processor time of the daemon, bus and ROS 2
-//! included.
+//! The cost of the whole status of a vehicle beside that of its lights alone: processor time of the daemon,
+//! bus and ROS 2 included.
 //!
 //! It needs an interface `vcan0`, which the guest of `tests/with-vcan` has:
 //!
@@ -7,9 +7,9 @@
 //! cargo --config 'target."cfg(unix)".runner="tests/with-vcan"' bench --bench vehicle_status
 //! ```
 //!
-//! Two daemons hear the same 2,000 frames a second. One has a profile with the lights, the other one with velocity and
-//! steering, which it publishes at 50 Hz, gear and doors as well. They run side by side, so that other work on the machine
-//! concerns both.
+//! Two daemons hear the same 2,000 frames a second. One has a profile with the lights, the other one with
+//! velocity and steering, which it publishes at 50 Hz, gear and doors as well. They run side by side, so that
+//! other work on the machine concerns both.
 
 #![allow(clippy::unwrap_used)] // a program for developers
 

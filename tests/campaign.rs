@@ -1,13 +1,13 @@
-//! A fault campaign: recordings of every shipped vehicle, with everything happening to them that can, held against
-//! an oracle of its own.
+//! A fault campaign: recordings of every shipped vehicle, with everything happening to them that can, held
+//! against an oracle of its own.
 //!
 //! ```sh
 //! cargo test --test campaign -- --recordings 3800 --seed 1
 //! cargo test --test campaign -- --seed 1 --only 17     # one of them again
 //! ```
 //!
-//! It prints a table by fault, and ends with 1 when a report was published or withheld wrongly: then it also prints
-//! which recording it was, and writes the shortest one that still goes wrong.
+//! It prints a table by fault, and ends with 1 when a report was published or withheld wrongly: then it also
+//! prints which recording it was, and writes the shortest one that still goes wrong.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)] // fails like a test
 

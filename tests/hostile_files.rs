@@ -1,17 +1,17 @@
-//! Hostile files: named ones, each hostile in one way, and nests, which are any format in any container in any compression with any
-//! damage. Whatever a file is, a command that reads it takes a bounded time of a processor and bounded memory, and ends with a
-//! documented exit code and a reason.
+//! Hostile files: named ones, each hostile in one way, and nests, which are any format in any container in
+//! any compression with any damage. Whatever a file is, a command that reads it takes a bounded time of a
+//! processor and bounded memory, and ends with a documented exit code and a reason.
 //!
 //! ```sh
 //! cargo test --release --test hostile_files -- --nests 20000 --seed 1
-//! cargo test --release --test hostile_files -- --seed 1 --only 17                  # one of them again
-//! cargo test --release --test hostile_files -- --named 9900000                     # the named ones, of about this many bytes
-//! cargo test --release --test hostile_files -- --named 9900000 --like pcapng       # those whose names contain this
-//! cargo test --release --test hostile_files -- --named 9900000 --write FOLDER      # writes them, and runs nothing
+//! cargo test --release --test hostile_files -- --seed 1 --only 17 # one of them again
+//! cargo test --release --test hostile_files -- --named 9900000 # the named ones, of about this many bytes
+//! cargo test --release --test hostile_files -- --named 9900000 --like pcapng # those with this name
+//! cargo test --release --test hostile_files -- --named 9900000 --write FOLDER # writes, runs nothing
 //! ```
 //!
-//! It prints what took most time and most memory, and each run that breaks a limit, whose files it keeps; it ends with 1 then.
-//! `--program` names another program than the one that was built with it.
+//! It prints what took most time and most memory, and each run that breaks a limit, whose files it keeps; it
+//! ends with 1 then. `--program` names another program than the one that was built with it.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)] // fails like a test
 

@@ -1,5 +1,5 @@
-//! Random drives of the turn signal decider: maps, routes, speeds, stops and manoeuvres as they come, and roads that meet themselves,
-//! against what must hold for every drive by default.
+//! Random drives of the turn signal decider: maps, routes, speeds, stops and manoeuvres as they come, and
+//! roads that meet themselves, against what must hold for every drive by default.
 //!
 //! ```sh
 //! cargo test --test random_drives -- --drives 10000 --seed 1
@@ -8,8 +8,8 @@
 //! cargo test --test random_drives -- --seed 1 --only-loop 17
 //! ```
 //!
-//! It prints each drive that breaks a law, shrunk: as a file for `signal-gateway decide`, or the pieces of the road, their ids and the
-//! speed. It ends with 1 then.
+//! It prints each drive that breaks a law, shrunk: as a file for `signal-gateway decide`, or the pieces of
+//! the road, their ids and the speed. It ends with 1 then.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)] // fails like a test
 

@@ -1,7 +1,8 @@
-//! The cost of the turn signal decider: a decision, loading a map, and how that grows from 500 lanelets to 50,000.
+//! The cost of the turn signal decider: a decision, loading a map, and how that grows from 500 lanelets to
+//! 50,000.
 //!
-//! `cargo bench --bench turn_signal`. The limits compare figures of the same run: a decision must not
-//! cost much more because the map is large, and a megabyte of a large map not much more than one of a small map.
+//! `cargo bench --bench turn_signal`. The limits compare figures of the same run: a decision must not cost
+//! much more because the map is large, and a megabyte of a large map not much more than one of a small map.
 
 #![allow(clippy::unwrap_used, clippy::cast_precision_loss)] // a program for developers, numbers far below 2^52
 
@@ -95,8 +96,8 @@ fn main() -> ExitCode {
     if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// Reads maps from files, as the gateway does, each in a process of its own. Returns whether that costs little enough, and the
-/// seconds a megabyte of the smallest and of the largest.
+/// Reads maps from files, as the gateway does, each in a process of its own. Returns whether that costs
+/// little enough, and the seconds a megabyte of the smallest and of the largest.
 fn read_files() -> (bool, [f64; 2]) {
     let (own, folder) = (std::env::current_exe().unwrap(), tempfile::tempdir().unwrap());
     let mut good = true;

@@ -1,4 +1,5 @@
-//! One lane with a chicane after 100 m: 102 turns left within 8.3 m, 103 right within 7.5 m, then 104 straight on.
+//! One lane with a chicane after 100 m: 102 turns left within 8.3 m, 103 right within 7.5 m, then 104
+//! straight on.
 
 use super::curve::{Curve, Pose, arc, pose, straight};
 use super::drawing::{Drawing, Lane, Marking};

@@ -1,5 +1,5 @@
-//! One lane: 60 m straight on, up two rounds of a helix to the left of 15 m radius, 40 m straight on, a left turn, 40 m
-//! straight on. The second round (106 to 109) lies 6 m above the first one (102 to 105).
+//! One lane: 60 m straight on, up two rounds of a helix to the left of 15 m radius, 40 m straight on, a left
+//! turn, 40 m straight on. The second round (106 to 109) lies 6 m above the first one (102 to 105).
 
 use super::curve::{Curve, Pose, arc, pose, straight};
 use super::drawing::{Drawing, Lane, Marking, tag};

@@ -1,5 +1,5 @@
-//! One lane with two side streets to the left: over the crossing of the first one, from 100 to 124 m, leads 112, straight on; into
-//! the second one leads 121, from 148 m on.
+//! One lane with two side streets to the left: over the crossing of the first one, from 100 to 124 m, leads
+//! 112, straight on; into the second one leads 121, from 148 m on.
 
 use super::curve::{arc, pose, straight};
 use super::drawing::{Drawing, Lane, Marking};

@@ -1,5 +1,5 @@
-//! One lane that turns left after 100 m and enters a roundabout 20 m behind the turn: 102 turns, 104 is the entry, 105 the
-//! part of the ring that is driven, 106 the exit. The rest of the ring is not there.
+//! One lane that turns left after 100 m and enters a roundabout 20 m behind the turn: 102 turns, 104 is the
+//! entry, 105 the part of the ring that is driven, 106 the exit. The rest of the ring is not there.
 
 use super::curve::{arc, pose, straight};
 use super::drawing::{Drawing, Lane, Marking};

@@ -1,5 +1,5 @@
-//! Any bytes are read as a line, a log or a request to a simulated vehicle, or refused, and what was read of a log can be
-//! written and read again.
+//! Any bytes are read as a line, a log or a request to a simulated vehicle, or refused, and what was read of
+//! a log can be written and read again.
 
 #![no_main]
 

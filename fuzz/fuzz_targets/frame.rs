@@ -39,8 +39,8 @@ macro_rules! shipped {
     };
 }
 
-/// One of each kind of binding: enumerated, pair with reasons, event, both sides, two messages; and of each kind of quantity:
-/// in parts, with a sign of its own, with flags, as a speed of rotation, and control modes.
+/// One of each kind of binding: enumerated, pair with reasons, event, both sides, two messages; and of each
+/// kind of quantity: in parts, with a sign of its own, with flags, as a speed of rotation, and control modes.
 static FILES: [(&str, &[u8], &str, &[u8]); 7] = shipped!(
     "demo_vehicle",
     "tesla_model3",

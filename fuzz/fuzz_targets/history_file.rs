@@ -1,5 +1,5 @@
-//! Any bytes are read as a history, or refused; what is read goes on in a bounded history whose pages are in order, and is
-//! read again as it was.
+//! Any bytes are read as a history, or refused; what is read goes on in a bounded history whose pages are in
+//! order, and is read again as it was.
 
 #![no_main]
 

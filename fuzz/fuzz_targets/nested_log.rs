@@ -1,5 +1,5 @@
-//! Any recipe makes a recording in containers in compressed files, with blocks repeated, overlapping and cut, and that is read
-//! within bounds of memory and of steps.
+//! Any recipe makes a recording in containers in compressed files, with blocks repeated, overlapping and cut,
+//! and that is read within bounds of memory and of steps.
 
 #![no_main]
 

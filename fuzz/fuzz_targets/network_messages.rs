@@ -1,4 +1,5 @@
-//! What the network side sends to the gateway, which trusts nothing of it: a stream of any bytes, cut anywhere.
+//! What the network side sends to the gateway, which trusts nothing of it: a stream of any bytes, cut
+//! anywhere.
 #![no_main]
 
 use std::sync::Arc;

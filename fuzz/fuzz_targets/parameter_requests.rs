@@ -1,4 +1,5 @@
-//! Any bytes as a request to a service of the node, as clients of each middleware send them: no panic, and what is answered is bounded.
+//! Any bytes as a request to a service of the node, as clients of each middleware send them: no panic, and
+//! what is answered is bounded.
 //!
 //! The first byte picks the service, the second the middleware and the byte order.
 

@@ -1,5 +1,5 @@
-//! Any bytes on any topic we read, in both byte orders, and as a call in a recording of the gateway: no panic, and whatever is read is
-//! within bounds.
+//! Any bytes on any topic we read, in both byte orders, and as a call in a recording of the gateway: no
+//! panic, and whatever is read is within bounds.
 //!
 //! The first byte picks the topic's kind, the second the byte order.
 

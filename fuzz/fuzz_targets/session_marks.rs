@@ -1,5 +1,5 @@
-//! Any bytes are read as marks of a session, or refused with the number of a line; and what a session of them comes to,
-//! with frames made of the same bytes, is found without a panic.
+//! Any bytes are read as marks of a session, or refused with the number of a line; and what a session of them
+//! comes to, with frames made of the same bytes, is found without a panic.
 
 #![no_main]
 

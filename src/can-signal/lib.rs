@@ -7,7 +7,11 @@
 //! ```
 //! use can_signal::can::frame::MAX_DATA;
 //!
-//! let text = "BO_ 291 LIGHTS: 2 BCM\n SG_ Turn : 8|2@1+ (1,0) [0|3] \"\" DASH\nVAL_ 291 Turn 1 \"left\" 2 \"right\" ;\n";
+//! let text = r#"
+//! BO_ 291 LIGHTS: 2 BCM
+//!  SG_ Turn : 8|2@1+ (1,0) [0|3] "" DASH
+//! VAL_ 291 Turn 1 "left" 2 "right" ;
+//! "#;
 //! let database = can_signal::dbc::parse(text.as_bytes());
 //! let message = database.message("LIGHTS").ok_or("no such message")?;
 //! let turn = message.signal("Turn").ok_or("no such signal")?;
@@ -18,8 +22,8 @@
 //! # Ok::<(), &str>(())
 //! ```
 //!
-//! Nothing here opens a socket or reads a clock: frames and times are arguments. It stands on `gateway_base`; every flow
-//! of the vehicle stands on it.
+//! Nothing here opens a socket or reads a clock: frames and times are arguments. It stands on `gateway_base`;
+//! every flow of the vehicle stands on it.
 
 pub mod can;
 pub mod dbc;

@@ -1,4 +1,5 @@
-//! Diagnostic statuses with levels and values (`diagnostic_msgs`; docs/spec/vehicle-interface.md, "Diagnostics").
+//! Diagnostic statuses with levels and values (`diagnostic_msgs`; docs/spec/vehicle-interface.md,
+//! "Diagnostics").
 
 mod message;
 
@@ -56,8 +57,8 @@ pub struct Status {
 }
 
 impl Status {
-    /// Creates the status of a task, which is about no signal. It has the level of the worst part of its message, and the remedies of
-    /// all parts that are not OK.
+    /// Creates the status of a task, which is about no signal. It has the level of the worst part of its
+    /// message, and the remedies of all parts that are not OK.
     pub fn new(
         section: &'static Section,
         task: impl Into<String>,
@@ -82,7 +83,8 @@ impl Status {
         (!self.remedy.is_empty()).then(|| self.section.document())
     }
 
-    /// Returns its keys and values, as they are published. While it is not OK, what to do and where to read more come last.
+    /// Returns its keys and values, as they are published. While it is not OK, what to do and where to read
+    /// more come last.
     pub fn published_values(&self) -> impl Iterator<Item = (&'static str, String)> {
         let remedy = (!self.remedy.is_empty()).then(|| ("remedy", self.remedy.clone()));
         let document = self.document().map(|document| ("document", document));

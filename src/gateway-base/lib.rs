@@ -1,8 +1,8 @@
 //! What every flow of the gateway needs: two kinds of time, diagnostic statuses, and names of variants.
 //!
 //! [`time::MonoTime`] decides ages and timeouts, [`time::WallStamp`] is only copied into messages. A
-//! [`diagnostics::Status`] is made of rows of messages that a flow lists with [`messages!`], so that the list is also
-//! what the documents show.
+//! [`diagnostics::Status`] is made of rows of messages that a flow lists with [`messages!`], so that the list
+//! is also what the documents show.
 //!
 //! ```
 //! use std::time::Duration;

@@ -19,36 +19,43 @@ impl MonoTime {
     pub const MAX: Self = Self(u64::MAX);
 
     /// Creates a time `nanos` ns after the origin.
+    #[inline]
     pub const fn from_nanos(nanos: u64) -> Self {
         Self(nanos)
     }
 
     /// Creates a time `millis` ms after the origin; saturates.
+    #[inline]
     pub const fn from_millis(millis: u64) -> Self {
         Self(millis.saturating_mul(1_000_000))
     }
 
     /// Returns the nanoseconds since the origin.
+    #[inline]
     pub const fn as_nanos(self) -> u64 {
         self.0
     }
 
     /// Returns the time elapsed since `earlier`; 0 when it lies ahead.
+    #[inline]
     pub const fn since(self, earlier: Self) -> Duration {
         Duration::from_nanos(self.0.saturating_sub(earlier.0))
     }
 
     /// Returns true if at most `limit` has passed since `earlier`.
+    #[inline]
     pub fn is_within(self, limit: Duration, earlier: Self) -> bool {
         earlier >= self.before(limit)
     }
 
     /// Returns this time plus `by`; saturates at [`Self::MAX`].
+    #[inline]
     pub fn after(self, by: Duration) -> Self {
         Self(self.0.saturating_add(u64::try_from(by.as_nanos()).unwrap_or(u64::MAX)))
     }
 
     /// Returns this time minus `by`; saturates at [`Self::ZERO`].
+    #[inline]
     pub fn before(self, by: Duration) -> Self {
         Self(self.0.saturating_sub(u64::try_from(by.as_nanos()).unwrap_or(u64::MAX)))
     }
@@ -62,21 +69,25 @@ pub struct WallStamp(i64);
 
 impl WallStamp {
     /// Creates a stamp `nanos` ns after the epoch.
+    #[inline]
     pub const fn from_nanos(nanos: i64) -> Self {
         Self(nanos)
     }
 
     /// Returns the nanoseconds since the epoch.
+    #[inline]
     pub const fn as_nanos(self) -> i64 {
         self.0
     }
 
     /// Returns this stamp plus `by`; saturates.
+    #[inline]
     pub fn after(self, by: Duration) -> Self {
         Self(self.0.saturating_add(i64::try_from(by.as_nanos()).unwrap_or(i64::MAX)))
     }
 
     /// Returns `builtin_interfaces/Time.sec`: whole seconds, rounded down; saturates outside `int32`.
+    #[inline]
     pub fn sec(self) -> i32 {
         let sec = self.0.div_euclid(1_000_000_000);
         i32::try_from(sec).unwrap_or(if sec < 0 { i32::MIN } else { i32::MAX })
@@ -84,19 +95,21 @@ impl WallStamp {
 
     /// Returns `builtin_interfaces/Time.nanosec`: 0 to 999 999 999.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // rem_euclid is in 0..10^9
+    #[inline]
     pub const fn nanosec(self) -> u32 {
         self.0.rem_euclid(1_000_000_000) as u32
     }
 
-    /// Returns seconds and microseconds since the epoch, as candump writes them: `1436509052.249713`, or `-0.250000` before it.
-    /// What is finer than a microsecond is cut off, towards the past.
+    /// Returns seconds and microseconds since the epoch, as candump writes them: `1436509052.249713`, or
+    /// `-0.250000` before it. What is finer than a microsecond is cut off, towards the past.
     pub fn candump_text(self) -> String {
         let micros = self.0.div_euclid(1000);
         let (sign, micros) = (if micros < 0 { "-" } else { "" }, micros.unsigned_abs());
         format!("{sign}{}.{:06}", micros / 1_000_000, micros % 1_000_000)
     }
 
-    /// Returns the date and time in UTC, to the second, as ISO 8601 writes them in file names: `20260101T000000Z`.
+    /// Returns the date and time in UTC, to the second, as ISO 8601 writes them in file names:
+    /// `20260101T000000Z`.
     pub fn utc_text(self) -> String {
         let [year, month, day, hour, minute, second] = self.utc_fields();
         format!("{year:04}{month:02}{day:02}T{hour:02}{minute:02}{second:02}Z")
@@ -136,11 +149,13 @@ pub struct Now {
 }
 
 /// Returns whole milliseconds of a duration; saturates.
+#[inline]
 pub fn millis(duration: Duration) -> u64 {
     u64::try_from(duration.as_millis()).unwrap_or(u64::MAX)
 }
 
 /// Returns the first instant at which more than `limit` has passed since `start`.
+#[inline]
 pub fn deadline_after(start: MonoTime, limit: Duration) -> MonoTime {
     start.after(limit.saturating_add(Duration::from_nanos(1)))
 }

@@ -1,9 +1,10 @@
 //! The gateway without I/O: lights, status and commands of the vehicle, and the machine that joins all flows.
 //!
-//! - [`vehicle_lights`], [`vehicle_status`]: reports from bound frames; [`vehicle_report`] is what they have in common;
+//! - [`vehicle_lights`], [`vehicle_status`]: reports from bound frames; [`vehicle_report`] is what they have
+//!   in common;
 //! - [`command`]: turn and hazard commands, from their senders into frames;
-//! - [`gateway`]: all flows behind one interface, each on its clock. Frames and messages go in with their times, outputs and
-//!   the next deadline come out: the same inputs give the same outputs, byte for byte.
+//! - [`gateway`]: all flows behind one interface, each on its clock. Frames and messages go in with their
+//!   times, outputs and the next deadline come out: the same inputs give the same outputs, byte for byte.
 //!
 //! A command of Autoware, from its message to what the vehicle is asked for:
 //!
@@ -42,8 +43,8 @@
 //! assert_eq!(flow.poll_output(), None);
 //! ```
 //!
-//! The decider (`turn_signal`) and the traffic lights (`traffic_lights`) are crates of their own, which know neither each other
-//! nor the vehicle; they meet here.
+//! The decider (`turn_signal`) and the traffic lights (`traffic_lights`) are crates of their own, which know
+//! neither each other nor the vehicle; they meet here.
 
 pub mod command;
 pub mod control_mode;

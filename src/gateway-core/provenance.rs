@@ -13,7 +13,8 @@ pub struct Provenance {
     pub makes: Vec<String>,
     /// Models, platforms and years; empty when the profile names none.
     pub models: String,
-    /// Facts of the profile, in the order turn indicators, hazard lights, status, messages, buses, V2I, commands.
+    /// Facts of the profile, in the order turn indicators, hazard lights, status, messages, buses, V2I,
+    /// commands.
     pub facts: Vec<ProfileFact>,
     /// What is recorded about the facts, in the order of the file.
     pub records: Vec<ProvenanceRecord>,

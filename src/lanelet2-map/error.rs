@@ -6,8 +6,8 @@ use super::osm::{OsmElement, OsmKind, Tags};
 pub(super) const MAX_DISTANCE_M: f64 = 1e8;
 /// The most points that all lanelets of a small map may have together. They take some 30 bytes each.
 pub(super) const MIN_POINTS: usize = 4_000_000;
-/// The most points of lanelets for each point of a way in the file: a way is the bound of two lanelets or so, each of which has
-/// a centerline as well.
+/// The most points of lanelets for each point of a way in the file: a way is the bound of two lanelets or so,
+/// each of which has a centerline as well.
 pub(super) const POINTS_FOR_NODE: usize = 6;
 
 /// An error of a map, with the element that has it.
@@ -80,7 +80,8 @@ impl MapError {
     }
 }
 
-/// Returns the ids in a tag, between commas, blanks and square brackets; `None` without the tag, or for the value `none`.
+/// Returns the ids in a tag, between commas, blanks and square brackets; `None` without the tag, or for the
+/// value `none`.
 pub(super) fn id_list_tag(
     tags: &Tags,
     key: &'static str,

@@ -19,8 +19,8 @@ pub struct Parting {
     pub is_left: bool,
 }
 
-/// Where `way` leads apart from `other`, which begins at the same place; `None` where both are lanes of one road, or too short
-/// to tell.
+/// Where `way` leads apart from `other`, which begins at the same place; `None` where both are lanes of one
+/// road, or too short to tell.
 pub fn parting(way: &Lanelet, other: &Lanelet) -> Option<Parting> {
     let most_m = way.length_m().min(other.length_m()).min(FORK_M);
     let steps = std::iter::successors(Some(STEP_M), |at_m| Some(at_m + STEP_M));
@@ -36,7 +36,8 @@ pub fn parting(way: &Lanelet, other: &Lanelet) -> Option<Parting> {
     })
 }
 
-/// Where `way` leads off to the side that its tag names, or else its place beside `other`; `None` where it leads to no side.
+/// Where `way` leads off to the side that its tag names, or else its place beside `other`; `None` where it
+/// leads to no side.
 pub fn leads_left(way: &Lanelet, other: &Lanelet) -> Option<bool> {
     match way.turn_direction {
         TurnDirection::Left => Some(true),

@@ -1,4 +1,5 @@
-//! The lanelets of a map, with what follows and lies beside what (docs/spec/turn-signal-decider.md, "Map facts").
+//! The lanelets of a map, with what follows and lies beside what (docs/spec/turn-signal-decider.md,
+//! "Map facts").
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -173,7 +174,8 @@ impl LaneNetwork {
         indices.iter().filter_map(|index| self.roundabouts.get(*index))
     }
 
-    /// Returns the one of `lanes` that is nearest to a pose; of equally near ones the one with the most similar heading.
+    /// Returns the one of `lanes` that is nearest to a pose; of equally near ones the one with the most
+    /// similar heading.
     pub fn closest(&self, lanes: impl IntoIterator<Item = LaneId>, pose: Pose) -> Option<&Lanelet> {
         let bounded: Vec<_> = lanes
             .into_iter()
@@ -192,8 +194,9 @@ impl LaneNetwork {
         nearest.map(|(lane, _)| lane)
     }
 
-    /// Returns the one of `lanes` that a vehicle is on: of those near to it that face alike, first one at its height, then one that
-    /// `is_continuous`, then the nearest. Without such a lanelet, the [closest](Self::closest).
+    /// Returns the one of `lanes` that a vehicle is on: of those near to it that face alike, first one at its
+    /// height, then one that `is_continuous`, then the nearest. Without such a lanelet, the
+    /// [closest](Self::closest).
     pub fn current(
         &self,
         lanes: impl IntoIterator<Item = LaneId>,
@@ -209,8 +212,8 @@ impl LaneNetwork {
         ranked.map(|near| near.lane).or_else(|| self.closest(lanes, pose))
     }
 
-    /// As [`Self::current`], of lanelets that are all continuous: the one that it would be among any others as well. `None` where
-    /// none of them is near to the vehicle, faces alike and lies at its height.
+    /// As [`Self::current`], of lanelets that are all continuous: the one that it would be among any others
+    /// as well. `None` where none of them is near to the vehicle, faces alike and lies at its height.
     pub fn surely_current(
         &self,
         lanes: impl IntoIterator<Item = LaneId>,
@@ -259,7 +262,8 @@ impl Lanelet {
         contains(&self.ring(), point)
     }
 
-    /// Returns the distance in metres from a point to the area, or to the centreline of a lanelet without bounds.
+    /// Returns the distance in metres from a point to the area, or to the centreline of a lanelet without
+    /// bounds.
     pub fn distance_m(&self, point: Point) -> f64 {
         if self.contains(point) {
             return 0.0;

@@ -1,7 +1,7 @@
 //! The road as a lanelet2 map describes it, and the geometry of the whole project.
 //!
-//! [`osm`] reads primitives, [`points`] gives them coordinates, [`lane_network`] and [`light_map`] make lanelets and traffic
-//! lights of them, [`tag_check`] finds what is wrong with the lanelets.
+//! [`osm`] reads primitives, [`points`] gives them coordinates, [`lane_network`] and [`light_map`] make
+//! lanelets and traffic lights of them, [`tag_check`] finds what is wrong with the lanelets.
 //!
 //! ```
 //! use lanelet2_map::geometry::{Point, Pose};

@@ -33,7 +33,8 @@ impl Geo {
     }
 }
 
-/// Returns x to the east of a meridian and y to the north of the equator in metres; `None` far from the meridian.
+/// Returns x to the east of a meridian and y to the north of the equator in metres; `None` far from the
+/// meridian.
 pub(super) fn transverse_mercator(position: Geo, meridian_deg: f64, scale: f64) -> Option<[f64; 2]> {
     let longitude_deg = (position.longitude_deg - meridian_deg + 540.0).rem_euclid(360.0) - 180.0;
     if !position.is_on_earth() || longitude_deg.abs() > MAX_WIDTH_DEG {
@@ -62,7 +63,8 @@ pub(super) fn transverse_mercator(position: Geo, meridian_deg: f64, scale: f64) 
     Some([scale * radius_m * x, scale * radius_m * y])
 }
 
-/// Returns the position east, north and up of an origin in metres; `None` for a position that is not on earth.
+/// Returns the position east, north and up of an origin in metres; `None` for a position that is not on
+/// earth.
 pub(super) fn east_north_up(position: Geo, origin: Geo) -> Option<[f64; 3]> {
     if !position.is_on_earth() || !origin.is_on_earth() {
         return None;
@@ -146,8 +148,8 @@ impl MgrsSquare {
         Some(Self { meridian_deg, easting_m: edge(x + UTM_EASTING_M), northing_m: edge(y) })
     }
 
-    /// Returns x and y from the south-western corner in metres, also beyond the square's edges; `None` far from
-    /// the zone.
+    /// Returns x and y from the south-western corner in metres, also beyond the square's edges; `None` far
+    /// from the zone.
     pub(super) fn project(self, position: Geo) -> Option<[f64; 2]> {
         let [x, y] = transverse_mercator(position, self.meridian_deg, UTM_SCALE)?;
         // Rows repeat every 2000 km; the nearest one of that name is meant.

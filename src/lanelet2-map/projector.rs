@@ -39,7 +39,8 @@ pub enum Projector {
 }
 
 impl Projector {
-    /// Creates the military grid's square in which the first node with a position is; `None` when no node has one.
+    /// Creates the military grid's square in which the first node with a position is; `None` when no node has
+    /// one.
     pub fn mgrs_around(osm: &Osm) -> Option<Self> {
         let [latitude_deg, longitude_deg] = osm.nodes.all().iter().find_map(|node| node.geo_deg)?;
         MgrsSquare::around(Geo { latitude_deg, longitude_deg, altitude_m: 0.0 }).map(Self::Mgrs)

@@ -1,5 +1,5 @@
-//! The tags that decide about turn signals, held against the geometry of their lanelets: a wrong tag is a wrong signal,
-//! a missing one is none.
+//! The tags that decide about turn signals, held against the geometry of their lanelets: a wrong tag is a
+//! wrong signal, a missing one is none.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -49,7 +49,8 @@ pub enum MapFlaw {
         "its turn_direction {_0:?} names no direction: expected left, right or straight, in lower case"
     )]
     UnknownDirection(String),
-    /// The stretch in which its turn is announced, by its `turn_signal_distance`, begins before a turn to the other side ends.
+    /// The stretch in which its turn is announced, by its `turn_signal_distance`, begins before a turn to the
+    /// other side ends.
     #[display(
         "its turn_signal_distance of {distance_m} m reaches behind the end of lanelet {other}, which turns to the other side"
     )]

@@ -11,7 +11,8 @@ use std::{env, fs};
 
 use sha2::{Digest as _, Sha256};
 
-/// Sequences that a reader refuses when they are longer, although their definition has no bound: message, field, elements.
+/// Sequences that a reader refuses when they are longer, although their definition has no bound: message,
+/// field, elements.
 const BOUNDS: [(&str, &str, u32); 13] = [
     ("autoware_internal_planning_msgs/PathPointWithLaneId", "lane_ids", 1_000),
     ("autoware_internal_planning_msgs/PathWithLaneId", "left_bound", 100_000),
@@ -385,7 +386,8 @@ fn add_service_types(definitions: &mut Definitions, services: &[String]) {
     }
 }
 
-/// `RIHS01_` and the SHA-256 of the JSON that REP-2016 prescribes: the fields of the type and of all types in it.
+/// `RIHS01_` and the SHA-256 of the JSON that REP-2016 prescribes: the fields of the type and of all types in
+/// it.
 fn hash(definitions: &Definitions, name: &str) -> Result<String> {
     let mut used = BTreeSet::new();
     add_used(definitions, name, &mut used)?;

@@ -86,8 +86,8 @@ pub fn read_message<M: DeserializeOwned>(bytes: &[u8], endian: Endian) -> Result
     CdrInput { bytes, endian }.whole()
 }
 
-/// Returns the byte order that the encapsulation header of a message names, and the bytes behind it; `None` for another encoding than
-/// plain CDR.
+/// Returns the byte order that the encapsulation header of a message names, and the bytes behind it; `None`
+/// for another encoding than plain CDR.
 pub const fn encapsulated(message: &[u8]) -> Option<(Endian, &[u8])> {
     match message {
         [0, 0, _, _, bytes @ ..] => Some((Endian::Big, bytes)),
@@ -106,8 +106,8 @@ pub struct CdrInput<'a> {
 }
 
 impl CdrInput<'_> {
-    /// Decodes a message that takes all of the bytes, but for padding to a multiple of four: another layout may decode
-    /// by chance, but hardly to its end.
+    /// Decodes a message that takes all of the bytes, but for padding to a multiple of four: another layout
+    /// may decode by chance, but hardly to its end.
     ///
     /// # Errors
     /// Bytes of another layout.

@@ -15,14 +15,15 @@ pub fn full_name((package, name): TypeName) -> String {
     format!("{package}/msg/{name}")
 }
 
-/// Returns the hash of a message or service type as ROS 2 has it since Iron (REP-2016); `None` for a type without a
-/// definition. `rmw_zenoh` has the hash in its keys, so that nodes whose definitions differ do not receive each other.
+/// Returns the hash of a message or service type as ROS 2 has it since Iron (REP-2016); `None` for a type
+/// without a definition. `rmw_zenoh` has the hash in its keys, so that nodes whose definitions differ do not
+/// receive each other.
 pub fn type_hash(package: &str, name: &str) -> Option<&'static str> {
     find(TYPE_HASHES, (package, name))
 }
 
-/// Returns the definition of a message and of all messages in it in the notation `ros2msg`; `None` for a type without a
-/// definition.
+/// Returns the definition of a message and of all messages in it in the notation `ros2msg`; `None` for a type
+/// without a definition.
 pub fn schema(type_name: TypeName) -> Option<&'static str> {
     find(SCHEMAS, type_name)
 }

@@ -12,8 +12,8 @@ impl From<[f64; 3]> for Point {
 const UPRIGHT: f64 = 1e-9;
 
 impl Quaternion {
-    /// Returns the heading of the rotation, radians in (-π, π], counter-clockwise from +x. The quaternion may have any
-    /// length but zero; the result is NaN for something that is not a rotation or has no heading.
+    /// Returns the heading of the rotation, radians in (-π, π], counter-clockwise from +x. The quaternion may
+    /// have any length but zero; the result is NaN for something that is not a rotation or has no heading.
     pub fn yaw_rad(self) -> f64 {
         let parts = [self.x, self.y, self.z, self.w];
         let longest = parts.iter().fold(0.0, |longest: f64, part| longest.max(part.abs()));

@@ -1,8 +1,8 @@
 //! Merges the reports of camera and network as `autoware_traffic_light_arbiter` does
 //! (docs/spec/traffic-lights.md, "Arbiter").
 //!
-//! The arbiter has output only after an input. It keeps the network's groups one by one, each with the stamp of its
-//! message, and the camera's last message as a whole. Only groups that changed are merged again.
+//! The arbiter has output only after an input. It keeps the network's groups one by one, each with the stamp
+//! of its message, and the camera's last message as a whole. Only groups that changed are merged again.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -79,15 +79,15 @@ impl Arbiter {
         }
     }
 
-    /// Sets the time by which the camera's last message is judged from now on: while the message lags behind it by more
-    /// than the tolerance, it does not count, whatever the network sends.
+    /// Sets the time by which the camera's last message is judged from now on: while the message lags behind
+    /// it by more than the tolerance, it does not count, whatever the network sends.
     pub fn set_clock(&mut self, clock: ArbiterStamp) {
         self.clock = Some(clock);
     }
 
-    /// Takes a message of the camera, which replaces the one before. Returns the merged groups: ascending by relation
-    /// id, once each; their elements ascending by the number that ROS gives their shape, one for each shape. They
-    /// are shared with earlier results as long as nothing changed.
+    /// Takes a message of the camera, which replaces the one before. Returns the merged groups: ascending by
+    /// relation id, once each; their elements ascending by the number that ROS gives their shape, one for
+    /// each shape. They are shared with earlier results as long as nothing changed.
     pub fn perception(&mut self, stamp: ArbiterStamp, groups: &[Arc<GroupState>]) -> Groups {
         self.perception = Some(stamp);
         self.perceived.take(groups, &mut self.changed);
@@ -95,8 +95,9 @@ impl Arbiter {
         self.merge()
     }
 
-    /// Takes a message of the network at `clock`. Each of its groups replaces the one before. Returns the merged groups
-    /// like [`Self::perception`]; `None` when the stamp is too far from the clock, so that the message is ignored.
+    /// Takes a message of the network at `clock`. Each of its groups replaces the one before. Returns the
+    /// merged groups like [`Self::perception`]; `None` when the stamp is too far from the clock, so that the
+    /// message is ignored.
     pub fn external(
         &mut self,
         stamp: ArbiterStamp,
@@ -112,7 +113,8 @@ impl Arbiter {
         Some(self.merge())
     }
 
-    /// Returns whether perception counts: neither the newest stamp of the network nor the clock shows that it lags.
+    /// Returns whether perception counts: neither the newest stamp of the network nor the clock shows that it
+    /// lags.
     fn is_timely(&self) -> bool {
         let newest = self.network.newest().max(self.clock);
         let (Some(stamp), Some(newest)) = (self.perception, newest) else { return true };

@@ -11,14 +11,17 @@ const GROUPS: u32 = 20_240_605;
 /// The type of a message with traffic lights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LightsType {
-    /// `traffic_simulator_msgs/msg/TrafficLightArrayV1`, for [`LightsContent::Lights`](super::emission::LightsContent::Lights).
+    /// `traffic_simulator_msgs/msg/TrafficLightArrayV1`, for
+    /// [`LightsContent::Lights`](super::emission::LightsContent::Lights).
     ArrayV1,
-    /// `autoware_perception_msgs/msg/TrafficSignalArray`, for [`LightsContent::Groups`](super::emission::LightsContent::Groups).
+    /// `autoware_perception_msgs/msg/TrafficSignalArray`, for
+    /// [`LightsContent::Groups`](super::emission::LightsContent::Groups).
     SignalArray,
     /// `autoware_perception_msgs/msg/TrafficLightGroupArray`, for
     /// [`LightsContent::Groups`](super::emission::LightsContent::Groups).
     GroupArray,
-    /// `visualization_msgs/msg/MarkerArray`, for [`LightsContent::Markers`](super::emission::LightsContent::Markers).
+    /// `visualization_msgs/msg/MarkerArray`, for
+    /// [`LightsContent::Markers`](super::emission::LightsContent::Markers).
     MarkerArray,
     /// `rosgraph_msgs/msg/Clock`, for [`LightsContent::Clock`](super::emission::LightsContent::Clock).
     Clock,
@@ -64,8 +67,8 @@ pub enum ArchitectureError {
 }
 
 impl Architecture {
-    /// Reads an architecture: by its date, or in upstream mode by the order of texts (Q18), which takes any text and
-    /// refuses topics instead.
+    /// Reads an architecture: by its date, or in upstream mode by the order of texts (Q18), which takes any
+    /// text and refuses topics instead.
     pub fn parse(text: &str, quirks: impl Into<LightQuirks>) -> Result<Self, ArchitectureError> {
         let generation = if quirks.into().sorts_architectures { sorted(text) } else { dated(text)? };
         Ok(Self { text: text.to_owned(), generation })

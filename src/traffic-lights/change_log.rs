@@ -1,4 +1,5 @@
-//! Changes of heads by number, so that the next message is made from the heads that changed since the last one.
+//! Changes of heads by number, so that the next message is made from the heads that changed since the last
+//! one.
 
 use std::collections::VecDeque;
 
@@ -28,8 +29,8 @@ impl ChangeLog {
         }
     }
 
-    /// Returns the heads that changed after that change, latest first and maybe repeated; after too many changes, all
-    /// heads of the map.
+    /// Returns the heads that changed after that change, latest first and maybe repeated; after too many
+    /// changes, all heads of the map.
     pub(super) fn since(&self, change: u64) -> impl Iterator<Item = HeadIndex> + '_ {
         let count = usize::try_from(self.changes - change).unwrap_or(usize::MAX);
         let (latest, all) = if count > self.latest.len() { (0, self.heads) } else { (count, 0) };

@@ -26,8 +26,8 @@ pub enum CommandError {
     /// somebody else, or lacks its `@v1`.
     #[error("`{0}` is not a command for traffic lights; commands are {known}", known = commands())]
     NotOurs(String),
-    /// The text before the first blank or parenthesis is nearly the name of one of these commands. Upstream mode takes
-    /// it for somebody else's.
+    /// The text before the first blank or parenthesis is nearly the name of one of these commands. Upstream
+    /// mode takes it for somebody else's.
     #[error("`{found}` is not a command; `{known}` is")]
     NearMiss {
         /// The name in the text.
@@ -227,7 +227,8 @@ fn parse_ids(arguments: &[&str]) -> Result<Vec<i64>, SignalIdError> {
     arguments.iter().map(|id| parse_id(id)).collect()
 }
 
-/// Returns the arguments between the parentheses after a name. A mistake comes with the text that begins with it.
+/// Returns the arguments between the parentheses after a name. A mistake comes with the text that begins with
+/// it.
 fn arguments(text: &str) -> Result<Vec<&str>, (FormError, &str)> {
     let text = text.trim_start_matches(is_blank);
     if text.is_empty() {

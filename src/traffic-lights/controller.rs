@@ -1,7 +1,8 @@
 //! The phases of the controllers (docs/spec/traffic-lights.md, "Controllers and phases").
 //!
-//! A controller makes at most one transition in a frame. In improved mode a phase begins at the nominal end of the
-//! one before it, so that frames do not make the schedule slip (Q21); upstream's begins with the frame.
+//! A controller makes at most one transition in a frame. In improved mode a phase begins at the nominal end
+//! of the one before it, so that frames do not make the schedule slip (Q21); upstream's begins with the
+//! frame.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -113,7 +114,8 @@ impl Controllers {
             }
             let start = self.nominal(begin, frame);
             let state = &self.states[index];
-            // Improved mode does not enter the first phase again when the cycle has reached it in the meantime.
+            // Improved mode does not enter the first phase again when the cycle has reached it in the
+            // meantime.
             let has_begun =
                 !quirks.repeats_first_phase && state.phase == Some(0) && state.start.nanos >= begin.nanos;
             if !has_begun {
@@ -172,8 +174,8 @@ impl Controllers {
         }
     }
 
-    /// Returns the nominal time when this is the first frame after it; else frames were missed, and the schedule
-    /// starts again from this one.
+    /// Returns the nominal time when this is the first frame after it; else frames were missed, and the
+    /// schedule starts again from this one.
     fn nominal(&self, at: ScenarioMoment, frame: FrameTimes) -> ScenarioMoment {
         let is_new = frame.previous.is_none_or(|previous| at.nanos > previous.nanos);
         if is_new && at.nanos <= frame.now.nanos && !self.quirks.slips_by_frames { at } else { frame.now }

@@ -39,8 +39,8 @@ pub struct Emission {
 
 /// The list that an emission sends.
 ///
-/// Its address in memory shows what changed: as long as nothing does, the emissions of a topic share one list,
-/// and a list shares each group that did not change with the next one.
+/// Its address in memory shows what changed: as long as nothing does, the emissions of a topic share one
+/// list, and a list shares each group that did not change with the next one.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LightsContent {
     /// States of heads, ascending by way id.

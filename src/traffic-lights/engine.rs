@@ -126,8 +126,8 @@ impl LightsSettings {
         }
     }
 
-    /// Returns whether a running scenario can continue with these settings instead of `before`: lights, scenario, rules, frames,
-    /// topics and the way that states expire are the same.
+    /// Returns whether a running scenario can continue with these settings instead of `before`: lights,
+    /// scenario, rules, frames, topics and the way that states expire are the same.
     pub fn is_same_run(&self, before: &Self) -> bool {
         let expire = self.v2i_timeout.is_some() == before.v2i_timeout.is_some();
         let changeable = Self {
@@ -214,16 +214,16 @@ impl TrafficLights {
         &self.scenario.controllers
     }
 
-    /// Does an action of a command, after everything that is due by now. A refused action changes nothing, but in
-    /// upstream mode a state is applied up to its mistake.
+    /// Does an action of a command, after everything that is due by now. A refused action changes nothing,
+    /// but in upstream mode a state is applied up to its mistake.
     pub fn apply(&mut self, action: &Action, now: Now) -> Result<(), ActionRefusal> {
         self.move_to(now);
         let scenario = Arc::clone(&self.scenario);
         self.scenario_state.perform(&scenario, action, ActionSource::Outside)
     }
 
-    /// Handles everything that is due by now, in order, each at its own time. After a gap the oldest frames and messages
-    /// are skipped, see [`TrafficLights::skipped`].
+    /// Handles everything that is due by now, in order, each at its own time. After a gap the oldest frames
+    /// and messages are skipped, see [`TrafficLights::skipped`].
     pub fn advance(&mut self, now: Now) {
         let reached = self.nanos(now.mono);
         self.skipped += self.frames.skip(reached)
@@ -277,8 +277,8 @@ impl TrafficLights {
         self.scenario_state.controllers.state(controller)?.phase
     }
 
-    /// Returns the states of a store, ascending by id: of the heads that were ever touched, by way id, or of detected
-    /// lights, by way id; for upstream by the id as it was written.
+    /// Returns the states of a store, ascending by id: of the heads that were ever touched, by way id, or of
+    /// detected lights, by way id; for upstream by the id as it was written.
     pub fn states(&self, store: StoreId) -> BTreeMap<i64, LightObservation> {
         self.iter_states(store).collect()
     }
@@ -319,7 +319,8 @@ impl TrafficLights {
         u64::try_from(at.since(self.origin).as_nanos()).unwrap_or(u64::MAX)
     }
 
-    /// Handles everything that is due and makes this the present moment. Upstream's clock moves by frames only.
+    /// Handles everything that is due and makes this the present moment. Upstream's clock moves by frames
+    /// only.
     pub(super) fn move_to(&mut self, now: Now) {
         self.advance(now);
         self.scenario_state.now.nanos = self.scenario_state.now.nanos.max(self.nanos(now.mono));

@@ -29,8 +29,8 @@ struct Watch {
 }
 
 impl Expiry {
-    /// Records that a light or group was received, with the number of that write. It expires at `at`, nanoseconds since the
-    /// start of the scenario; never if `None`.
+    /// Records that a light or group was received, with the number of that write. It expires at `at`,
+    /// nanoseconds since the start of the scenario; never if `None`.
     pub(super) fn renew(&mut self, key: Key, written: u64, at: Option<u64>) {
         self.expired.remove(&key);
         if let Some(watch) = self.watched.remove(&key) {

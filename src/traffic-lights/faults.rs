@@ -1,8 +1,9 @@
 //! Faults on purpose, as a pipeline or link makes them on a channel
 //! (docs/spec/traffic-lights.md, "Faults on purpose").
 //!
-//! All faults are off by default. The same seed and the same inputs give the same faults. Each kind of fault has
-//! its own draws for each group and message, so that neither the other kinds nor the other groups change them.
+//! All faults are off by default. The same seed and the same inputs give the same faults. Each kind of fault
+//! has its own draws for each group and message, so that neither the other kinds nor the other groups change
+//! them.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -70,7 +71,8 @@ impl ChannelFaults {
         self.delayed.push_back((arrival, emission));
     }
 
-    /// Returns the next message that has arrived by `now`, in the order of sending. Call it until it returns `None`.
+    /// Returns the next message that has arrived by `now`, in the order of sending. Call it until it returns
+    /// `None`.
     pub fn poll(&mut self, now: MonoTime) -> Option<Emission> {
         self.next_deadline().filter(|arrival| *arrival <= now)?;
         self.delayed.pop_front().map(|(_, emission)| emission)

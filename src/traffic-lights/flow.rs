@@ -32,10 +32,11 @@ pub struct LightsFlowSettings {
     pub v2i_faults: Option<ChannelFaults>,
     /// Settings of the arbiter; `None` when there is no merged topic.
     pub arbiter: Option<ArbiterSettings>,
-    /// True when the arbiter merges [`TrafficLightInput::Camera`] instead of the messages of the camera topic.
+    /// True when the arbiter merges [`TrafficLightInput::Camera`] instead of the messages of the camera
+    /// topic.
     pub external_camera: bool,
-    /// True when [`TrafficLightInput::Clock`] gives the time of scenario, faults and messages: nothing happens
-    /// before the first one. The unit on CAN is judged by the gateway's own clock in any case.
+    /// True when [`TrafficLightInput::Clock`] gives the time of scenario, faults and messages: nothing
+    /// happens before the first one. The unit on CAN is judged by the gateway's own clock in any case.
     pub use_sim_time: bool,
 }
 
@@ -143,8 +144,9 @@ impl TrafficLightFlow {
         }
     }
 
-    /// Continues with other settings and another binding. The scenario continues if its lights, rules and topics are the
-    /// same; otherwise it starts again, with the states of the V2X unit. Call [`Self::settle`] afterwards.
+    /// Continues with other settings and another binding. The scenario continues if its lights, rules and
+    /// topics are the same; otherwise it starts again, with the states of the V2X unit. Call [`Self::settle`]
+    /// afterwards.
     pub fn reconfigure(&mut self, settings: LightsFlowSettings, binding: V2iBinding, now: Now) {
         let ended = self.reception.reconfigure(binding).into_iter().map(|id| (id, None::<ReceivedState>));
         self.news = true;
@@ -272,8 +274,8 @@ impl TrafficLightFlow {
         self.ready.pop_front()
     }
 
-    /// Returns the next time at which [`Self::settle`] has something to do. With a simulated clock its messages are
-    /// what a run waits for.
+    /// Returns the next time at which [`Self::settle`] has something to do. With a simulated clock its
+    /// messages are what a run waits for.
     pub fn next_deadline(&self, now: MonoTime) -> MonoTime {
         let own = match &self.clock {
             Some(clock) => clock.next_deadline(now),
@@ -348,8 +350,8 @@ impl TrafficLightFlow {
     }
 }
 
-/// Returns the groups that the arbiter merges from a message; `None` when the message is not for it, or causes no
-/// output.
+/// Returns the groups that the arbiter merges from a message; `None` when the message is not for it, or
+/// causes no output.
 fn merge(arbiter: &mut Arbiter, emission: &Emission, clock: WallStamp) -> Option<Groups> {
     let LightsContent::Groups(groups) = &emission.content else { return None };
     let stamp = ArbiterStamp(emission.stamp.as_nanos());

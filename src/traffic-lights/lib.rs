@@ -1,9 +1,10 @@
 //! Traffic lights: ground truth and detections over two channels, merged and sent
 //! (docs/spec/traffic-lights.md).
 //!
-//! Vocabulary: a *bulb* is the colour, status and shape of one lamp; a *head* is a physical light, with the id of
-//! its way; a *group* is a regulatory element that refers to heads, with the id of its relation; a *channel* is
-//! the equipment over which a state is received; each channel has a *ground truth* and a *detected* store.
+//! Vocabulary: a *bulb* is the colour, status and shape of one lamp; a *head* is a physical light, with the
+//! id of its way; a *group* is a regulatory element that refers to heads, with the id of its relation; a
+//! *channel* is the equipment over which a state is received; each channel has a *ground truth* and a
+//! *detected* store.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -26,8 +27,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The lights of a map are read by `lanelet2_map`, and signals of a V2X unit judged by `can_signal`. This crate does not know the
-//! vehicle and its turn signals; `gateway_core` runs it beside them.
+//! The lights of a map are read by `lanelet2_map`, and signals of a V2X unit judged by `can_signal`. This
+//! crate does not know the vehicle and its turn signals; `gateway_core` runs it beside them.
 
 pub mod arbiter;
 pub mod architecture;

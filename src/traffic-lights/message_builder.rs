@@ -61,8 +61,8 @@ pub(super) fn lights(
     known(stores, heads).map(light).collect()
 }
 
-/// Returns the reports of a channel for the groups that refer to any of these heads, by relation id; a dark group has no
-/// item.
+/// Returns the reports of a channel for the groups that refer to any of these heads, by relation id; a dark
+/// group has no item.
 pub(super) fn groups(
     stores: &Stores,
     channel: LightChannel,
@@ -131,8 +131,8 @@ fn forget_upper_diagonals(groups: &mut [GroupState]) {
     }
 }
 
-/// Returns a marker for each lamp of these heads, by way id; an untouched head has no item. The lamps show the ground
-/// truth of the first of the channels in which the head was touched.
+/// Returns a marker for each lamp of these heads, by way id; an untouched head has no item. The lamps show
+/// the ground truth of the first of the channels in which the head was touched.
 pub(super) fn markers(
     stores: &Stores,
     channels: &[LightChannel],
@@ -159,7 +159,8 @@ fn known<'a>(stores: &'a Stores, heads: &'a BTreeSet<HeadIndex>) -> impl Iterato
     heads.iter().filter_map(|index| Some((*index, stores.map().at(*index)?)))
 }
 
-/// Returns the state that was received for a group, if it is sent, and which reports of its heads are sent with it.
+/// Returns the state that was received for a group, if it is sent, and which reports of its heads are sent
+/// with it.
 fn received(
     stores: &Stores,
     channel: LightChannel,
@@ -189,8 +190,8 @@ fn of_received(state: &ReceivedState) -> GroupState {
     GroupState { relation_id: 0, elements, predictions: state.predictions.clone() }
 }
 
-/// Returns the group of a relation: its received state, and the bulbs of all its heads that are sent with it, each with the
-/// highest confidence of those that show it. `None` when the group is dark.
+/// Returns the group of a relation: its received state, and the bulbs of all its heads that are sent with it,
+/// each with the highest confidence of those that show it. `None` when the group is dark.
 fn merged(
     stores: &Stores,
     channel: LightChannel,
@@ -269,8 +270,8 @@ fn report<'a>(
     light.bulbs.map(|bulbs| HeadReport { head: index, relation_ids, bulbs, confidence, is_detected })
 }
 
-/// Returns the reports of upstream: all truth, then each detection instead of the entry whose way id is its key, else
-/// at the end. Keys are compared with ids cut to 32 bits (Q3, Q6).
+/// Returns the reports of upstream: all truth, then each detection instead of the entry whose way id is its
+/// key, else at the end. Keys are compared with ids cut to 32 bits (Q3, Q6).
 fn upstream_reports(stores: &Stores, channel: LightChannel) -> Vec<HeadReport<'_>> {
     let mut reports = Vec::new();
     let mut indices = BTreeMap::new();
@@ -306,7 +307,8 @@ fn sent_id(id: i64, quirks: LightQuirks) -> i64 {
     if quirks.cuts_ids { i64::from(id as i32) } else { id }
 }
 
-/// Returns whether a circle of this colour is among the bulbs, whatever its status: `solidOff` is drawn as on.
+/// Returns whether a circle of this colour is among the bulbs, whatever its status: `solidOff` is drawn as
+/// on.
 fn shows_circle(bulbs: &BulbSet, color: LampColor) -> bool {
     let color = match color {
         LampColor::Green => Color::Green,

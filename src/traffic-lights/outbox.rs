@@ -82,8 +82,8 @@ impl Outbox {
         self.send(LightsTopic::V2i, stamp, LightsContent::Groups(groups));
     }
 
-    /// Upstream draws each channel with its own timer, over the markers of the other; improved mode draws both
-    /// with the timer of the conventional channel (Q19).
+    /// Upstream draws each channel with its own timer, over the markers of the other; improved mode draws
+    /// both with the timer of the conventional channel (Q19).
     pub(super) fn send_markers(&mut self, stores: &Stores, timer: LightChannel, stamp: WallStamp) {
         let channels = match (timer, stores.quirks().draws_each_channel) {
             (LightChannel::Conventional, false) => &LightChannel::ALL[..],
@@ -136,8 +136,8 @@ impl TopicList<Arc<GroupState>> {
 }
 
 impl<T: Item> TopicList<T> {
-    /// Brings the list up to date. `make` makes the items of heads, by ascending id: of the changed heads, or of
-    /// all heads when items are not sorted by their ids.
+    /// Brings the list up to date. `make` makes the items of heads, by ascending id: of the changed heads, or
+    /// of all heads when items are not sorted by their ids.
     fn update(
         &mut self,
         sources: Sources<'_>,

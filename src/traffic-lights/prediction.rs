@@ -1,7 +1,7 @@
 //! Predictions of future phases for V2I (docs/spec/traffic-lights.md, "Predictions").
 //!
-//! Improved mode predicts the states that will be sent: a head's V2I states, a detection before the truth, or the
-//! copied conventional state. Upstream has quirks of its own, kept apart below (Q5, Q10, Q11).
+//! Improved mode predicts the states that will be sent: a head's V2I states, a detection before the truth, or
+//! the copied conventional state. Upstream has quirks of its own, kept apart below (Q5, Q10, Q11).
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -60,8 +60,8 @@ impl Predictions {
         self.by_head.clear();
     }
 
-    /// Replaces the predictions of a controller: they are made from the phases after its present one. Upstream forgets
-    /// the predictions of the other controllers too.
+    /// Replaces the predictions of a controller: they are made from the phases after its present one.
+    /// Upstream forgets the predictions of the other controllers too.
     pub(super) fn renew(
         &mut self,
         index: usize,
@@ -181,8 +181,8 @@ fn predict_upstream(
     Ok(())
 }
 
-/// Returns the V2I entries of a phase by their ids as written, and the conventional ones of ids that have none and
-/// belong to enabled heads, for truth and detections.
+/// Returns the V2I entries of a phase by their ids as written, and the conventional ones of ids that have
+/// none and belong to enabled heads, for truth and detections.
 fn upstream_states<'a>(phase: &'a Phase, lights: &SyncedStores) -> BTreeMap<i64, Vec<&'a StateText>> {
     let of = |channel| phase.entries.iter().filter(move |entry| entry.target.store.channel == channel);
     let mut states: BTreeMap<_, Vec<_>> = BTreeMap::new();

@@ -1,6 +1,7 @@
 //! States that are received for groups over v2i (docs/spec/traffic-lights.md, "Received states").
 //!
-//! What a network reports belongs to a movement, so to one group: groups that share heads do not change each other.
+//! What a network reports belongs to a movement, so to one group: groups that share heads do not change each
+//! other.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -34,8 +35,8 @@ pub struct ReceivedState {
 }
 
 impl ReceivedState {
-    /// Removes predictions that are unfit, past, or too many, and sorts the others by time. Returns the number of unfit
-    /// and superfluous ones.
+    /// Removes predictions that are unfit, past, or too many, and sorts the others by time. Returns the
+    /// number of unfit and superfluous ones.
     pub(super) fn keep_fit_predictions(&mut self, now: WallStamp) -> usize {
         let latest = now.after(MAX_AHEAD).as_nanos();
         let mut rejected = 0;

@@ -1,5 +1,6 @@
 //! The model of a scenario: controllers with phases, and events with triggers and actions
-//! (docs/spec/traffic-lights.md, "Controllers and phases"). `config` reads it from a file, the engine runs it.
+//! (docs/spec/traffic-lights.md, "Controllers and phases"). `config` reads it from a file, the engine runs
+//! it.
 
 use std::ops::Range;
 use std::slice;
@@ -82,8 +83,8 @@ pub struct StateText {
     pub bulbs: BulbSet,
     /// The first mistake in it, as text; `None` when it has none.
     pub mistake: Option<String>,
-    /// Its bulb by the single-bulb parser, which upstream uses for predictions and conditions; `None` when that
-    /// parser refuses it.
+    /// Its bulb by the single-bulb parser, which upstream uses for predictions and conditions; `None` when
+    /// that parser refuses it.
     pub single: Option<Bulb>,
 }
 
@@ -96,8 +97,8 @@ pub struct Story {
     pub acts: Range<usize>,
 }
 
-/// Events of an act with a name: a maneuver, or a group of maneuvers. It runs while its act runs, until all of its
-/// events are complete.
+/// Events of an act with a name: a maneuver, or a group of maneuvers. It runs while its act runs, until all
+/// of its events are complete.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EventGroup {
     /// Its name, unique within the scenario or a path of names.
@@ -270,7 +271,8 @@ pub enum Action {
     EnterPhase {
         /// The controller that enters it.
         controller: ControllerIndex,
-        /// Name of the phase. Improved mode checks it when it is read, upstream looks it up when it is needed.
+        /// Name of the phase. Improved mode checks it when it is read, upstream looks it up when it is
+        /// needed.
         phase: String,
     },
     /// Replaces the V2I ground truth: `V2ITrafficSignalStateAction`.
@@ -313,7 +315,8 @@ pub enum Action {
         /// The change of its value.
         by: Modification,
     },
-    /// Ends the scenario; its controllers and events stop. `true` means `exitSuccess`, `false` means `exitFailure`.
+    /// Ends the scenario; its controllers and events stop. `true` means `exitSuccess`, `false` means
+    /// `exitFailure`.
     End(bool),
 }
 
@@ -336,8 +339,8 @@ impl Action {
     }
 }
 
-/// Returns the cycle time of upstream, seconds: cut to a whole number after each addition. A sum that does not fit
-/// becomes the lowest integer, as on x86 (Q11).
+/// Returns the cycle time of upstream, seconds: cut to a whole number after each addition. A sum that does
+/// not fit becomes the lowest integer, as on x86 (Q11).
 pub fn upstream_cycle_s(durations_s: impl Iterator<Item = f64>) -> i32 {
     durations_s.fold(0, |sum, seconds| {
         let sum = (f64::from(sum) + seconds).trunc();

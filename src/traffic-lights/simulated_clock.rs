@@ -1,8 +1,8 @@
 //! The clock of a simulator, which other nodes follow with `use_sim_time`
 //! (docs/spec/traffic-lights.md, "Simulated clock").
 //!
-//! Its messages are events: between two of them no time passes. It can stand still, run at any speed, and begin again
-//! when a recording is repeated.
+//! Its messages are events: between two of them no time passes. It can stand still, run at any speed, and
+//! begin again when a recording is repeated.
 
 use std::time::Duration;
 
@@ -34,8 +34,8 @@ struct ClockState {
 }
 
 impl SimulatedClock {
-    /// Takes a message of the clock that was received at `now`. Returns true when time begins, or begins again: what was
-    /// before does not count.
+    /// Takes a message of the clock that was received at `now`. Returns true when time begins, or begins
+    /// again: what was before does not count.
     pub(super) fn handle(&mut self, stamp: WallStamp, now: MonoTime) -> bool {
         let stamp = stamp.as_nanos();
         match &mut self.latest {
@@ -53,7 +53,8 @@ impl SimulatedClock {
         }
     }
 
-    /// Returns the present time; `None` before the first message. Its monotonic part counts from the beginning.
+    /// Returns the present time; `None` before the first message. Its monotonic part counts from the
+    /// beginning.
     pub(super) fn now(&self) -> Option<Now> {
         let ClockState { begin, present, .. } = self.latest?;
         let mono = MonoTime::from_nanos(present.abs_diff(begin));
@@ -65,8 +66,8 @@ impl SimulatedClock {
         self.latest.is_some_and(|latest| now.since(latest.received) > SILENCE)
     }
 
-    /// Returns the time at which it becomes silent if no message is received; `None` when it is, or before the first
-    /// message.
+    /// Returns the time at which it becomes silent if no message is received; `None` when it is, or before
+    /// the first message.
     pub(super) fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         self.latest.map(|latest| deadline_after(latest.received, SILENCE)).filter(|at| *at > now)
     }

@@ -53,7 +53,8 @@ pub struct ChannelSnapshot {
 /// The state of one light.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LightSnapshot {
-    /// Way id of its head in the map; relation id of the group for a state that was received for a whole group over V2I.
+    /// Way id of its head in the map; relation id of the group for a state that was received for a whole
+    /// group over V2I.
     pub id: i64,
     /// Relation ids of the groups that it belongs to; its own for a group.
     pub groups: Vec<i64>,
@@ -83,7 +84,8 @@ pub struct ControllerPhaseSnapshot {
 }
 
 impl TrafficLightsSnapshot {
-    /// The lights that are listed, each with a name that tells channel and layer: `11 conventional, detected`.
+    /// The lights that are listed, each with a name that tells channel and layer: `11 conventional,
+    /// detected`.
     pub fn named_lights(&self) -> impl Iterator<Item = (String, &LightSnapshot)> {
         self.channels.iter().flat_map(|channel| {
             channel.states.iter().map(|light| {

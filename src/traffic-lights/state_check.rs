@@ -39,8 +39,8 @@ pub enum StateError {
     },
 }
 
-/// Refuses a state with a mistake, which upstream finds when it applies the state (Q20), and `unknown` anywhere in
-/// a state of a ground truth, which upstream allows to actions (Q8).
+/// Refuses a state with a mistake, which upstream finds when it applies the state (Q20), and `unknown`
+/// anywhere in a state of a ground truth, which upstream allows to actions (Q8).
 pub fn check_state(
     store: StoreId,
     state: &StateText,

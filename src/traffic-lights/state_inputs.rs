@@ -1,5 +1,5 @@
-//! States from outside: written to the stores or kept for their group, counted, and removed when they are not renewed
-//! (docs/spec/traffic-lights.md, "Inputs from outside" and "Received states").
+//! States from outside: written to the stores or kept for their group, counted, and removed when they are not
+//! renewed (docs/spec/traffic-lights.md, "Inputs from outside" and "Received states").
 
 use super::engine::TrafficLights;
 use super::expiry::Key;
@@ -9,10 +9,10 @@ use super::target::{LightChannel, SignalTarget, StoreId};
 use gateway_base::time::Now;
 
 impl TrafficLights {
-    /// Writes received states, after all that is due by now: by way or relation id, `None` to remove one. States of
-    /// V2I expire after the timeout when `expires`; others hold until their sender removes them. Returns the
-    /// number of rejected states and predictions: of ids that the map does not have, or with numbers that are unfit
-    /// (docs/spec/traffic-lights.md, "Received states").
+    /// Writes received states, after all that is due by now: by way or relation id, `None` to remove one.
+    /// States of V2I expire after the timeout when `expires`; others hold until their sender removes them.
+    /// Returns the number of rejected states and predictions: of ids that the map does not have, or with
+    /// numbers that are unfit (docs/spec/traffic-lights.md, "Received states").
     pub fn set_states<S: Into<ReceivedState>>(
         &mut self,
         store: StoreId,
@@ -43,8 +43,8 @@ impl TrafficLights {
         }
     }
 
-    /// Writes or removes a received state. Returns the number of things that are rejected: the state, or some of its
-    /// predictions.
+    /// Writes or removes a received state. Returns the number of things that are rejected: the state, or some
+    /// of its predictions.
     fn set_state(&mut self, target: SignalTarget, state: Option<ReceivedState>, expires: bool) -> usize {
         if state.as_ref().is_some_and(|state| !(0.0..=1.0).contains(&state.confidence)) {
             return 1;
@@ -67,7 +67,8 @@ impl TrafficLights {
         usize::from(!is_known)
     }
 
-    /// Keeps or removes the state that was received for a group of the map. Returns the number of things that are rejected.
+    /// Keeps or removes the state that was received for a group of the map. Returns the number of things that
+    /// are rejected.
     fn set_group(&mut self, target: SignalTarget, mut state: Option<ReceivedState>, expires: bool) -> usize {
         let (now, layer) = (self.scenario_state.wall, target.store.layer);
         let rejected = state.as_mut().map_or(0, |state| state.keep_fit_predictions(now));

@@ -16,7 +16,8 @@ const MAX_LISTED: usize = 8;
 const REJECTED_LATELY: Duration = Duration::from_secs(10);
 
 impl TrafficLights {
-    /// One status for each channel and one for the scenario; `clock` is what is wrong with the simulated clock.
+    /// One status for each channel and one for the scenario; `clock` is what is wrong with the simulated
+    /// clock.
     pub fn statuses(&self, clock: Option<MessagePart>, now: MonoTime) -> Vec<Status> {
         let channels = LightChannel::ALL.into_iter().map(|channel| self.channel_status(channel, now));
         channels.chain([self.scenario_status(clock, now)]).collect()

@@ -222,8 +222,8 @@ impl Stores {
         &self.received
     }
 
-    /// Replaces the received state of a group, `None` to remove it. Returns false when the map has no such group, or the
-    /// group has no heads.
+    /// Replaces the received state of a group, `None` to remove it. Returns false when the map has no such
+    /// group, or the group has no heads.
     pub(super) fn receive(
         &mut self,
         layer: StoreLayer,
@@ -256,8 +256,8 @@ impl Stores {
         }
     }
 
-    /// Returns the bulbs of a head in the ground truth of a channel; in v2i those that were received last for a group
-    /// with this head. `None` when the head was never touched.
+    /// Returns the bulbs of a head in the ground truth of a channel; in v2i those that were received last for
+    /// a group with this head. `None` when the head was never touched.
     pub(super) fn shown(&self, channel: LightChannel, head: HeadIndex) -> Option<BulbSet> {
         let received = self.received_on(StoreId { channel, layer: StoreLayer::GroundTruth }, head);
         received.or_else(|| self.truth(channel).light(head)?.bulbs)
@@ -269,8 +269,8 @@ impl Stores {
         self.received.latest(layer, &head.relation_ids)
     }
 
-    /// Returns the id of the first light of a channel that shows red and green: the way id of a head, the relation id of a
-    /// group with a received state; for upstream the id as it was written.
+    /// Returns the id of the first light of a channel that shows red and green: the way id of a head, the
+    /// relation id of a group with a received state; for upstream the id as it was written.
     pub(super) fn contradictory_light(&self, channel: LightChannel) -> Option<i64> {
         let (truth, detected) = (self.truth(channel), self.detected(channel));
         let is_contradictory = |light: &Light| light.bulbs.is_some_and(BulbSet::is_contradictory);
@@ -340,7 +340,8 @@ impl Stores {
         }))
     }
 
-    /// Returns the number of the last write to the light of an id, or to the first one of a group; 0 when there is none.
+    /// Returns the number of the last write to the light of an id, or to the first one of a group; 0 when
+    /// there is none.
     pub(super) fn written(&self, target: SignalTarget) -> u64 {
         let (truth, detected) = (self.truth(target.store.channel), self.detected(target.store.channel));
         let light = match target.store.layer {
@@ -353,8 +354,8 @@ impl Stores {
         light.map_or(0, |light| light.written)
     }
 
-    /// Returns the bulbs of each head of a target, empty for a light that was never touched. A group shows the state that
-    /// was received for it, a head the state that was received last for one of its groups.
+    /// Returns the bulbs of each head of a target, empty for a light that was never touched. A group shows
+    /// the state that was received for it, a head the state that was received last for one of its groups.
     pub fn bulbs(&self, target: SignalTarget) -> Result<impl Iterator<Item = BulbSet> + '_, ActionRefusal> {
         let (truth, detected) = (self.truth(target.store.channel), self.detected(target.store.channel));
         // Upstream's detections are under the id as written: one entry, even for a group.

@@ -1,8 +1,8 @@
 //! The storyboard: stories, acts and events with their triggers and states.
 //!
-//! Elements are evaluated in the order of the document. All actions complete at once, so an event
-//! starts, runs and ends within one frame. For every other element that frame lasts from then to the element's
-//! own next evaluation, so that its position in the document does not matter.
+//! Elements are evaluated in the order of the document. All actions complete at once, so an event starts,
+//! runs and ends within one frame. For every other element that frame lasts from then to the element's own
+//! next evaluation, so that its position in the document does not matter.
 
 use super::event_log::{ActionSource, ScenarioEvent, ScenarioOutcome};
 use super::refusal::ActionRefusal;
@@ -200,8 +200,8 @@ fn fires(
 }
 
 impl ElementBoard {
-    /// Returns whether an element of that name is in a state, or `remembers` that it was. An action has the state of its
-    /// event.
+    /// Returns whether an element of that name is in a state, or `remembers` that it was. An action has the
+    /// state of its event.
     fn element_is(&self, scenario: &Scenario, name: &str, state: ElementState, remembers: bool) -> bool {
         let is = |progress: &ElementProgress| {
             if remembers { progress.has_been(state) } else { progress.is(state, self.now) }

@@ -24,7 +24,8 @@ impl SyncedStores {
         &self.stores
     }
 
-    /// Returns the stores for what is never copied: comparisons, with which upstream makes lights, and received states.
+    /// Returns the stores for what is never copied: comparisons, with which upstream makes lights, and
+    /// received states.
     pub(super) fn stores_mut(&mut self) -> &mut Stores {
         &mut self.stores
     }
@@ -33,8 +34,9 @@ impl SyncedStores {
         self.enabled.get(head.0 as usize).is_some_and(|enabled| *enabled)
     }
 
-    /// Writes to a store, and to V2I where it is copied: in improved mode head by head, in upstream mode when the
-    /// id itself names an enabled head (Q2). Confidence is never copied. Returns whether anything changed.
+    /// Writes to a store, and to V2I where it is copied: in improved mode head by head, in upstream mode when
+    /// the id itself names an enabled head (Q2). Confidence is never copied. Returns whether anything
+    /// changed.
     pub(super) fn write(&mut self, target: SignalTarget, change: LightChange) -> Result<bool, ActionRefusal> {
         let changed = self.stores.write(target, change)?;
         if target.store == StoreId::CONVENTIONAL && !matches!(change, LightChange::Confidence(_)) {
@@ -52,8 +54,8 @@ impl SyncedStores {
         Ok(changed)
     }
 
-    /// Begins or ends copying. Returns the heads for which that is new. Improved mode refuses an unknown id and
-    /// does nothing then, upstream ignores it (Q14).
+    /// Begins or ends copying. Returns the heads for which that is new. Improved mode refuses an unknown id
+    /// and does nothing then, upstream ignores it (Q14).
     pub(super) fn enable(&mut self, ids: &[i64], enable: bool) -> Result<BTreeSet<HeadIndex>, ActionRefusal> {
         let mut heads = BTreeSet::new();
         for id in ids {

@@ -178,7 +178,8 @@ pub fn read_bulbs(text: &str) -> (BulbSet, Option<TextError>) {
 }
 
 impl StateText {
-    /// Reads a state as a list and as a single bulb. It keeps a text with a mistake; `check_state` refuses it.
+    /// Reads a state as a list and as a single bulb. It keeps a text with a mistake; `check_state` refuses
+    /// it.
     pub fn new(text: &str) -> Self {
         let (bulbs, mistake) = read_bulbs(text);
         Self {

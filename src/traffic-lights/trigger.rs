@@ -1,9 +1,9 @@
 //! Triggers: tests, their edges and delays
 //! (docs/spec/traffic-lights.md, "Conditions and triggers").
 //!
-//! The value of a test is delayed first and then checked for an edge, which is the same as the other way round.
-//! The first value of a test is not an edge. A test of the time in the first frame is the exception, since a time has a
-//! value at the start.
+//! The value of a test is delayed first and then checked for an edge, which is the same as the other way
+//! round. The first value of a test is not an edge. A test of the time in the first frame is the exception,
+//! since a time has a value at the start.
 
 use std::cmp::Ordering;
 use std::collections::VecDeque;
@@ -42,8 +42,8 @@ impl TriggerState {
         Self { groups, idle_until: 0 }
     }
 
-    /// Evaluates the trigger; returns whether it fires. `element` returns whether an act, event or action of a name is
-    /// in a state.
+    /// Evaluates the trigger; returns whether it fires. `element` returns whether an act, event or action of
+    /// a name is in a state.
     pub(super) fn fires(
         &mut self,
         trigger: &Trigger,
@@ -71,9 +71,9 @@ impl TriggerState {
         Ok(fires)
     }
 
-    /// Returns the earliest time at which it can fire, when it does not fire now. After an edge only a change of a
-    /// value can make it fire, and the value of a time changes when the time is reached, or right after. Other values can
-    /// change at any time, and upstream has another clock.
+    /// Returns the earliest time at which it can fire, when it does not fire now. After an edge only a change
+    /// of a value can make it fire, and the value of a time changes when the time is reached, or right after.
+    /// Other values can change at any time, and upstream has another clock.
     fn next(&self, trigger: &Trigger, scenario_state: &ScenarioState) -> u64 {
         let now = scenario_state.now.nanos;
         let conditions = trigger.groups.iter().flatten().zip(self.groups.iter().flatten());
@@ -103,7 +103,8 @@ impl ConditionState {
         self.history.len() == 1 && self.previous.is_some()
     }
 
-    /// Takes the value that a time has at the start of the scenario, before the first frame, where its edge counts.
+    /// Takes the value that a time has at the start of the scenario, before the first frame, where its edge
+    /// counts.
     fn start(&mut self, condition: &Condition) {
         let Test::SimulationTime { rule, value } = &condition.test else { return };
         if matches!(condition.edge, Edge::Rising | Edge::Falling | Edge::RisingOrFalling) {

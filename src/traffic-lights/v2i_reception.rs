@@ -1,10 +1,10 @@
 //! Traffic-light states that a V2X unit sends over CAN, validated like every received signal
 //! (docs/spec/traffic-lights.md, "V2X unit on CAN").
 //!
-//! Valid states belong in the *ground truth* of the v2i channel: the network's reports are its ground truth, and the
-//! detected store stays free for imitated errors of the reception. Ground truth cannot be "unknown". So a group that is
-//! not available, faulty, undefined, stale or cut off is *removed*: an arbiter then knows that the network does not
-//! report it, while a held state would show an old light as a present one.
+//! Valid states belong in the *ground truth* of the v2i channel: the network's reports are its ground truth,
+//! and the detected store stays free for imitated errors of the reception. Ground truth cannot be "unknown".
+//! So a group that is not available, faulty, undefined, stale or cut off is *removed*: an arbiter then knows
+//! that the network does not report it, while a held state would show an old light as a present one.
 
 pub mod binding;
 pub mod movement_phase;
@@ -57,8 +57,8 @@ pub struct GroupFinding {
 }
 
 impl InvalidReason {
-    /// Returns whether it is worth a warning: receiving nothing is normal away from an intersection; an undefined value, a
-    /// fault and a unit that sends nothing are not.
+    /// Returns whether it is worth a warning: receiving nothing is normal away from an intersection; an
+    /// undefined value, a fault and a unit that sends nothing are not.
     pub fn is_bad(self) -> bool {
         match self {
             Self::NotReceived | Self::NotReceivedAgain | Self::NotAvailable(..) => false,
@@ -70,8 +70,8 @@ impl InvalidReason {
 /// The result of [`V2iReception::settle`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Settled {
-    /// The new states of the groups whose bulbs or confidence changed, by id, in the order of the profile; `None` removes
-    /// a state.
+    /// The new states of the groups whose bulbs or confidence changed, by id, in the order of the profile;
+    /// `None` removes a state.
     pub changes: Vec<(i64, Option<ValidState>)>,
     /// True when the diagnostics have changed.
     pub news: bool,
@@ -133,9 +133,9 @@ impl V2iReception {
         }
     }
 
-    /// Continues with another binding. Values that were received of its messages stay; states in a message that carries
-    /// many groups are forgotten. Returns the ids of all states that were valid: remove them before [`Self::settle`]
-    /// returns the new ones.
+    /// Continues with another binding. Values that were received of its messages stay; states in a message
+    /// that carries many groups are forgotten. Returns the ids of all states that were valid: remove them
+    /// before [`Self::settle`] returns the new ones.
     pub fn reconfigure(&mut self, binding: V2iBinding) -> Vec<i64> {
         if self.binding == binding {
             return Vec::new();
@@ -254,8 +254,8 @@ impl V2iReception {
         })
     }
 
-    /// Returns the next time to call [`Self::settle`] if nothing is received; `None` when only an input changes
-    /// anything.
+    /// Returns the next time to call [`Self::settle`] if nothing is received; `None` when only an input
+    /// changes anything.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let expiry = |tracked: &Tracked| {
             let V2iStates::Cycling(cycle) = &self.binding.sources.get(tracked.at.0)?.states else {

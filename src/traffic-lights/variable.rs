@@ -16,7 +16,8 @@ pub struct Variable {
     pub value: VariableValue,
 }
 
-/// The value of a variable. Two values of one kind are ordered: `false` before `true`, texts by their characters.
+/// The value of a variable. Two values of one kind are ordered: `false` before `true`, texts by their
+/// characters.
 #[derive(Debug, Clone, PartialEq, PartialOrd, Display)]
 pub enum VariableValue {
     /// A truth value, `true` or `false`.

@@ -41,8 +41,9 @@ messages! {
 }
 
 messages! {
-    /// What only a decider without a gateway says, as in `decide`: a gateway's time does not go back, it has a map, refuses routes
-    /// beside it, and has decided before it is queried. The last three accompany others.
+    /// What only a decider without a gateway says, as in `decide`: a gateway's time does not go back, it has
+    /// a map, refuses routes beside it, and has decided before it is queried. The last three accompany
+    /// others.
     WITHOUT_GATEWAY {
         Ok nothing_decided() "nothing decided yet";
         Ok no_inputs() "no inputs";

@@ -8,8 +8,8 @@ use super::subject::SignalSubject;
 use crate::light_command::TurnCommand;
 use lanelet2_map::geometry::path::PathFrame;
 
-/// The records of a cycle so far. Upstream joins each with the one before it at once, so that at most one is left.
-/// Improved, all that request something stay, and the pairwise rule decides between them (W5, W6, W19).
+/// The records of a cycle so far. Upstream joins each with the one before it at once, so that at most one is
+/// left. Improved, all that request something stay, and the pairwise rule decides between them (W5, W6, W19).
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ManoeuvreRecords {
     sections: Vec<Section>,

@@ -27,8 +27,8 @@ impl DeciderCompat {
     }
 }
 
-/// Each thing that the behavior path planner does and improved mode does not, as a switch. `W1` to `W10` and `W18` to `W23` are labels of
-/// docs/spec/turn-signal-decider.md, "Improved and upstream-compatible mode".
+/// Each thing that the behavior path planner does and improved mode does not, as a switch. `W1` to `W10` and
+/// `W18` to `W23` are labels of docs/spec/turn-signal-decider.md, "Improved and upstream-compatible mode".
 #[allow(clippy::struct_excessive_bools)] // independent switches
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DeciderQuirks {
@@ -41,10 +41,12 @@ pub struct DeciderQuirks {
     /// W3: a front exactly at a required start is neither before it nor inside
     /// (docs/spec/turn-signal-decider.md, "Pairwise rule").
     pub required_start_belongs_to_nothing: bool,
-    /// W4: an earlier signal returns after a later one (docs/spec/turn-signal-decider.md, "Finished manoeuvres").
+    /// W4: an earlier signal returns after a later one (docs/spec/turn-signal-decider.md,
+    /// "Finished manoeuvres").
     pub finished_manoeuvres_return: bool,
-    /// W5, W6: a record without a command replaces an active one, and a missing record takes part with its points at
-    /// the origin of the map (docs/spec/turn-signal-decider.md, "Joining records" and "Side shift").
+    /// W5, W6: a record without a command replaces an active one, and a missing record takes part with its
+    /// points at the origin of the map (docs/spec/turn-signal-decider.md,
+    /// "Joining records" and "Side shift").
     pub empty_records_take_part: bool,
     /// W7: each lanelet of a split turn or roundabout entry counts alone
     /// (docs/spec/turn-signal-decider.md, "Intersection turns" and "Roundabout entry").
@@ -55,29 +57,32 @@ pub struct DeciderQuirks {
     /// W9: a lane change has no start, it counts as begun (docs/spec/turn-signal-decider.md, "Lane change").
     pub lane_changes_have_begun: bool,
     /// W10: an exit without a side displaces the entry, one without tags is not announced, and only the first
-    /// roundabout of an entry counts (docs/spec/turn-signal-decider.md, "Roundabout exit" and "Roundabout entry").
+    /// roundabout of an entry counts (docs/spec/turn-signal-decider.md,
+    /// "Roundabout exit" and "Roundabout entry").
     pub overlooks_roundabout_exits: bool,
     /// Next to a turn, a standing vehicle queues the plain lanelets as well
     /// (docs/spec/turn-signal-decider.md, "Stop rule").
     pub has_stop_rule: bool,
-    /// The search back from inside a roundabout ignores remembered poses inside an entry, and knows of the others only
-    /// once it meets their entry (docs/spec/turn-signal-decider.md, "Backward search").
+    /// The search back from inside a roundabout ignores remembered poses inside an entry, and knows of the
+    /// others only once it meets their entry (docs/spec/turn-signal-decider.md, "Backward search").
     pub searches_back_by_entries: bool,
-    /// W18: the signal of a shift ends before the shift is complete, an avoidance turns to its way back while it still
-    /// steers out, and what was once not signalled stays so
-    /// (docs/spec/turn-signal-decider.md, "Complete shifts").
+    /// W18: the signal of a shift ends before the shift is complete, an avoidance turns to its way back while
+    /// it still steers out, and what was once not signalled stays so (docs/spec/turn-signal-decider.md,
+    /// "Complete shifts").
     pub ends_shifts_early: bool,
     /// W19: of several manoeuvres of the planner, the last one in its chain replaces the others
     /// (docs/spec/turn-signal-decider.md, "Joining records").
     pub last_manoeuvre_replaces: bool,
-    /// W20: of roads on top of each other, and of a path that comes by twice, the first one counts; neither height nor
-    /// where the vehicle was before is looked at (docs/spec/turn-signal-decider.md, "Roads on top of each other").
+    /// W20: of roads on top of each other, and of a path that comes by twice, the first one counts; neither
+    /// height nor where the vehicle was before is looked at (docs/spec/turn-signal-decider.md,
+    /// "Roads on top of each other").
     pub ignores_height_and_continuity: bool,
-    /// W21: a manoeuvre whose required section lies within another one's is signalled before it begins, against the
-    /// side that is steered to, and of two that begin together one is signalled for an instant (docs/spec/turn-signal-decider.md, "Pairwise rule").
+    /// W21: a manoeuvre whose required section lies within another one's is signalled before it begins,
+    /// against the side that is steered to, and of two that begin together one is signalled for an instant
+    /// (docs/spec/turn-signal-decider.md, "Pairwise rule").
     pub nested_section_comes_early: bool,
-    /// W22: after and before a lanelet comes whichever lanelet of the route joins it on the map, whatever the order of the route's
-    /// segments (docs/spec/turn-signal-decider.md, "Neighbours within the route").
+    /// W22: after and before a lanelet comes whichever lanelet of the route joins it on the map, whatever the
+    /// order of the route's segments (docs/spec/turn-signal-decider.md, "Neighbours within the route").
     pub ignores_order_of_segments: bool,
     /// W23: the signal of a turn is shown before a junction that offers the same side and is not taken
     /// (docs/spec/turn-signal-decider.md, "Junctions that are not taken").
@@ -88,8 +93,8 @@ pub struct DeciderQuirks {
 }
 
 impl DeciderQuirks {
-    /// Returns the quirks of a decider: all for the behavior path planner, none for improved mode. Only W20 and W22
-    /// concern the path generator, which has a rule of its own.
+    /// Returns the quirks of a decider: all for the behavior path planner, none for improved mode. Only W20
+    /// and W22 concern the path generator, which has a rule of its own.
     pub const fn of(compat: DeciderCompat) -> Self {
         let is_upstream = matches!(compat, DeciderCompat::Upstream);
         Self {

@@ -1,4 +1,5 @@
-//! The traffic law of a country about turn signals (weakness W14): one table of rules, and the parameters that they make.
+//! The traffic law of a country about turn signals (weakness W14): one table of rules, and the parameters
+//! that they make.
 
 use super::parameters::DeciderParameters;
 use super::side::Side;
@@ -128,7 +129,8 @@ impl Country {
         }
     }
 
-    /// Returns the deployed parameters with the rules in them. Where the law gives no number, the deployed one stays.
+    /// Returns the deployed parameters with the rules in them. Where the law gives no number, the deployed
+    /// one stays.
     pub fn parameters(&self) -> DeciderParameters {
         let deployed = DeciderParameters::DEPLOYED;
         DeciderParameters {

@@ -44,13 +44,14 @@ pub struct DeciderSettings {
     pub age_limits: AgeLimits,
     /// Minimum durations of signals; in improved mode only.
     pub min_durations: MinDurations,
-    /// A vehicle that stands for longer, out of range of a turn that it announced, no longer announces it; in improved
-    /// mode only.
+    /// A vehicle that stands for longer, out of range of a turn that it announced, no longer announces it; in
+    /// improved mode only.
     pub standing_limit: Duration,
-    /// The signal of a turn waits until a junction is passed that offers the same side and is not taken; in improved
-    /// mode only.
+    /// The signal of a turn waits until a junction is passed that offers the same side and is not taken; in
+    /// improved mode only.
     pub waits_for_junctions: bool,
-    /// The country whose law demands the signal of a turn; its other rules are in the parameters. `None` without a country.
+    /// The country whose law demands the signal of a turn; its other rules are in the parameters. `None`
+    /// without a country.
     pub country: Option<Arc<Country>>,
 }
 
@@ -316,7 +317,8 @@ impl Decider {
         Some(Decision { remarks: remarks.to_vec(), ..decision })
     }
 
-    /// Returns the record of the planner's manoeuvres that takes part: of several (W19) the one that would win alone.
+    /// Returns the record of the planner's manoeuvres that takes part: of several (W19) the one that would
+    /// win alone.
     fn foremost(&self, context: &DecisionContext<'_>, records: &[Section]) -> Option<Section> {
         let frame = &context.path_frame;
         let is_open =
@@ -366,7 +368,8 @@ impl Decider {
         }
     }
 
-    /// Clears what was remembered of another route (W8); upstream's modules start again, its decider does not.
+    /// Clears what was remembered of another route (W8); upstream's modules start again, its decider does
+    /// not.
     fn note_route(&mut self, route: &Route, findings: &mut Vec<InputFinding>) {
         if self.route.replace(route.id()).is_some_and(|before| before != route.id()) {
             findings.push(InputFinding::NewRoute);

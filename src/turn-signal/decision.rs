@@ -87,7 +87,8 @@ impl Decision {
         }
     }
 
-    /// Returns each candidate with its outcome, in the order that settles equal starts; empty unless candidates were evaluated.
+    /// Returns each candidate with its outcome, in the order that settles equal starts; empty unless
+    /// candidates were evaluated.
     pub fn evaluated(&self) -> &[EvaluatedCandidate] {
         self.resolution().map(|resolution| &resolution.evaluated[..]).unwrap_or_default()
     }

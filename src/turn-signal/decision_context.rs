@@ -49,8 +49,9 @@ impl DecisionContext<'_> {
         self.path_frame.ego()
     }
 
-    /// Returns the last junction on the way that offers a side and is not taken, of those that the front has not passed and that begin
-    /// before a position on the distance path, metres; `None` where signals do not wait for any.
+    /// Returns the last junction on the way that offers a side and is not taken, of those that the front has
+    /// not passed and that begin before a position on the distance path, metres; `None` where signals do not
+    /// wait for any.
     pub fn offered_before(&self, side: Side, until_m: f64) -> Option<OfferedWay> {
         let path = self.way.filter(|_| self.junction_rule.is_some())?;
         last_offered(self.road, path, side, [path.ego_m + self.path_frame.front_m(), until_m])

@@ -84,7 +84,8 @@ fn walk(
     walked
 }
 
-/// Returns the lanelets of the sequence that reach into an interval of it, and where each begins and ends on the sequence.
+/// Returns the lanelets of the sequence that reach into an interval of it, and where each begins and ends on
+/// the sequence.
 fn within(road: &LaneNetwork, sequence: &[LaneId], from_m: f64, to_m: f64) -> Vec<(LaneId, [f64; 2])> {
     let mut start_m = 0.0;
     let spans = sequence.iter().map(|id| {

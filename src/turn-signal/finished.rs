@@ -1,5 +1,5 @@
-//! Manoeuvres that are over and do not come back (weakness W4): signalled once, and passed, or displaced by one to the other
-//! side when the required section was over.
+//! Manoeuvres that are over and do not come back (weakness W4): signalled once, and passed, or displaced by
+//! one to the other side when the required section was over.
 
 use super::manoeuvre::announced::{SAME_END_M, is_same_visit};
 use super::resolve::CandidateSource;
@@ -14,8 +14,8 @@ pub struct FinishedMemory {
     known: Vec<KnownSection>,
 }
 
-/// The section of a manoeuvre: the same in the next cycle while source and command are, and its ends hardly move
-/// (docs/spec/turn-signal-decider.md, "Identity of manoeuvres").
+/// The section of a manoeuvre: the same in the next cycle while source and command are, and its ends hardly
+/// move (docs/spec/turn-signal-decider.md, "Identity of manoeuvres").
 #[allow(clippy::struct_excessive_bools)] // independent of each other
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct KnownSection {
@@ -33,8 +33,8 @@ struct KnownSection {
 }
 
 impl FinishedMemory {
-    /// Returns whether the manoeuvre of a section may not come back. One that was displaced until now may not either when
-    /// its required section is over.
+    /// Returns whether the manoeuvre of a section may not come back. One that was displaced until now may not
+    /// either when its required section is over.
     pub fn is_finished(
         &self,
         path_frame: &PathFrame<'_>,
@@ -51,8 +51,8 @@ impl FinishedMemory {
         self.of(path_frame, source, section).is_some_and(|known| known.has_won)
     }
 
-    /// Takes the sections of a cycle with their sources, the one that won, and the command that was shown. What is
-    /// not among them is forgotten.
+    /// Takes the sections of a cycle with their sources, the one that won, and the command that was shown.
+    /// What is not among them is forgotten.
     pub fn note(
         &mut self,
         path_frame: &PathFrame<'_>,

@@ -1,5 +1,5 @@
-//! The decider as a flow of the gateway: the latest messages of Autoware go in, a decision comes out every cycle, as
-//! commands or as a comparison with Autoware's own.
+//! The decider as a flow of the gateway: the latest messages of Autoware go in, a decision comes out every
+//! cycle, as commands or as a comparison with Autoware's own.
 //!
 //! Whatever is missing or too old, no decision is invented: the command is `NO_COMMAND` then, and a
 //! finding gives the reason.
@@ -108,8 +108,8 @@ impl TurnSignalFlow {
         }
     }
 
-    /// Changes the settings from the next cycle on and keeps all messages received. The decider forgets what it
-    /// remembers when the map or `compat` changes.
+    /// Changes the settings from the next cycle on and keeps all messages received. The decider forgets what
+    /// it remembers when the map or `compat` changes.
     pub fn reconfigure(&mut self, settings: TurnSignalSettings) {
         let is_same_road = self.settings.road == settings.road;
         if is_same_road && self.settings.decider.compat == settings.decider.compat {
@@ -132,7 +132,8 @@ impl TurnSignalFlow {
         self.latest.update(input, now.mono);
     }
 
-    /// Decides, if a cycle is due, with the vehicle in this state. Returns whether level or message of the diagnostics changed.
+    /// Decides, if a cycle is due, with the vehicle in this state. Returns whether level or message of the
+    /// diagnostics changed.
     pub fn settle(&mut self, vehicle: VehicleState, now: Now) -> bool {
         if now.mono < self.due {
             return false;
@@ -186,7 +187,8 @@ impl TurnSignalFlow {
         Status::new(&SECTION, "turn_signal_decider", &[self.summary()], self.values(now))
     }
 
-    /// Takes the route that was sent last. One that cannot be used ends the route before, which the vehicle has left.
+    /// Takes the route that was sent last. One that cannot be used ends the route before, which the vehicle
+    /// has left.
     fn take_route(&mut self) {
         self.route = self.sent_route.as_ref().map(|sent| {
             let route = Route::new(sent.id, sent.start, sent.segments.clone());
@@ -292,7 +294,8 @@ impl TurnSignalFlow {
         if request.value == HazardCommand::Enable { HazardCommand::Enable } else { planner }
     }
 
-    /// Joins the hazard lights that the state of the vehicle asks for. While it is unknown whether it does, they are not commanded off.
+    /// Joins the hazard lights that the state of the vehicle asks for. While it is unknown whether it does,
+    /// they are not commanded off.
     fn vehicle_hazard(
         &self,
         requested: HazardCommand,

@@ -42,7 +42,8 @@ pub struct Inputs<'a> {
     pub lane_driving: bool,
 }
 
-/// Age limits of inputs. As old as the limit is not too old. Route and operation mode hold until the next one.
+/// Age limits of inputs. As old as the limit is not too old. Route and operation mode hold until the next
+/// one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AgeLimits {
     /// Age of the odometry.
@@ -110,11 +111,13 @@ pub enum InputFinding {
     NoPathFor(ManoeuvreKind),
     /// The scenario of this age, lane driving or not, is too old: no command.
     OldScenario(Duration),
-    /// The system's request of this age for hazard lights, or for none, is too old: neither is commanded for it.
+    /// The system's request of this age for hazard lights, or for none, is too old: neither is commanded for
+    /// it.
     OldHazardRequest(Duration),
     /// The state of the vehicle asks for hazard lights.
     VehicleHazard(VehicleHazard),
-    /// The signals of the vehicle do not tell whether this is so: the hazard lights are not commanded for it, nor switched off.
+    /// The signals of the vehicle do not tell whether this is so: the hazard lights are not commanded for it,
+    /// nor switched off.
     UnknownVehicleHazard(VehicleHazard),
     /// The signals of the vehicle give no speed: the odometry's counts.
     NoVehicleSpeed,
@@ -147,8 +150,8 @@ impl AgeLimits {
 }
 
 impl InputFinding {
-    /// Returns the message of the finding, without numbers that change from cycle to cycle. A finding of level ERROR takes a decision
-    /// that should be there; after a WARN the decision may lack something.
+    /// Returns the message of the finding, without numbers that change from cycle to cycle. A finding of
+    /// level ERROR takes a decision that should be there; after a WARN the decision may lack something.
     pub fn message(&self) -> MessagePart {
         match self {
             Self::NoOdometry => catalogue::no_odometry(),

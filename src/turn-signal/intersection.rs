@@ -1,5 +1,5 @@
-//! Turns at intersections (docs/spec/turn-signal-decider.md, "Intersection turns"): the lanelets that count, the
-//! pose at which each comes within range, the next of several.
+//! Turns at intersections (docs/spec/turn-signal-decider.md, "Intersection turns"): the lanelets that count,
+//! the pose at which each comes within range, the next of several.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -19,15 +19,16 @@ use lanelet2_map::lane_network::{LaneId, TurnDirection};
 
 mod stop_rule;
 
-/// The default of the time that a vehicle may stand, farther away than the search distance at standstill, and still
-/// announces the turn.
+/// The default of the time that a vehicle may stand, farther away than the search distance at standstill, and
+/// still announces the turn.
 pub const STANDING_LIMIT: Duration = Duration::from_secs(20);
 
 /// The poses at which the turns in range came within range.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct IntersectionMemory {
     starts: BTreeMap<LaneId, AnnouncedTurn>,
-    /// Improved: the turns that were announced and are passed. A route that comes by again would announce them once more (W20).
+    /// Improved: the turns that were announced and are passed. A route that comes by again would announce
+    /// them once more (W20).
     passed: BTreeSet<LaneId>,
     shortened: u64,
 }
@@ -46,7 +47,8 @@ struct AnnouncedTurn {
     waits_since: Option<MonoTime>,
 }
 
-/// Returns the turns on the distance path, in order. `manoeuvre` is the command of the planner's manoeuvres, for the stop rule.
+/// Returns the turns on the distance path, in order. `manoeuvre` is the command of the planner's manoeuvres,
+/// for the stop rule.
 pub fn turns(context: &DecisionContext<'_>, path: &DistancePath, manoeuvre: TurnCommand) -> Vec<TurnLane> {
     let lanes = &path.lanes;
     let threshold_deg = context.parameters.intersection_angle_threshold_deg;
@@ -82,7 +84,8 @@ fn ends_at(last: &TurnLane, next: &TurnLane) -> bool {
     last.back.position.distance_m(next.front.position) < JOINT_M
 }
 
-/// A turn of which no more is left when it is met first, metres, is not announced: a signal would be seen behind it.
+/// A turn of which no more is left when it is met first, metres, is not announced: a signal would be seen
+/// behind it.
 const LAST_METRES_M: f64 = 3.0;
 
 /// Lanelets meet at shared points; more than this lies between others, metres.
@@ -184,7 +187,8 @@ impl IntersectionMemory {
     }
 }
 
-/// Returns the last junction before a turn that offers its side and is not passed yet; `front_m` is the distance of the front to the turn.
+/// Returns the last junction before a turn that offers its side and is not passed yet; `front_m` is the
+/// distance of the front to the turn.
 fn junction_ahead(
     context: &DecisionContext<'_>,
     turn: &TurnLane,

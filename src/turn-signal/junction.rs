@@ -1,6 +1,6 @@
-//! Junctions on the way that offer a side which the route does not take
-//! (docs/spec/turn-signal-decider.md, "Junctions that are not taken"): before such a junction, others would take the signal of
-//! a later turn to that side for a turn there.
+//! Junctions on the way that offer a side which the route does not take (docs/spec/turn-signal-decider.md,
+//! "Junctions that are not taken"): before such a junction, others would take the signal of a later turn to
+//! that side for a turn there.
 
 use std::fmt;
 use std::sync::Arc;
@@ -15,7 +15,8 @@ use lanelet2_map::lane_network::{LaneId, LaneNetwork, Lanelet, TurnDirection};
 /// The conditions on which a turn's signal waits until a junction is passed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JunctionRule {
-    /// The country's rule `turn_distance_m`: the law's least distance from the front to the turn, metres; `None` without one.
+    /// The country's rule `turn_distance_m`: the law's least distance from the front to the turn, metres;
+    /// `None` without one.
     pub turn_distance_m: Option<f64>,
     /// A signal is shown at least for so long before its turn.
     pub least_time: Duration,
@@ -67,8 +68,8 @@ impl JunctionAhead {
 }
 
 impl JunctionRule {
-    /// What becomes of a signal whose turn is so far ahead of the front, metres, at a speed; `seen_m` is the distance that it
-    /// takes to be seen at any speed, metres.
+    /// What becomes of a signal whose turn is so far ahead of the front, metres, at a speed; `seen_m` is the
+    /// distance that it takes to be seen at any speed, metres.
     pub fn verdict(&self, turn_m: f64, speed_mps: f64, seen_m: f64, is_shown: bool) -> JunctionVerdict {
         let seen_m = seen_m.max(speed_mps * self.least_time.as_secs_f64());
         match self.turn_distance_m.filter(|legal_m| *legal_m >= seen_m) {
@@ -79,8 +80,9 @@ impl JunctionRule {
     }
 }
 
-/// Returns the last junction on the distance path that offers a side and is not taken, of those that the front of the vehicle has not passed
-/// and that begin before another position; both are arc lengths on the path, metres.
+/// Returns the last junction on the distance path that offers a side and is not taken, of those that the
+/// front of the vehicle has not passed and that begin before another position; both are arc lengths on the
+/// path, metres.
 pub fn last_offered(
     road: &LaneNetwork,
     path: &DistancePath,
@@ -116,7 +118,8 @@ fn offered(road: &LaneNetwork, before: LaneId, taken: LaneId, side: Side) -> Opt
     others.into_iter().find(|other| leads_left(other, taken) == Some(side == Side::Left))
 }
 
-/// Returns the end of the lanelets that lead straight over a crossing, from the one at an index of the path, metres.
+/// Returns the end of the lanelets that lead straight over a crossing, from the one at an index of the path,
+/// metres.
 fn end_of_crossing_m(road: &LaneNetwork, path: &DistancePath, index: usize) -> f64 {
     let leads_straight =
         |id: &LaneId| road.lane(*id).is_some_and(|lane| lane.turn_direction == TurnDirection::Straight);

@@ -53,8 +53,9 @@ impl Manoeuvre {
 }
 
 impl ManoeuvreMemory {
-    /// Returns the records of the chain, at most one for upstream, and the outcome of each manoeuvre. `manoeuvres` stand in
-    /// the order in which the planner runs them: approved ones first, then the one that waits.
+    /// Returns the records of the chain, at most one for upstream, and the outcome of each manoeuvre.
+    /// `manoeuvres` stand in the order in which the planner runs them: approved ones first, then the one that
+    /// waits.
     pub fn chain<'a>(
         &mut self,
         context: &DecisionContext<'_>,

@@ -59,8 +59,9 @@ impl MinDurations {
 }
 
 impl MinDurationFilter {
-    /// Returns the command to show for a request. `required` are the sides of the required sections that the vehicle is in: for the
-    /// sake of a minimum duration none of them is shown late, and nothing dark while there is one.
+    /// Returns the command to show for a request. `required` are the sides of the required sections that the
+    /// vehicle is in: for the sake of a minimum duration none of them is shown late, and nothing dark while
+    /// there is one.
     pub fn show(
         &mut self,
         requested: TurnCommand,

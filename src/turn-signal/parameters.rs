@@ -95,7 +95,8 @@ pub struct VehicleInfo {
 }
 
 impl DeciderParameters {
-    /// The values that Autoware's launch files set: as documented, but the entry signal of a roundabout persists.
+    /// The values that Autoware's launch files set: as documented, but the entry signal of a roundabout
+    /// persists.
     pub const DEPLOYED: Self = Self {
         intersection_search_distance_m: 30.0,
         intersection_angle_threshold_deg: 15.0,

@@ -34,8 +34,8 @@ pub enum TaggedLanelet {
     PastEnd(LaneId),
 }
 
-/// Returns the command for a vehicle on a path through `lanes`, with its front `front_m` metres before its rear axle, and the
-/// lanelet that decided.
+/// Returns the command for a vehicle on a path through `lanes`, with its front `front_m` metres before its
+/// rear axle, and the lanelet that decided.
 pub fn decide(
     (road, route, quirks): (&LaneNetwork, &Route, DeciderQuirks),
     lanes: &[LaneId],

@@ -97,8 +97,9 @@ pub struct TrajectoryPoint {
     pub speed_mps: f64,
 }
 
-/// Modules of the planner whose factors matter, by the last part of their topic (`/planning/planning_factors/…`), in the
-/// order in which the planner runs them (docs/spec/turn-signal-decider.md, "Joining records").
+/// Modules of the planner whose factors matter, by the last part of their topic
+/// (`/planning/planning_factors/…`), in the order in which the planner runs them
+/// (docs/spec/turn-signal-decider.md, "Joining records").
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FactorTopic {

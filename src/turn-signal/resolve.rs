@@ -1,5 +1,5 @@
-//! Chooses the candidate that is signalled (docs/spec/turn-signal-decider.md, "Resolution"): validity, order, the
-//! pairwise rule. What a decision remembers of earlier ones is given to it.
+//! Chooses the candidate that is signalled (docs/spec/turn-signal-decider.md, "Resolution"): validity, order,
+//! the pairwise rule. What a decision remembers of earlier ones is given to it.
 
 use std::collections::BTreeSet;
 
@@ -218,8 +218,8 @@ pub fn resolve(path_frame: &PathFrame<'_>, candidates: &Candidates, rules: &Pair
     Resolution { winner, case: last_case, evaluated }
 }
 
-/// Chooses the record of the planner's manoeuvres that takes part, by the same rules; the first one when none of
-/// them is valid, so that the reason is known. `won_before` knows the record that won in the cycle before.
+/// Chooses the record of the planner's manoeuvres that takes part, by the same rules; the first one when none
+/// of them is valid, so that the reason is known. `won_before` knows the record that won in the cycle before.
 pub fn foremost(
     path_frame: &PathFrame<'_>,
     records: &[Section],
@@ -244,13 +244,16 @@ pub fn foremost(
     winner.map(|(_, record)| record).or(records.first().copied())
 }
 
-/// Required sections that start within this distance start together, metres: none is signalled for an instant only.
+/// Required sections that start within this distance start together, metres: none is signalled for an instant
+/// only.
 const SAME_START_M: f64 = 3.0;
-/// Starts that were together stay so while they are at most this much farther apart, and those that were not while they are
-/// at most this much nearer, metres: measured from cycle to cycle they move a little, and the signal would go off and on.
+/// Starts that were together stay so while they are at most this much farther apart, and those that were not
+/// while they are at most this much nearer, metres: measured from cycle to cycle they move a little, and the
+/// signal would go off and on.
 const STILL_SAME_START_M: f64 = 1.0;
 
-/// Applies the pairwise rule: `p` has the earlier desired start. `won_before` is the winner of the cycle before.
+/// Applies the pairwise rule: `p` has the earlier desired start. `won_before` is the winner of the cycle
+/// before.
 pub fn prior(
     p: &Distances,
     q: &Distances,

@@ -23,7 +23,8 @@ use legs::{Leaving, RoundaboutEntry, RoundaboutExit, RoundaboutLegs};
 pub struct RoundaboutMemory {
     entries: BTreeMap<LaneId, Pose>,
     exits: BTreeMap<LaneId, Pose>,
-    /// Improved: the entries that were announced and are passed. A route that goes once around comes by again (W20).
+    /// Improved: the entries that were announced and are passed. A route that goes once around comes by again
+    /// (W20).
     passed: BTreeSet<LaneId>,
 }
 
@@ -92,8 +93,8 @@ impl RoundaboutMemory {
         Some(record)
     }
 
-    /// docs/spec/turn-signal-decider.md, "Roundabout exit". By default an exit without a signal
-    /// displaces nothing, and one without tags is announced as well (W10), unless the signal of the entry lasts to it.
+    /// docs/spec/turn-signal-decider.md, "Roundabout exit". By default an exit without a signal displaces
+    /// nothing, and one without tags is announced as well (W10), unless the signal of the entry lasts to it.
     fn exit(
         &mut self,
         context: &DecisionContext<'_>,

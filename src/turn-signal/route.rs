@@ -127,8 +127,8 @@ impl Route {
         self.segments.last().is_some_and(|segment| segment.lanes.contains(&lane))
     }
 
-    /// Returns the lanelets of the segments with less than a distance, metres, of preferred lanelets between them and the one of a lanelet,
-    /// ascending; none where it is not on the route.
+    /// Returns the lanelets of the segments with less than a distance, metres, of preferred lanelets between
+    /// them and the one of a lanelet, ascending; none where it is not on the route.
     pub fn around(&self, road: &LaneNetwork, lane: LaneId, within_m: f64) -> Vec<LaneId> {
         let Some(here) = self.lanes.get(&lane).copied() else { return Vec::new() };
         let reached = |segments: &mut dyn Iterator<Item = &Segment>| {
@@ -147,8 +147,8 @@ impl Route {
         lanes
     }
 
-    /// Returns the lanelet after this one: of those that follow it on the map the one of the nearest segment from its own on; none after
-    /// the last segment.
+    /// Returns the lanelet after this one: of those that follow it on the map the one of the nearest segment
+    /// from its own on; none after the last segment.
     pub fn next(&self, road: &LaneNetwork, lane: LaneId, quirks: DeciderQuirks) -> Option<LaneId> {
         if quirks.ignores_order_of_segments {
             return self.next_on_map(road, lane);
@@ -159,8 +159,8 @@ impl Route {
         later.filter(|(segment, _)| segment >= here).min_by_key(|(segment, _)| *segment).map(|(_, next)| next)
     }
 
-    /// Returns the lanelets before this one: those that lead to it on the map, from its own segment backwards; none before the first
-    /// segment.
+    /// Returns the lanelets before this one: those that lead to it on the map, from its own segment
+    /// backwards; none before the first segment.
     pub fn previous(&self, road: &LaneNetwork, lane: LaneId, quirks: DeciderQuirks) -> Vec<LaneId> {
         let Some(here) = self.lanes.get(&lane) else { return Vec::new() };
         let before = road.predecessors(lane).iter().copied();
@@ -210,7 +210,8 @@ mod tests {
         }
     }
 
-    /// Onto a block at 5, once around it, and off before the way in, whatever the ids of the way in and of the last side.
+    /// Onto a block at 5, once around it, and off before the way in, whatever the ids of the way in and of
+    /// the last side.
     #[test]
     fn a_route_that_rejoins_itself_goes_by_its_segments() {
         for (way_in, last_side) in [(1, 8), (8, 1)] {

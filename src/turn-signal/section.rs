@@ -32,7 +32,8 @@ pub struct Section {
     pub junction: Option<JunctionAhead>,
 }
 
-/// Where a section lies on the distance path of a cycle. The points of a path that comes near to itself are not mistaken for others.
+/// Where a section lies on the distance path of a cycle. The points of a path that comes near to itself are
+/// not mistaken for others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SectionPlace {
     /// Arc lengths of the lanelets that it is about, metres.
@@ -95,8 +96,9 @@ impl Section {
             .all(|pose| pose.is_finite())
     }
 
-    /// Measures its four distances from the vehicle. Where every visit of a path is looked at, the desired section is the
-    /// one that holds the required one: on a ring its far end may come by a second time, nearer to the vehicle.
+    /// Measures its four distances from the vehicle. Where every visit of a path is looked at, the desired
+    /// section is the one that holds the required one: on a ring its far end may come by a second time,
+    /// nearer to the vehicle.
     pub fn distances(&self, path_frame: &PathFrame<'_>) -> Distances {
         if let Some(SectionPlace { span_m, announced_before_m }) = self.place {
             let from_base_m = |pose| path_frame.from_base_within_m(pose, span_m);

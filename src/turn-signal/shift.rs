@@ -1,4 +1,5 @@
-//! The rule for all that moves sideways (docs/spec/turn-signal-decider.md, "Shift rule"): avoidance, pulling out and over.
+//! The rule for all that moves sideways (docs/spec/turn-signal-decider.md, "Shift rule"): avoidance, pulling
+//! out and over.
 
 use derive_more::Display;
 use schemars::JsonSchema;
@@ -15,8 +16,9 @@ use lanelet2_map::lane_network::LaneId;
 
 mod surroundings;
 
-/// The start of a shift that is signalled counts as ahead until the front is past it by this much, metres: a distance along
-/// the shifted path and one along the lanes differ, and between the two the signal would drop out.
+/// The start of a shift that is signalled counts as ahead until the front is past it by this much, metres: a
+/// distance along the shifted path and one along the lanes differ, and between the two the signal would drop
+/// out.
 const START_TOLERANCE_M: f64 = 2.0;
 
 /// A path with a lateral offset per point, metres, left positive.
@@ -70,7 +72,8 @@ pub struct Shift<'a> {
     pub forward: bool,
     /// A return is signalled even while standing.
     pub stop_override: bool,
-    /// The vehicle comes to a junction at which its signal would be taken for a turn: it ends once the bound is near.
+    /// The vehicle comes to a junction at which its signal would be taken for a turn: it ends once the bound
+    /// is near.
     pub nears_junction: bool,
     /// It was signalled before, and is until it is complete (W18).
     pub is_announced: bool,
@@ -274,7 +277,8 @@ pub(super) fn backwards(context: &DecisionContext<'_>) -> Section {
     }
 }
 
-/// Step 1: returns offsets, first and last pose, and arc length to the first; `None` when the line is not on the path.
+/// Step 1: returns offsets, first and last pose, and arc length to the first; `None` when the line is not on
+/// the path.
 fn located(context: &DecisionContext<'_>, shift: &Shift<'_>) -> Option<(Offsets, Pose, Pose, f64)> {
     let ShiftLine { start_index, end_index, .. } = shift.line;
     let offset = |index: usize| shift.path.shifts_m.get(index).copied();

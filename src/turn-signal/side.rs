@@ -1,4 +1,5 @@
-//! The sides of the vehicle, and the commands that turn them on (docs/spec/turn-signal-decider.md, "Commands").
+//! The sides of the vehicle, and the commands that turn them on (docs/spec/turn-signal-decider.md,
+//! "Commands").
 
 use derive_more::Display;
 use schemars::JsonSchema;

@@ -1,8 +1,8 @@
 //! The judge of a turn signal that another planner gives, by the rules of the decider
 //! (docs/turn-signal-decider.md, "Learned planners").
 //!
-//! A manoeuvre lasts while the decider asks for one side for one subject. When it is over, the signal that was received
-//! meanwhile gets a verdict. So does a signal that was shown while none was asked for.
+//! A manoeuvre lasts while the decider asks for one side for one subject. When it is over, the signal that
+//! was received meanwhile gets a verdict. So does a signal that was shown while none was asked for.
 
 use std::time::Duration;
 
@@ -33,8 +33,8 @@ mod tests;
 pub struct JudgeSettings {
     /// A signal may begin this long before the decider asks for it.
     pub early: Duration,
-    /// A signal of a planner's manoeuvre may begin this long before it is required, even if the decider asks for it later: the
-    /// planner knows its manoeuvre before its trajectory shows it.
+    /// A signal of a planner's manoeuvre may begin this long before it is required, even if the decider asks
+    /// for it later: the planner knows its manoeuvre before its trajectory shows it.
     pub ahead: Duration,
     /// A signal may begin this long after the vehicle has reached the required section.
     pub late: Duration,
@@ -121,7 +121,8 @@ pub struct JudgedManoeuvre {
     pub verdict: SignalVerdict,
 }
 
-/// Judges cycle by cycle. [`Self::on_cycle`] is called for each cycle of the decider, [`Self::finish`] at the end.
+/// Judges cycle by cycle. [`Self::on_cycle`] is called for each cycle of the decider, [`Self::finish`] at the
+/// end.
 ///
 /// ```
 /// use turn_signal::light_command::TurnCommand;
@@ -152,7 +153,8 @@ pub struct SignalJudge {
 }
 
 impl JudgeSettings {
-    /// Generous towards a signal that is early by no more than a driver's habit, strict once the vehicle steers.
+    /// Generous towards a signal that is early by no more than a driver's habit, strict once the vehicle
+    /// steers.
     pub const DEFAULT: Self = Self {
         early: Duration::from_secs(2),
         ahead: Duration::from_secs(5),
@@ -185,7 +187,8 @@ impl DeciderReason {
 }
 
 impl AskedSignal {
-    /// Returns what a decision asks for. Without a required section to measure, a side is required as soon as it is asked for.
+    /// Returns what a decision asks for. Without a required section to measure, a side is required as soon as
+    /// it is asked for.
     pub fn of(decision: &Decision) -> Self {
         if matches!(decision.basis, Basis::NoInputs | Basis::Hazard) {
             return Self::Unknown;
@@ -205,7 +208,8 @@ impl AskedSignal {
 }
 
 impl JudgedCycle {
-    /// Returns the cycle of a decision, beside the command that was received last, unless that is older than `limit`.
+    /// Returns the cycle of a decision, beside the command that was received last, unless that is older than
+    /// `limit`.
     pub fn of(
         decision: &Decision,
         odometry: Odometry,
@@ -225,8 +229,8 @@ impl SignalJudge {
         Self { settings, signal: None, open: None, last: MonoTime::ZERO, counts: JudgedCounts::default() }
     }
 
-    /// Takes a cycle, no earlier than the one before. Returns the manoeuvre and the needless signal that it ends, oldest
-    /// first.
+    /// Takes a cycle, no earlier than the one before. Returns the manoeuvre and the needless signal that it
+    /// ends, oldest first.
     pub fn on_cycle(&mut self, cycle: JudgedCycle) -> Vec<JudgedManoeuvre> {
         let JudgedCycle { now, odometry, asked, received } = cycle;
         self.last = now;
@@ -281,8 +285,8 @@ impl SignalJudge {
         self.counted(over)
     }
 
-    /// Ends the manoeuvre or the needless signal that is not over at the last cycle, and returns it. One that may still
-    /// have become an early signal is left out.
+    /// Ends the manoeuvre or the needless signal that is not over at the last cycle, and returns it. One that
+    /// may still have become an early signal is left out.
     pub fn finish(&mut self) -> Vec<JudgedManoeuvre> {
         let now = self.last;
         let settings = self.settings.before_manoeuvre();

@@ -8,7 +8,8 @@ use crate::light_command::TurnCommand;
 use crate::side::Side;
 use lanelet2_map::lane_network::LaneId;
 
-/// The subject of a section record. Turns and roundabouts are named by the lanelet at which their required section begins.
+/// The subject of a section record. Turns and roundabouts are named by the lanelet at which their required
+/// section begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SignalSubject {
@@ -49,7 +50,8 @@ pub enum ManoeuvreKind {
 }
 
 impl SignalSubject {
-    /// Returns the name with the side that is signalled, such as `left turn on 111`; `None` for the empty record.
+    /// Returns the name with the side that is signalled, such as `left turn on 111`; `None` for the empty
+    /// record.
     pub fn name(self, turn: TurnCommand) -> Option<String> {
         let side = turn.side().map_or("no side", Side::name);
         Some(match self {

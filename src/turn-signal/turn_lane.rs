@@ -29,7 +29,8 @@ pub struct TurnLane {
     pub required_end: Pose,
     /// Centreline of all its lanelets.
     pub centerline: Vec<Point>,
-    /// Arc lengths of its lanelets on the distance path of this cycle, metres; `None` where its points are looked for.
+    /// Arc lengths of its lanelets on the distance path of this cycle, metres; `None` where its points are
+    /// looked for.
     pub span_m: Option<[f64; 2]>,
 }
 

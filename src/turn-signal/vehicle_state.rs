@@ -42,8 +42,8 @@ pub enum VehicleHazard {
 }
 
 impl VehicleHazard {
-    /// Returns whether the hazard lights are asked for; `None` while a signal that decides is unknown. A driver in control has them
-    /// in his own hands.
+    /// Returns whether the hazard lights are asked for; `None` while a signal that decides is unknown. A
+    /// driver in control has them in his own hands.
     pub fn asks(self, vehicle: &VehicleState) -> Option<bool> {
         let not = |is: Option<bool>| is.map(|is| !is);
         let is_driven = if vehicle.is_manual == Some(true) { Some(false) } else { Some(true) };

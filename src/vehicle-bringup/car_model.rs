@@ -1,4 +1,5 @@
-//! Cars by make, model and year, each with the profile to try, and the search for one as people type its name.
+//! Cars by make, model and year, each with the profile to try, and the search for one as people type its
+//! name.
 
 use serde::Serialize;
 
@@ -277,7 +278,8 @@ fn whole_make(word: &str) -> &str {
     SHORT_MAKES.iter().find(|(short, _)| *short == word).map_or(word, |(_, make)| make)
 }
 
-/// Returns the likeness of a typed word to a known one, from 0 to 1. Numbers are other words, not mistyped ones.
+/// Returns the likeness of a typed word to a known one, from 0 to 1. Numbers are other words, not mistyped
+/// ones.
 fn word_likeness(given: &str, known: &str) -> f64 {
     let digits = |word: &str| word.chars().filter(char::is_ascii_digit).collect::<String>();
     if given == known {

@@ -8,8 +8,8 @@ use super::vehicle::{Message, Vehicle};
 
 type Apply = fn(&mut Vec<Line>, &Vehicle, &mut Dice);
 
-/// The faults by name, in the order in which they befall a recording: those that move the stamps of what follows
-/// come last.
+/// The faults by name, in the order in which they befall a recording: those that move the stamps of what
+/// follows come last.
 pub(crate) const FAULTS: [(&str, Apply); 19] = [
     ("frames lost", lose),
     ("frames repeated", repeat),

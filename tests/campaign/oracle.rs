@@ -1,7 +1,7 @@
 //! What may be published, by docs/spec/vehicle-interface.md and the profile alone.
 //!
-//! The oracle is given every line of a recording, and gives each report that is due at any instant. It shares no
-//! code with the gateway.
+//! The oracle is given every line of a recording, and gives each report that is due at any instant. It shares
+//! no code with the gateway.
 
 use super::recording::{BUS, Content, Line};
 use super::vehicle::{Hazard, MS, Meaning, Message, Role, Turn, Vehicle};

@@ -1,4 +1,5 @@
-//! Recordings of a vehicle that drives for some seconds: what its control units send, encoded by the campaign.
+//! Recordings of a vehicle that drives for some seconds: what its control units send, encoded by the
+//! campaign.
 
 use std::fmt;
 
@@ -138,7 +139,8 @@ fn any_raw(role: &Role, dice: &mut Dice) -> i64 {
     values.start() + dice.within(0..span + 1).cast_signed()
 }
 
-/// What a sound vehicle sends, in order of time. After the last frame there is a silence longer than any limit.
+/// What a sound vehicle sends, in order of time. After the last frame there is a silence longer than any
+/// limit.
 pub(crate) fn drive(vehicle: &Vehicle, dice: &mut Dice) -> Vec<Line> {
     let limits = vehicle.messages.iter().filter_map(|message| message.timeout_ns);
     let longest_us = limits.max().unwrap_or(0).max(vehicle.alive_ns) / 1000;

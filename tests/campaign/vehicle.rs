@@ -119,8 +119,8 @@ impl Vehicle {
         turn.into_iter().chain(hazard).chain(&self.turn_faults).chain(&self.hazard_faults).collect()
     }
 
-    /// Reads a profile; `None` when it reports no lights of the vehicle, or has several sources of a turn, which the oracle
-    /// does not know.
+    /// Reads a profile; `None` when it reports no lights of the vehicle, or has several sources of a turn,
+    /// which the oracle does not know.
     pub(crate) fn read(profile: &Path) -> Option<Self> {
         let table: Table = std::fs::read_to_string(profile).unwrap().parse().unwrap();
         let turn = table.get("turn")?.as_table().filter(|turn| !turn.contains_key("source"))?;

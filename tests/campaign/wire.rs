@@ -8,8 +8,8 @@ pub(crate) struct Field {
 }
 
 impl Field {
-    /// A field by the numbers of the DBC, `START|LENGTH@ORDER SIGN`: in Intel order (1) the start is the lowest
-    /// bit, in Motorola order (0) the highest one, and the bits go on downwards into the next byte.
+    /// A field by the numbers of the DBC, `START|LENGTH@ORDER SIGN`: in Intel order (1) the start is the
+    /// lowest bit, in Motorola order (0) the highest one, and the bits go on downwards into the next byte.
     pub(crate) fn new(start: usize, length: usize, intel: bool, signed: bool) -> Self {
         let place = |number: usize| (number / 8, u32::try_from(number % 8).unwrap());
         let motorola = |step: usize| place((start / 8 * 8 + 7 - start % 8 + step) ^ 7);

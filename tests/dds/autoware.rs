@@ -108,7 +108,8 @@ fn every_message_is_understood_on_both_sides_and_nonsense_is_counted() {
         });
     }
 
-    // The peer's readers may know the writers a little later than these know them: volatile commands are lost until then.
+    // The peer's readers may know the writers a little later than these know them: volatile commands are lost
+    // until then.
     for (command, topic) in [("left", "commanded_turn"), ("hazard", "commanded_hazard")] {
         let send = || gateway.send(&format!("command {command} 4"));
         let is_it = |line: &Value| line["event"] == "received" && line["topic"] == topic;

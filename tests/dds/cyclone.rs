@@ -60,8 +60,8 @@ fn volatile_reports_hand_nothing_to_late_joiners_and_still_reach_them_afterwards
     late.next("the report after a withdrawal", is_report(1, 3));
 }
 
-/// RustDDS sends no multicast there, and the peer has no port where it would be looked for. It does not announce itself
-/// again, so that the gateway has to be the one whose announcement arrives.
+/// RustDDS sends no multicast there, and the peer has no port where it would be looked for. It does not
+/// announce itself again, so that the gateway has to be the one whose announcement arrives.
 #[test]
 fn a_reader_that_listens_to_multicast_on_the_loopback_meets_a_gateway_that_starts_later() {
     const URI: &str = "<CycloneDDS><Domain><General><Interfaces><NetworkInterface name=\"lo\"/></Interfaces></General>\

@@ -245,8 +245,8 @@ fn a_late_joiner_is_handed_the_current_report_and_none_before_it_while_others_re
     }
 }
 
-/// Sends a report, and waits until the network side has it: a report on the other topic follows on the same way. Otherwise one
-/// report may overtake another.
+/// Sends a report, and waits until the network side has it: a report on the other topic follows on the same
+/// way. Otherwise one report may overtake another.
 fn written(gateway: &Gateway, hazard: &JsonProcess, command: &str, number: i32) {
     gateway.send(command);
     gateway.send(&format!("hazard on {number}"));
@@ -267,7 +267,8 @@ fn a_report_right_after_a_withdrawal_reaches_every_matched_reader(peer: &dyn Pee
             reader.next("the report before the withdrawal", is_report(2, round));
         }
         gateway.send("turn withdraw");
-        // Milliseconds apart, but not so close that the report overtakes the withdrawal, unless the machine is busy.
+        // Milliseconds apart, but not so close that the report overtakes the withdrawal, unless the machine
+        // is busy.
         let_pass(Duration::from_millis(3), "between a withdrawal and a report");
         let [transient, volatile] = &readers;
         gateway.expect_at(volatile, &format!("turn right {round}"), is_report(3, round));

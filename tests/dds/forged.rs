@@ -209,7 +209,8 @@ mod slow {
         is_harmless(LOSSY_GROUPS, &[FarAhead::Data]);
     }
 
-    /// How long a network process is killed on each return, unless `SIGNAL_GATEWAY_STORM_S` names another number of seconds.
+    /// How long a network process is killed on each return, unless `SIGNAL_GATEWAY_STORM_S` names another
+    /// number of seconds.
     const STORM: Duration = Duration::from_secs(10);
     /// The longest time without a report from then on.
     const AFTER_STORM: Duration = Duration::from_secs(1);
@@ -261,7 +262,8 @@ mod slow {
         assert_eq!(texts(&reporting.gateway), ["before", "during", "after"]);
     }
 
-    /// Participants of the flood, unless `SIGNAL_GATEWAY_CROWD` names another number, of which nothing but its end is asserted.
+    /// Participants of the flood, unless `SIGNAL_GATEWAY_CROWD` names another number, of which nothing but
+    /// its end is asserted.
     const CROWD: u32 = 5_000;
     /// Packets of each, and of all in a second.
     const PACKETS: [u32; 2] = [8, 4_444];

@@ -1,4 +1,5 @@
-//! The Cyclone DDS of the system as a peer, which on Debian 12 is 0.10.2: older and stricter than the pinned one.
+//! The Cyclone DDS of the system as a peer, which on Debian 12 is 0.10.2: older and stricter than the pinned
+//! one.
 //!
 //! The reader is compiled here with `cc` and `idlc` against Debian's `cyclonedds-dev`.
 
@@ -34,8 +35,8 @@ fn compiled() -> Result<PathBuf, Missing> {
     Ok(folder.join("cyclone_reader"))
 }
 
-/// A last fragment whose length is not a multiple of four is malformed to Cyclone DDS 0.10.2. On every network: the loopback
-/// carries 65 kB in one piece, an Ethernet interface 1,500 bytes.
+/// A last fragment whose length is not a multiple of four is malformed to Cyclone DDS 0.10.2. On every
+/// network: the loopback carries 65 kB in one piece, an Ethernet interface 1,500 bytes.
 #[test]
 fn samples_of_every_length_reach_the_cyclone_of_the_system() {
     let program = require!(compiled());

@@ -16,12 +16,13 @@ use crate::support::waiting::{Bystander, Pace, let_pass};
 const ON_LOOPBACK: &str = "<CycloneDDS><Domain><General><AllowMulticast>true</AllowMulticast><Interfaces>\
     <NetworkInterface name=\"lo\" multicast=\"true\"/></Interfaces></General></Domain></CycloneDDS>";
 
-/// The lease of peers that are to be missed soon, but not when a busy machine keeps them from announcing themselves.
+/// The lease of peers that are to be missed soon, but not when a busy machine keeps them from announcing
+/// themselves.
 pub(crate) const SHORT: &str = "8s";
 /// The lease of a peer that is not to be missed.
 const LONG: &str = "60s";
-/// Peers of a short lease are missed when they are silent, and not when a busy machine delays the one announcement
-/// that Cyclone makes in it.
+/// Peers of a short lease are missed when they are silent, and not when a busy machine delays the one
+/// announcement that Cyclone makes in it.
 const OFTEN: &str = "<SPDPInterval>200ms</SPDPInterval>";
 
 /// Between two messages of a stream.
@@ -227,8 +228,8 @@ fn after_an_outage_commands_are_received_again_and_none_twice() {
     near.assert_each_arrived_once();
 }
 
-/// The peer, which knows the gateway's address and hears no multicast, meets new participants late. Until then it
-/// writes for the first one.
+/// The peer, which knows the gateway's address and hears no multicast, meets new participants late. Until
+/// then it writes for the first one.
 #[test]
 fn two_new_addresses_in_a_row_lose_no_command_of_a_peer_without_multicast() {
     let cyclone = require!(Cyclone::with_defaults()).configured(UNICAST);
@@ -253,7 +254,8 @@ fn two_new_addresses_in_a_row_lose_no_command_of_a_peer_without_multicast() {
     commands.assert_each_arrived_once();
 }
 
-/// RustDDS finds a peer again whose announcement is another one than before the outage, but does not match its endpoints.
+/// RustDDS finds a peer again whose announcement is another one than before the outage, but does not match
+/// its endpoints.
 #[test]
 fn a_peer_that_announces_something_else_after_an_outage_is_written_to_again() {
     let cyclone = require!(Cyclone::with_defaults()).configured(&with_lease(SHORT, OFTEN));

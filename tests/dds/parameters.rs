@@ -21,7 +21,8 @@ struct Client {
 }
 
 impl Client {
-    /// A client that is known to the node as well: the node leaves requests unanswered whose sender it does not know within 2 s.
+    /// A client that is known to the node as well: the node leaves requests unanswered whose sender it does
+    /// not know within 2 s.
     fn start(cyclone: &Cyclone, domain: u16) -> Self {
         let process = cyclone.start("parameter_client.py", domain, &[NODE]);
         let mut sent = 0;

@@ -13,7 +13,8 @@ use crate::support::waiting::Pace;
 
 const ROSOUT: Reading<'_> = Reading { kind: "log", topic: "rt/rosout", durability: "transient_local" };
 
-/// Readers that are tried: one that takes 10 s from its beginning until it meets the writer is handed nothing.
+/// Readers that are tried: one that takes 10 s from its beginning until it meets the writer is handed
+/// nothing.
 const ATTEMPTS: usize = 10;
 /// Time for which one that has met the writer is waited for.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -38,8 +39,9 @@ impl Drop for Over<'_> {
     }
 }
 
-/// Starts a reader while numbered warnings come, one each second, and waits until it has met the writer: then some are of the
-/// last 10 s. Gives the time since which it reads, nanoseconds, and the number of the last warning.
+/// Starts a reader while numbered warnings come, one each second, and waits until it has met the writer: then
+/// some are of the last 10 s. Gives the time since which it reads, nanoseconds, and the number of the last
+/// warning.
 fn reader_amid_warnings(gateway: &Gateway, cyclone: &Cyclone, domain: u16) -> (JsonProcess, i64, i64) {
     let (is_over, last) = (AtomicBool::new(false), AtomicI64::new(0));
     let reader = std::thread::scope(|scope| {

@@ -85,7 +85,8 @@ fn a_late_joiner_of_a_stream_gets_the_newest_at_once_and_what_follows() {
     }
 }
 
-/// Waits until the network side has what was sent before: an emission on another topic follows on the same way.
+/// Waits until the network side has what was sent before: an emission on another topic follows on the same
+/// way.
 fn wait_until_written(gateway: &Gateway, markers: &JsonProcess, number: i64) {
     gateway.send(&format!("lights markers {number}"));
     markers.next("the emission that follows", |line| {
@@ -115,7 +116,8 @@ fn a_late_joiner_of_a_busy_stream_is_soon_up_to_date_and_others_miss_nothing() {
     }
     received.sort_unstable();
     received.dedup();
-    // A machine too slow for the stream leaves some out on purpose, here and in the writer, which keeps the newest only.
+    // A machine too slow for the stream leaves some out on purpose, here and in the writer, which keeps the
+    // newest only.
     let missed = 90 - received.len();
     let overtaken = gateway.status()["overtaken"].as_u64().unwrap();
     let kept_waiting = kept_waiting().saturating_sub(before);

@@ -1,7 +1,7 @@
 //! Runs a command with limits, and measures what it took.
 //!
-//! A process has as its largest memory what the one had that it was copied from, until it begins its own program. So a small process,
-//! this program again, starts the command, and tells what it took.
+//! A process has as its largest memory what the one had that it was copied from, until it begins its own
+//! program. So a small process, this program again, starts the command, and tells what it took.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -35,7 +35,8 @@ const MAX_FILE: u64 = 2 << 30;
 /// Most of standard error that is kept.
 const KEPT: u64 = 64 << 10;
 
-/// Runs `program` in a folder; it is killed behind so much time of a processor, or with so much address space.
+/// Runs `program` in a folder; it is killed behind so much time of a processor, or with so much address
+/// space.
 pub(crate) fn run(program: &Path, words: &[String], folder: &Path, most: Duration) -> io::Result<Taken> {
     let [out, error] = ["stdout", "stderr"].map(|name| folder.join(format!(".{name}")));
     Command::new(std::env::current_exe()?)

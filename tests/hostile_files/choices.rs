@@ -1,4 +1,5 @@
-//! What is chosen for a nest: by chance from a seed, or by the bytes of a recipe, of which a fuzzer changes one at a time.
+//! What is chosen for a nest: by chance from a seed, or by the bytes of a recipe, of which a fuzzer changes
+//! one at a time.
 
 /// Where choices come from.
 #[derive(Debug, Clone)]
@@ -48,7 +49,8 @@ impl Choices<'_> {
         usize::try_from(self.number(bytes) % end as u64).unwrap_or(0)
     }
 
-    /// A power of two, below two to the power of `log`. A fuzzer needs many small things rather than a large one.
+    /// A power of two, below two to the power of `log`. A fuzzer needs many small things rather than a large
+    /// one.
     pub(crate) fn length(&mut self, log: usize) -> usize {
         let log = if matches!(self, Self::Recipe(_)) { log.min(15) } else { log };
         1 << self.below(log)

@@ -5,7 +5,8 @@ use super::packing::{PACKINGS, Packing};
 use super::recordings::{Frame, blf, drive};
 use super::{named_lines, named_mcap, named_mf4, named_objects, named_sqlite};
 
-/// A name, the commands that read it, how many lines `decode` prints at least, and how it is made with about so many bytes.
+/// A name, the commands that read it, how many lines `decode` prints at least, and how it is made with about
+/// so many bytes.
 pub(crate) struct Named(
     pub(crate) &'static str,
     pub(crate) &'static [&'static str],
@@ -51,7 +52,8 @@ pub(crate) fn all(size: usize) -> Vec<NamedCase> {
     all
 }
 
-/// A file of one object, of which one byte was flipped when it had been packed: each byte in a file of its own.
+/// A file of one object, of which one byte was flipped when it had been packed: each byte in a file of its
+/// own.
 fn flipped(name: &str, packing: Packing) -> Case {
     let file = packing.pack(&[blf::head(), blf::frame(&turn())].concat());
     let one = |at: usize| {

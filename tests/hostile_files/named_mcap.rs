@@ -103,7 +103,8 @@ fn mcap_of_names(size: usize, record: fn(u16, usize) -> Vec<u8>) -> Vec<u8> {
     mcap::file(&[frames_of_mcap(), mcap::chunk("zstd", 1 << 40, &packed)].concat())
 }
 
-/// Records whose names pack to next to nothing, of about so many bytes all in all, but not more than make six gigabytes.
+/// Records whose names pack to next to nothing, of about so many bytes all in all, but not more than make six
+/// gigabytes.
 fn names_by_hand(zstd: ZstdByHand, size: usize, record: fn(u16, usize) -> Vec<u8>) -> ZstdByHand {
     const NAME: usize = 1_000_000;
     let count = u16::try_from((size / 80).min(6_000)).unwrap();

@@ -1,4 +1,5 @@
-//! ASAM MDF 4 that is hostile on purpose: blocks that are referred to more often than once, circles, and records without bytes.
+//! ASAM MDF 4 that is hostile on purpose: blocks that are referred to more often than once, circles, and
+//! records without bytes.
 
 use super::named::{DECODED, FRAMES, MOST, Named, QUICK};
 use super::packing::{gzip_of_zeros_behind, zlib};

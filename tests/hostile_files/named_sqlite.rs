@@ -1,4 +1,5 @@
-//! SQLite that is hostile on purpose: rows that share bytes, chains that share pages, and what zeros stand behind.
+//! SQLite that is hostile on purpose: rows that share bytes, chains that share pages, and what zeros stand
+//! behind.
 
 use super::named::{DECODED, FRAMES, MOST, Named, QUICK};
 use super::packing::{Packing, gzip_of_zeros_behind};

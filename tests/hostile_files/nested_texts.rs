@@ -1,4 +1,5 @@
-//! Maps, databases of messages, scenarios and configurations out of the shipped ones, with any damage and any repetition.
+//! Maps, databases of messages, scenarios and configurations out of the shipped ones, with any damage and any
+//! repetition.
 
 use std::path::Path;
 

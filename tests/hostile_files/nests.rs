@@ -1,4 +1,5 @@
-//! Recordings in containers in compressed files: any format, in any container, in any compression, with any damage.
+//! Recordings in containers in compressed files: any format, in any container, in any compression, with any
+//! damage.
 
 use super::choices::Choices;
 use super::damage;
@@ -16,7 +17,8 @@ pub(crate) struct Nest {
     pub(crate) is_held_whole: bool,
 }
 
-/// Most bytes that blocks have before they are packed, so that a nest costs little unless a reader makes much of it.
+/// Most bytes that blocks have before they are packed, so that a nest costs little unless a reader makes much
+/// of it.
 const MOST: usize = 256 << 10;
 
 const CONTAINERS: usize = 8;

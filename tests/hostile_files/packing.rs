@@ -1,4 +1,5 @@
-//! Compressed files, as tools write them and as nobody should: members by the thousand, windows and sizes that are only announced.
+//! Compressed files, as tools write them and as nobody should: members by the thousand, windows and sizes
+//! that are only announced.
 
 use std::io::Write;
 

@@ -1,4 +1,5 @@
-//! Small recordings of the demo vehicle in every format, and the pieces of binary formats that hostile ones are made of.
+//! Small recordings of the demo vehicle in every format, and the pieces of binary formats that hostile ones
+//! are made of.
 
 /// A frame of eight bytes or fewer, with 11 bits of identifier.
 #[derive(Debug, Clone)]

@@ -58,8 +58,8 @@ fn a_marked_recording_becomes_a_configuration_that_check_accepts() {
     run(&folder, &args).assert(1, "nothing is overwritten unasked");
 }
 
-/// Two messages, of which the one with the indicators pauses for six seconds: it is not taken for one that is sent when
-/// something changes, which needs another message that proves the bus alive.
+/// Two messages, of which the one with the indicators pauses for six seconds: it is not taken for one that is
+/// sent when something changes, which needs another message that proves the bus alive.
 #[test]
 fn a_message_that_paused_once_is_still_sent_regularly() {
     let folder = recorded("mazda_2017");

@@ -1,4 +1,5 @@
-//! The history: it goes on over a restart, tells of a process that was killed, and takes nothing that is not its own.
+//! The history: it goes on over a restart, tells of a process that was killed, and takes nothing that is not
+//! its own.
 
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::net::SocketAddr;
@@ -239,7 +240,8 @@ fn changes_that_come_are_followed() {
     assert!(lines.any(|line| line.contains("started, ")));
     gateway.stop("TERM");
     let gateway = car.run();
-    // It connects again and goes on where it was: the earlier process's end comes, and its start does not come again.
+    // It connects again and goes on where it was: the earlier process's end comes, and its start does not
+    // come again.
     let next = wait_for("the next start", || {
         let line = lines.next()?;
         line.contains("gateway").then_some(line)

@@ -155,7 +155,8 @@ fn demo_and_replay_serve_the_page_and_open_it_in_the_browser() {
 mod slow {
     use super::*;
 
-    /// The most that waits in the kernel for a client that does not read, far less than the kernel would take.
+    /// The most that waits in the kernel for a client that does not read, far less than the kernel would
+    /// take.
     const MAX_WAITING: usize = 1_000_000;
 
     #[test]

@@ -38,7 +38,8 @@ impl Gateway {
         self.ask(&format!("GET {path} HTTP/1.1\r\nHost: {}\r\n\r\n", self.address))
     }
 
-    /// The answer to a request, which is repeated when the server has waited too long for the request or for the gateway.
+    /// The answer to a request, which is repeated when the server has waited too long for the request or for
+    /// the gateway.
     pub(super) fn ask(&self, request: &str) -> String {
         let what = described(|| format!("an answer to {request}: {:?}", self.process.log()));
         let is_answer = |text: &String| !text.is_empty() && !text.ends_with("the gateway does not answer\n");
@@ -204,7 +205,8 @@ mod slow {
                 prometheus.query(&query).is_some_and(|result| !result.is_empty())
             });
         }
-        // The undefined value and the silence of the demo end a report for more than 5 s together; rules are evaluated.
+        // The undefined value and the silence of the demo end a report for more than 5 s together; rules are
+        // evaluated.
         wait_until("the alerts", || prometheus.query("ALERTS").is_some());
     }
 }

@@ -1,5 +1,6 @@
-//! The mistakes of newcomers in `docs/evidence/mistakes.md`: each is made as it says there, prints what it says there, and is gone when
-//! the message is followed. `UPDATE_DOCS=1 cargo test --test process mistakes` renews what is printed.
+//! The mistakes of newcomers in `docs/evidence/mistakes.md`: each is made as it says there, prints what it
+//! says there, and is gone when the message is followed. `UPDATE_DOCS=1 cargo test --test process mistakes`
+//! renews what is printed.
 
 use std::path::{Path, PathBuf};
 
@@ -38,7 +39,8 @@ fn run(files: &MemoryFiles, command: &str) -> Ran {
     program::run(&folder, &command.split(' ').collect::<Vec<_>>())
 }
 
-/// The document as cases, line by line: its headings, the blocks with changes of files, and those with commands.
+/// The document as cases, line by line: its headings, the blocks with changes of files, and those with
+/// commands.
 fn translated(document: &str) -> String {
     let mut block = "";
     let lines = document.lines().map(|line| {

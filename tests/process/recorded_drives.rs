@@ -1,4 +1,5 @@
-//! `decide RECORDING`: drives that writers of other makes have recorded, and the report on the signals in them.
+//! `decide RECORDING`: drives that writers of other makes have recorded, and the report on the signals in
+//! them.
 
 use std::fs;
 use std::path::{Path, PathBuf};

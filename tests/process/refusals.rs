@@ -11,8 +11,8 @@ use crate::support::cases::{self, Case};
 use crate::support::files::MemoryFiles;
 use crate::support::{status_vehicle, two_lanes};
 
-/// What a command prints on standard output and standard error, and its exit code, in a folder with the files of the
-/// case and the project's `config`. No file is changed.
+/// What a command prints on standard output and standard error, and its exit code, in a folder with the files
+/// of the case and the project's `config`. No file is changed.
 fn answer(case: &Case) -> String {
     let folder = tempfile::tempdir().unwrap();
     symlink(Path::new(env!("CARGO_MANIFEST_DIR")).join("config"), folder.path().join("config")).unwrap();

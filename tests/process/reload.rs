@@ -36,7 +36,8 @@ impl Gateway {
         self.status()["process"]["configuration"].take()
     }
 
-    /// The output of a command that asks the gateway, once it is answered in the time that the command gives it.
+    /// The output of a command that asks the gateway, once it is answered in the time that the command gives
+    /// it.
     fn ask(&self, arguments: &[&str]) -> Ran {
         let what = described(|| format!("an answer to {arguments:?}: {:?}", self.process.log()));
         wait_for(what, || Some(run(self.folder.path(), arguments)).filter(|ran| ran.code != 8))

@@ -1,5 +1,5 @@
-//! `status` and its socket: what is shown is true, nobody can be shut out for long or hold the gateway up, and two gateways
-//! do not take each other's socket.
+//! `status` and its socket: what is shown is true, nobody can be shut out for long or hold the gateway up,
+//! and two gateways do not take each other's socket.
 
 use std::fmt::Display;
 use std::fs::File;
@@ -16,7 +16,8 @@ use crate::support::process::{Folder, Process};
 use crate::support::service_manager::ServiceManager;
 use crate::support::waiting::{described, wait_for, wait_until};
 
-/// A gateway on a recording of one frame in 20 ms of each message of the demo vehicle, repeated; with a status socket.
+/// A gateway on a recording of one frame in 20 ms of each message of the demo vehicle, repeated; with a
+/// status socket.
 struct Gateway {
     process: Process,
     folder: Folder,

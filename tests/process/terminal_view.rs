@@ -1,5 +1,5 @@
-//! The live view on a real terminal, which tmux plays: it starts, follows keys and the terminal's size, and gives the
-//! terminal back however the command ends.
+//! The live view on a real terminal, which tmux plays: it starts, follows keys and the terminal's size, and
+//! gives the terminal back however the command ends.
 
 use std::path::Path;
 use std::process::Command;

@@ -1,4 +1,5 @@
-//! The reports on the vehicle's status as `replay` prints and records them, read back by readers of other makes.
+//! The reports on the vehicle's status as `replay` prints and records them, read back by readers of other
+//! makes.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -57,8 +58,8 @@ fn the_status_of_the_vehicle_is_recorded_and_replayed_as_autoware_reads_it() {
         messages.iter().filter(|message| message[key] == json!(value)).count()
     };
 
-    // Each of at most 50 Hz, none twice, and none in the second in which there is no value. Before and after it the rhythm begins
-    // with the first frame, so that the second is not left out.
+    // Each of at most 50 Hz, none twice, and none in the second in which there is no value. Before and after
+    // it the rhythm begins with the first frame, so that the second is not left out.
     let velocity = of("/vehicle/status/velocity_status");
     assert_eq!((velocity.len(), stamps(&velocity, "/header/stamp").len()), (251, 251));
     assert!(velocity.iter().all(|message| message["header"]["frame_id"] == "base_link"));

@@ -1,4 +1,5 @@
-//! Known weaknesses of the crates in the lock files: each one that applies has its reason in `deny.toml`, which has no other.
+//! Known weaknesses of the crates in the lock files: each one that applies has its reason in `deny.toml`,
+//! which has no other.
 
 #![allow(clippy::unwrap_used, clippy::panic)] // a test's own functions
 

@@ -14,7 +14,8 @@ use crate::support::files::MemoryFiles;
 use crate::support::prerequisite::{peer_python, require};
 use crate::support::virtual_gateway::VirtualGateway;
 
-/// Two clusters with both byte orders, signed and floating-point signals, all kinds of scaling, and a multiplexed PDU.
+/// Two clusters with both byte orders, signed and floating-point signals, all kinds of scaling, and a
+/// multiplexed PDU.
 const TWO_CLUSTERS: &str = include_str!("../../fuzz/corpus/arxml_text/two_clusters.arxml");
 
 /// A car whose bus has these keys and whose ARXML has this text. It has no lights.
@@ -164,7 +165,8 @@ fn cluster_is_chosen_by_its_name() {
     assert!(refused(&dbc).contains("bus.body.cluster: a DBC has no clusters"), "{}", refused(&dbc));
 }
 
-/// A change of the file: from, to, the signals that are left out, and the finding: severity, beginning of its excerpt, reason.
+/// A change of the file: from, to, the signals that are left out, and the finding: severity, beginning of its
+/// excerpt, reason.
 type Omission =
     (&'static str, &'static str, &'static [&'static str], DbcSeverity, &'static str, &'static str);
 

@@ -1,5 +1,6 @@
-//! What brings a CAN interface up is listen-only in every document, example and message: with a wrong bit rate a controller
-//! that may send puts error frames onto a car. Sections about sending are the exception, and have to say why.
+//! What brings a CAN interface up is listen-only in every document, example and message: with a wrong bit
+//! rate a controller that may send puts error frames onto a car. Sections about sending are the exception,
+//! and have to say why.
 
 use std::fmt::Write as _;
 use std::fs;

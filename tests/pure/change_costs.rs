@@ -1,7 +1,8 @@
-//! What a kind of change costs: the files in which a real example of it occurs, as many as ARCHITECTURE.md promises at most.
+//! What a kind of change costs: the files in which a real example of it occurs, as many as ARCHITECTURE.md
+//! promises at most.
 //!
-//! An example occurs in a file that has it as a whole word, or as its name. Files that a test or a build writes do not count,
-//! nor do cases, since `UPDATE_DOCS=1` renews them.
+//! An example occurs in a file that has it as a whole word, or as its name. Files that a test or a build
+//! writes do not count, nor do cases, since `UPDATE_DOCS=1` renews them.
 
 use std::fs;
 

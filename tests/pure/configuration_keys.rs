@@ -1,5 +1,5 @@
-//! The rows of the configuration's keys, and what is made of them: the documented file and the schemas for editors.
-//! `UPDATE_DOCS=1 cargo test --test pure configuration_keys` writes both.
+//! The rows of the configuration's keys, and what is made of them: the documented file and the schemas for
+//! editors. `UPDATE_DOCS=1 cargo test --test pure configuration_keys` writes both.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,5 @@
-//! The documents lead on: each is in the index and says whom it is for, and each link and anchor between them exists.
+//! The documents lead on: each is in the index and says whom it is for, and each link and anchor between them
+//! exists.
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -1,4 +1,5 @@
-//! J1939 messages: of any sender or of listed ones, of any priority and destination, through profile, gateway and check.
+//! J1939 messages: of any sender or of listed ones, of any priority and destination, through profile, gateway
+//! and check.
 
 use can_signal::can::frame::CanId;
 use can_signal::can::id_match::{IdMatch, SourceAddresses};

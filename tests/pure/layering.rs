@@ -1,10 +1,13 @@
-//! The house rules that neither Cargo nor the compiler checks: within a crate imports run downhill and in no circle, what computes
-//! stays pure, files stay short and their names are specific. What a crate may use is in its manifest.
+//! The house rules that neither Cargo nor the compiler checks: within a crate imports run downhill and in no
+//! circle, what computes stays pure, files stay short and their names are specific. What a crate may use is
+//! in its manifest.
 //!
 //! Sources are read as tokens, so comments and strings do not count, and paths count wherever they
 //! stand: in `use`, in expressions, inside macros. What is `#[cfg(test)]` may do as it likes.
 
+mod circles;
 mod config_rooms;
+mod the_check_itself;
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use std::collections::{BTreeMap, BTreeSet};
@@ -14,9 +17,8 @@ use std::sync::LazyLock;
 
 use crate::support::sources::{files_of_kind, project};
 
-mod circles;
-
-/// The rooms of crates, top to bottom; a module imports from floors below its own. `lib.rs` and `main.rs` join them.
+/// The rooms of crates, top to bottom; a module imports from floors below its own. `lib.rs` and `main.rs`
+/// join them.
 #[rustfmt::skip]
 const FLOORS: &[(&str, &[&[&str]])] = &[
     ("signal_gateway", &[&["cli"], &["daemon", "check"], &["replay", "desk"], &["report"], &["config"], &["io"]]),
@@ -38,6 +40,8 @@ const IMPURE_NAMES: &[&str] = &[
 ];
 const VAGUE_NAMES: &[&str] = &["util", "utils", "common", "manager", "managers", "helper", "helpers", "misc"];
 const MAX_FILE: usize = 500;
+/// Columns of a line that is a comment; code is laid out by rustfmt.
+const MAX_COMMENT: usize = 110;
 
 #[test]
 fn imports_run_downhill_and_what_computes_is_pure() {
@@ -57,10 +61,15 @@ fn imports_run_downhill_and_what_computes_is_pure() {
 #[test]
 fn files_are_short_and_named_after_what_they_do() {
     let mut breaches = Vec::new();
-    for Source { path, lines, declared, .. } in &*SOURCES {
+    for Source { path, lines, wide_comments, declared, .. } in &*SOURCES {
         if *lines > MAX_FILE {
             breaches.push(format!("{}: {lines} lines, at most {MAX_FILE}", path.display()));
         }
+        breaches.extend(
+            wide_comments.iter().map(|line| {
+                format!("{}:{line}: a comment of more than {MAX_COMMENT} columns", path.display())
+            }),
+        );
         let names = path.iter().filter_map(|part| part.to_str()?.split('.').next());
         for name in names.chain(declared.iter().map(String::as_str)).filter(|name| VAGUE_NAMES.contains(name))
         {
@@ -93,6 +102,8 @@ pub(super) fn test_files() -> Vec<PathBuf> {
 struct Source {
     path: PathBuf,
     lines: usize,
+    /// Numbers of the lines that are wider comments than [`MAX_COMMENT`].
+    wide_comments: Vec<usize>,
     /// `["can_signal", "can", "bus"]` for `src/can-signal/can/bus.rs`.
     module: Vec<String>,
     mentions: Vec<Mention>,
@@ -122,7 +133,16 @@ impl Source {
             *package = package.replace('-', "_");
         }
         let lines = text.lines().count();
-        let mut source = Self { path: path.to_owned(), lines, module: module.clone(), ..Self::default() };
+        let is_wide = |line: &str| line.trim_start().starts_with("//") && line.chars().count() > MAX_COMMENT;
+        let wide_comments =
+            (1..).zip(text.lines()).filter(|(_, line)| is_wide(line)).map(|(number, _)| number);
+        let mut source = Self {
+            path: path.to_owned(),
+            lines,
+            wide_comments: wide_comments.collect(),
+            module: module.clone(),
+            ..Self::default()
+        };
         source.walk(tokens, &module, &[]);
         source
     }
@@ -255,7 +275,8 @@ impl Mention {
         }
     }
 
-    /// The path from a crate of ours on, when it leads into one by its name, or by `crate`, `self` or `super`.
+    /// The path from a crate of ours on, when it leads into one by its name, or by `crate`, `self` or
+    /// `super`.
     fn target(&self) -> Option<Vec<String>> {
         let mut target = match self.path[0].as_str() {
             "crate" => self.inside[..1].to_vec(),
@@ -334,145 +355,5 @@ fn the_architecture_shows_which_crate_uses_which() {
             dependencies.iter().filter(|name| OURS.contains_key(&name.replace('-', "_"))).cloned().collect();
         let expected = if ours.is_empty() { "none".to_owned() } else { ours.join(", ") };
         assert_eq!(drawn.get(package), Some(&expected), "{package} in ARCHITECTURE.md");
-    }
-}
-
-mod the_check_itself {
-    use super::*;
-
-    fn found(path: &str, text: &str) -> Vec<String> {
-        Source::parse(Path::new(path), text).breaches().collect()
-    }
-
-    fn assert_found(path: &str, texts: &[&str]) {
-        for text in texts {
-            assert_eq!(found(path, text).len(), 1, "{path}: {text}: {:?}", found(path, text));
-        }
-    }
-
-    fn assert_clean(path: &str, texts: &[&str]) {
-        for text in texts {
-            assert_eq!(found(path, text), Vec::<String>::new(), "{path}: {text}");
-        }
-    }
-
-    #[test]
-    fn finds_an_import_that_runs_uphill() {
-        assert_found(
-            "src/signal-gateway/io/can/mod.rs",
-            &[
-                "use crate::config::file;",
-                "use crate::{io::can::link, config::settings};",
-                "use super::super::report;",
-                "use super::super::*;",
-                "use crate as everything;",
-                "fn f() { crate::daemon::run() }",
-                "fn f() { assert!(true, crate::daemon::NAME) }",
-                "mod inner { use super::super::super::config; }",
-                "pub(crate) use crate::report::text;",
-                "use crate::Shortcut;",
-                "use signal_gateway::cli;",
-            ],
-        );
-        assert_found(
-            "src/signal-gateway/config/file.rs",
-            &["use crate::report::text;", "use crate::cli::Args;"],
-        );
-        assert_found("src/signal-gateway/daemon.rs", &["use crate::cli::Args;", "use crate::check::run;"]);
-    }
-
-    #[test]
-    fn lets_imports_run_downhill() {
-        assert_clean("src/signal-gateway/main.rs", &["use signal_gateway::cli;"]);
-        assert_clean(
-            "src/signal-gateway/cli.rs",
-            &["use crate::{daemon, replay, report, config::file, io};"],
-        );
-        assert_clean("src/signal-gateway/daemon.rs", &["use crate::{config::settings, io::ros};"]);
-        assert_clean(
-            "src/signal-gateway/io/can/mod.rs",
-            &["use can_signal::can::frame::Frame; use std::{fs, net}; use tokio::net;"],
-        );
-        assert_clean(
-            "src/can-signal/can/bus.rs",
-            &["use super::{*, frame::CanId as io}; pub(crate) struct Bus(pub(super) u8);"],
-        );
-    }
-
-    #[test]
-    fn finds_a_room_that_is_on_no_floor() {
-        for shed in ["src/signal-gateway/shed.rs", "src/gateway-core/shed.rs"] {
-            assert!(!found(shed, "use crate::gateway::Gateway;").is_empty());
-        }
-    }
-
-    #[test]
-    fn finds_what_is_not_pure_in_what_computes() {
-        assert_found(
-            "src/can-signal/dbc/codec.rs",
-            &[
-                "use std::fs;",
-                "use std::{cmp, io::Read, fmt};",
-                "use std as s;",
-                "use std::*;",
-                "fn f() { std::thread::yield_now() }",
-                "fn f() { println!() }",
-                "fn f() { let _ = ::std::process::id(); }",
-                "use std::time::{Duration, Instant};",
-                "use std::collections::{BTreeMap, HashMap as Map};",
-                "use std::sync::Mutex;",
-                "#[cfg(not(test))] use std::fs;",
-                "#[cfg(test)] mod tests { use std::fs; } use std::env;",
-            ],
-        );
-        let pure =
-            ["can_signal", "gateway_base", "gateway_core", "lanelet2_map", "traffic_lights", "turn_signal"];
-        assert!(pure.iter().all(|package| PURE.contains(*package)) && !PURE.contains("signal_gateway"));
-    }
-
-    #[test]
-    fn reads_code_and_neither_comments_nor_strings_nor_tests() {
-        assert_clean(
-            "src/can-signal/dbc/codec.rs",
-            &[
-                "//! std::fs, tokio::net\n/* crate::io */ const A: &str = \"std::env\"; const B: &str = r#\"crate::io\"#;",
-                "use std::{collections::BTreeMap, fmt, sync::Arc, time::Duration}; use can_dbc::Dbc;",
-                "#[derive(Debug, thiserror::Error)] enum E {}",
-                "#[cfg(test)] mod tests { use std::fs; use crate::io; }",
-                "#[cfg(test)] use std::fs; #[cfg(test)] fn f() { std::process::abort() }",
-                "fn f(s: &S) { s.fs.read(s.io::<u8>()); let env = s.net; }",
-            ],
-        );
-    }
-
-    #[test]
-    fn finds_flows_that_meet() {
-        assert_found(
-            "src/gateway-core/command/origin.rs",
-            &[
-                "use crate::vehicle_lights::report;",
-                "use super::super::vehicle_status;",
-                "use super::super::*;",
-                "use crate::gateway::Gateway;",
-            ],
-        );
-        assert_found("src/gateway-core/command/mod.rs", &["use super::vehicle_lights::report;"]);
-        assert_found(
-            "src/can-signal/can/bus.rs",
-            &["use crate::dbc::codec;", "use super::super::validation;", "use super::super::*;"],
-        );
-        assert_clean(
-            "src/can-signal/validation/words.rs",
-            &["use super::meaning::Meaning; use crate::can::bus::Bus;"],
-        );
-        assert_clean("src/gateway-core/gateway/mod.rs", &["use super::{command, vehicle_lights};"]);
-    }
-
-    #[test]
-    fn knows_which_files_are_tests() {
-        let source =
-            Source::parse(Path::new("src/can-signal/dbc/mod.rs"), "#[cfg(test)]\nmod golden;\nmod codec;");
-        assert_eq!(source.test_modules, [["can_signal", "dbc", "golden"]]);
-        assert_eq!(source.declared, ["golden", "codec"]);
     }
 }

@@ -282,8 +282,8 @@ fn what_python_can_writes_is_read_back() {
     }
 }
 
-/// Writes a database with python-can's writer, which loses what waits when it is stopped, and variants of it: pages of every
-/// size, deleted rows, pages that moved, and a statement that does not fit on its page.
+/// Writes a database with python-can's writer, which loses what waits when it is stopped, and variants of it:
+/// pages of every size, deleted rows, pages that moved, and a statement that does not fit on its page.
 const SQLITE_VARIANTS: &str = "
 import can, sqlite3, sys, time
 writer = can.SqliteWriter(sys.argv[2])
@@ -327,7 +327,8 @@ fn what_python_can_writes_in_sqlite_is_read_back() {
     }
 }
 
-/// Entries of each kind that a reader of another make counts in each file: data frames, remote requests, error frames.
+/// Entries of each kind that a reader of another make counts in each file: data frames, remote requests,
+/// error frames.
 fn counted_by_peer(python: &Path, files: &[(&str, std::path::PathBuf)]) -> Vec<[usize; 3]> {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/peer/recordings.py");
     let mut command = Command::new(python);
@@ -355,8 +356,8 @@ fn counted(recording: &Recording) -> [usize; 3] {
     })
 }
 
-/// The table of formats and variants: every one has the frames of the same recording, and as many as a reader of another
-/// make counts, plain and compressed.
+/// The table of formats and variants: every one has the frames of the same recording, and as many as a reader
+/// of another make counts, plain and compressed.
 #[test]
 fn every_variant_has_the_frames_that_another_reader_counts() {
     let python = require!(peer_python());

@@ -1,5 +1,5 @@
-//! The times in docs/performance.md are those of the present code: `benches/instructions.tsv` has the instructions of each row as they are
-//! now, and as they were when the times were measured.
+//! The times in docs/performance.md are those of the present code: `benches/instructions.tsv` has the
+//! instructions of each row as they are now, and as they were when the times were measured.
 
 use std::fs;
 

@@ -1,5 +1,5 @@
-//! What documents say under their pictures: each sentence names what must hold, and is checked against what the picture
-//! shows. A new picture, and another sentence, need a row in [`CAPTIONS`].
+//! What documents say under their pictures: each sentence names what must hold, and is checked against what
+//! the picture shows. A new picture, and another sentence, need a row in [`CAPTIONS`].
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,6 @@
-//! Readers of files get bytes, and grow collections by what a file says, through the file's budget (`io::file_budget`) or
-//! a limit of their own that is listed here. Rust is read as tokens; what is `#[cfg(test)]` is passed over.
+//! Readers of files get bytes, and grow collections by what a file says, through the file's budget
+//! (`io::file_budget`) or a limit of their own that is listed here. Rust is read as tokens; what is
+//! `#[cfg(test)]` is passed over.
 
 use std::fmt::Write as _;
 use std::fs;

@@ -1,5 +1,5 @@
-//! Each reader of recordings keeps to its bound of memory, whatever the file says: in each format, in each compression, hostile ones
-//! as well.
+//! Each reader of recordings keeps to its bound of memory, whatever the file says: in each format, in each
+//! compression, hostile ones as well.
 
 use std::io::Cursor;
 
@@ -16,16 +16,19 @@ use crate::hostile_files::{named, nests, sqlite};
 const KIB: u64 = 1 << 10;
 const MIB: u64 = 1 << 20;
 
-/// Most that is held while a file is read that is neither packed nor held whole, bytes: buffers, and a line or an object.
+/// Most that is held while a file is read that is neither packed nor held whole, bytes: buffers, and a line
+/// or an object.
 const STREAMED: u64 = MIB;
 /// Of formats that are held whole: so many times the file in addition.
 const WHOLE_TIMES: u64 = 3;
-/// Most that is held of any file that is not larger than 10 MB, bytes: the limit of readers, and buffers beside it.
+/// Most that is held of any file that is not larger than 10 MB, bytes: the limit of readers, and buffers
+/// beside it.
 const ANY: u64 = 208 * MIB;
 /// Steps that any such file makes at most: what its reader counts as read, or as bad.
 const STEPS: u64 = 25_000_000;
 
-/// Most that a decoder holds in addition, bytes. That of xz has the dictionary of the file, here the least that there is.
+/// Most that a decoder holds in addition, bytes. That of xz has the dictionary of the file, here the least
+/// that there is.
 fn of_decoder(packing: Packing) -> u64 {
     match packing {
         Packing::Gzip => 256 * KIB,
@@ -49,7 +52,8 @@ fn read(content: Vec<u8>) -> (u64, u64) {
     (steps, held)
 }
 
-/// A recording in every format: its name, its content, and what is held beside what every reader holds, bytes.
+/// A recording in every format: its name, its content, and what is held beside what every reader holds,
+/// bytes.
 fn recordings() -> Vec<(&'static str, Vec<u8>, u64)> {
     let whole = |content: &[u8]| WHOLE_TIMES * content.len() as u64;
     let frames = drive(2000);

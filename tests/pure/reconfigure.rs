@@ -1,4 +1,5 @@
-//! A gateway goes on with another configuration: what does not change is not interrupted, what changes takes effect.
+//! A gateway goes on with another configuration: what does not change is not interrupted, what changes takes
+//! effect.
 
 use std::path::Path;
 
@@ -171,7 +172,8 @@ fn counters_and_history_stay_and_the_rate_changes() {
     assert!(car.turn_steps().len() >= 45, "50 Hz");
 }
 
-/// Status `hazard_lights` of a car whose hazard lights are not visible, with the published report and the key `hazard`.
+/// Status `hazard_lights` of a car whose hazard lights are not visible, with the published report and the key
+/// `hazard`.
 fn hazard_status(gateway: &Gateway) -> (Level, String, String) {
     let mut statuses = gateway.statuses(ms(100)).into_iter();
     let status = statuses.find(|status| status.task == "hazard_lights").unwrap();

@@ -1,4 +1,5 @@
-//! The table of formats of recordings in the documents, made of rows of data: every format that is read has one.
+//! The table of formats of recordings in the documents, made of rows of data: every format that is read has
+//! one.
 
 use serde::Deserialize;
 

@@ -1,4 +1,5 @@
-//! One recording written in every format and variant that python-can does not write, as `recording_variants.toml` has them.
+//! One recording written in every format and variant that python-can does not write, as
+//! `recording_variants.toml` has them.
 
 use serde::Deserialize;
 
@@ -32,7 +33,8 @@ struct Form {
     line: String,
 }
 
-/// A frame of a candump log with classic data frames only, as it may be written, in the notation of the forms.
+/// A frame of a candump log with classic data frames only, as it may be written, in the notation of the
+/// forms.
 fn parts(line: &str, start_us: &mut Option<i64>, last_us: &mut i64) -> [(&'static str, String); 29] {
     let mut fields = line.split(' ');
     let time = fields.next().unwrap().trim_matches(['(', ')']).replace('.', "");

@@ -1,7 +1,8 @@
-//! A frame that shows again what is known changes nothing: the gateway may leave its work to the next deadline.
+//! A frame that shows again what is known changes nothing: the gateway may leave its work to the next
+//! deadline.
 //!
-//! The same day is driven twice, once with a tick after each frame, which makes the gateway look at everything. Both give the
-//! same outputs at the same times.
+//! The same day is driven twice, once with a tick after each frame, which makes the gateway look at
+//! everything. Both give the same outputs at the same times.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -39,8 +40,8 @@ fn any_event() -> impl Strategy<Value = (u64, Event)> {
     (pause_ns, event)
 }
 
-/// Gateways of all kinds: each profile that is built in, as it is, and without checks of frames on buses that may sleep; and
-/// the demos.
+/// Gateways of all kinds: each profile that is built in, as it is, and without checks of frames on buses that
+/// may sleep; and the demos.
 fn vehicles() -> Vec<GatewaySettings> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/vehicles");
     let mut profiles: Vec<PathBuf> = std::fs::read_dir(folder)

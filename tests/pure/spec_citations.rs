@@ -129,7 +129,8 @@ fn what_the_map_of_the_code_names_exists() {
     assert!(absent.is_empty(), "ARCHITECTURE.md names what does not exist: {absent:?}");
 }
 
-/// The pages for maintainers name modules by their paths, and files by their paths or, sources alone, by their names.
+/// The pages for maintainers name modules by their paths, and files by their paths or, sources alone, by
+/// their names.
 #[test]
 fn what_the_pages_for_maintainers_name_exists() {
     let files = files();

@@ -1,7 +1,9 @@
-//! No program reads a text that was made for people: what a text says is also there as data. `src` splits, searches or
-//! compares no text with a literal of several words or a separator such as `": "`, except for texts from outside.
+//! No program reads a text that was made for people: what a text says is also there as data. `src` splits,
+//! searches or compares no text with a literal of several words or a separator such as `": "`, except for
+//! texts from outside.
 //!
-//! Rust is read as tokens. Every such literal has a blank in it; a single word is a name, which programs may compare.
+//! Rust is read as tokens. Every such literal has a blank in it; a single word is a name, which programs may
+//! compare.
 
 use std::fmt::Write as _;
 use std::fs;

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use ros_messages::{TYPE_HASHES, type_hash};
 use signal_gateway::io::ros::topics::SubscriptionKind;
 
-/// Package, name and hash of every type that is written, read or asked for, as `ros2 interface` and the keys of
-/// `rmw_zenoh` show them; and of `Time`, as it stands in its design document.
+/// Package, name and hash of every type that is written, read or asked for, as `ros2 interface` and the keys
+/// of `rmw_zenoh` show them; and of `Time`, as it stands in its design document.
 const KNOWN: &str = include_str!("type_hashes/known.txt");
 
 #[test]

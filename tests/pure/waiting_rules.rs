@@ -1,8 +1,10 @@
-//! How tests wait: as `tests/support/waiting.rs` does it. What judges the speed of the machine is refused everywhere else:
-//! a bare sleep, a deadline below ten seconds, and a time of the machine that is compared with anything.
+//! How tests wait: as `tests/support/waiting.rs` does it. What judges the speed of the machine is refused
+//! everywhere else: a bare sleep, a deadline below ten seconds, and a time of the machine that is compared
+//! with anything.
 //!
-//! Rust is read as tokens, and of `src` what is `#[cfg(test)]`; a test in virtual time (`start_paused`) may do as it likes. Python is
-//! read in lines; a sleep in a loop is the rhythm of a sender or of looks, any other one hopes.
+//! Rust is read as tokens, and of `src` what is `#[cfg(test)]`; a test in virtual time (`start_paused`) may
+//! do as it likes. Python is read in lines; a sleep in a loop is the rhythm of a sender or of looks, any
+//! other one hopes.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -137,7 +139,8 @@ fn in_tests_of_source(text: &str) -> Vec<Finding> {
     findings
 }
 
-/// Visits each token of a file with those around it. Where `visit` returns true, the item that begins there is passed over.
+/// Visits each token of a file with those around it. Where `visit` returns true, the item that begins there
+/// is passed over.
 pub(super) fn walk(tokens: TokenStream, visit: &mut impl FnMut(&[TokenTree], usize) -> bool) {
     let tokens: Vec<_> = tokens.into_iter().collect();
     let mut at = 0;

@@ -1,5 +1,6 @@
-//! Roads that are drawn piece by piece, as of routes that meet themselves: around a block, through a teardrop, back over a place
-//! that was passed. The vehicle drives along the middle, and what it signals is held against the pieces.
+//! Roads that are drawn piece by piece, as of routes that meet themselves: around a block, through a
+//! teardrop, back over a place that was passed. The vehicle drives along the middle, and what it signals is
+//! held against the pieces.
 
 use std::time::Duration;
 
@@ -61,7 +62,8 @@ pub(crate) struct DrawnRoad {
 }
 
 impl DrawnRoad {
-    /// These pieces, whose lanelets have these ids. Each leads to the next one, and those of `joints` to the start of another one as well.
+    /// These pieces, whose lanelets have these ids. Each leads to the next one, and those of `joints` to the
+    /// start of another one as well.
     pub(crate) fn new(pieces: &[Piece], ids: &[LaneId], joints: &[[usize; 2]]) -> Self {
         let (mut lanes, mut middle, mut turns, mut start_m) = (Vec::new(), Vec::new(), Vec::new(), 0.0);
         for (index, (piece, poses)) in pieces.iter().zip(drawn(pieces)).enumerate() {
@@ -134,8 +136,8 @@ impl DrawnRoad {
         shown
     }
 
-    /// The first law that is broken from its start to its end: every turn is signalled while it is required, and no side long before or
-    /// after a turn to it.
+    /// The first law that is broken from its start to its end: every turn is signalled while it is required,
+    /// and no side long before or after a turn to it.
     pub(crate) fn broken(&self, speed_mps: f64) -> Option<String> {
         let shown = self.drive(speed_mps, &[[1.0, self.length_m() - 1.0]]);
         shown.into_iter().find_map(|(at_m, turn)| self.broken_at(at_m, turn, speed_mps))

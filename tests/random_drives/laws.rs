@@ -13,7 +13,8 @@ use super::sections::{FRONT_M, Stretch, lanes, offers, stretches};
 /// Ends that differ by more than this belong to two manoeuvres, metres.
 const SAME_END_M: f64 = 2.0;
 const MINIMUM_ON_S: f64 = 1.5;
-/// Nearer to its turn a signal is shown whatever else is on the way: so far it is seen for a minimum time at the highest speed, metres.
+/// Nearer to its turn a signal is shown whatever else is on the way: so far it is seen for a minimum time at
+/// the highest speed, metres.
 const SEEN_M: f64 = 23.0;
 const CYCLE_S: f64 = 0.2;
 
@@ -69,7 +70,8 @@ fn required_sections(stretches: &[Stretch], shown: &[Shown]) -> Option<String> {
     None
 }
 
-/// A side is shown for a minimum time unless another is required, and no longer than it is wanted or for that time.
+/// A side is shown for a minimum time unless another is required, and no longer than it is wanted or for that
+/// time.
 fn durations(stretches: &[Stretch], shown: &[Shown]) -> Option<String> {
     let mut since_s = 0.0;
     let mut wanted_s = 0.0;
@@ -113,7 +115,8 @@ fn misleading(file: &DriveFile, shown: &[Shown]) -> Option<String> {
     Some(format!("misleading: {:?} at {:.2} m", now.side, now.at_m))
 }
 
-/// What was signalled comes back only after the other side was shown, and while its required section is not over.
+/// What was signalled comes back only after the other side was shown, and while its required section is not
+/// over.
 fn signalled_once(shown: &[Shown]) -> Option<String> {
     let is_same = |one: &Signalled, other: &Signalled| {
         let is_near = |end: usize| (one.2[end] - other.2[end]).abs() < SAME_END_M;

@@ -11,11 +11,13 @@ use super::drawn_road::{DrawnRoad, Piece, drawn};
 const MIN_PIECE_M: f64 = 5.0;
 /// A vehicle does not pass more of its route than this from one decision to the next, metres.
 const MAX_STEP_M: f64 = 20.0;
-/// On lanelets whose middles are nearer than this and face alike to within so many degrees, a vehicle is on both.
+/// On lanelets whose middles are nearer than this and face alike to within so many degrees, a vehicle is on
+/// both.
 const SAME_PLACE_M: f64 = 2.0;
 const SAME_HEADING_DEG: f64 = 15.0;
 
-/// A road to be drawn. Turns are to the left where it does not say otherwise, and to the other side if it is mirrored.
+/// A road to be drawn. Turns are to the left where it does not say otherwise, and to the other side if it is
+/// mirrored.
 #[derive(Debug, Clone)]
 pub(crate) struct LoopRecipe {
     shape: Shape,
@@ -234,8 +236,8 @@ impl IdOrder {
     }
 }
 
-/// A vehicle is on two lanelets in the plane, faces as both do, and may have come to both: less than [`MAX_STEP_M`] of the route lies
-/// between them. Nothing tells which one is meant.
+/// A vehicle is on two lanelets in the plane, faces as both do, and may have come to both: less than
+/// [`MAX_STEP_M`] of the route lies between them. Nothing tells which one is meant.
 fn is_on_two_lanelets(pieces: &[Piece]) -> bool {
     let poses = drawn(pieces);
     (0..pieces.len()).any(|one| {

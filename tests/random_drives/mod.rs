@@ -1,6 +1,6 @@
-//! Random drives over the shipped maps, and over roads that meet themselves, against what must hold for every drive by default. A drive
-//! that breaks a law is shrunk and printed: one over a map as a drive file, for `signal-gateway decide`, one over a drawn road
-//! with its pieces, ids and speed.
+//! Random drives over the shipped maps, and over roads that meet themselves, against what must hold for every
+//! drive by default. A drive that breaks a law is shrunk and printed: one over a map as a drive file, for
+//! `signal-gateway decide`, one over a drawn road with its pieces, ids and speed.
 
 pub(crate) mod drawn_road;
 mod laws;

@@ -1,5 +1,5 @@
-//! A random drive: a route over a shipped map, speeds, stops, manoeuvres one after the other. As a file it is read like
-//! any other.
+//! A random drive: a route over a shipped map, speeds, stops, manoeuvres one after the other. As a file it is
+//! read like any other.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -117,7 +117,8 @@ impl Recipe {
                 break;
             }
             let next = followers[way % followers.len()];
-            // From inside a ring once around to the own start: a limit of the decider, docs/spec/turn-signal-decider.md, W20.
+            // From inside a ring once around to the own start: a limit of the decider,
+            // docs/spec/turn-signal-decider.md, W20.
             if lanes.contains(&next) || road.followers(next).contains(&lanes[0]) {
                 break;
             }

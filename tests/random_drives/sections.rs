@@ -20,7 +20,8 @@ const SAME_START_M: f64 = 3.0;
 /// Nothing is announced farther ahead than this at the speeds of these drives, metres.
 const FARTHEST_M: f64 = 80.0;
 
-/// Where a side is to be shown: from the front at the start of a required section to the rear axle at its end.
+/// Where a side is to be shown: from the front at the start of a required section to the rear axle at its
+/// end.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stretch {
     pub(super) side: Side,

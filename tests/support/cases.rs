@@ -23,8 +23,8 @@
 //! > error: nosuch: there is no such file
 //! ```
 //!
-//! A group of cases starts from the sound files and what stands above the first group. With `UPDATE_DOCS` set, answers
-//! that differ are written into the file; a new case needs no more than `>` then.
+//! A group of cases starts from the sound files and what stands above the first group. With `UPDATE_DOCS`
+//! set, answers that differ are written into the file; a new case needs no more than `>` then.
 
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -66,7 +66,8 @@ pub(crate) fn check(kind: &str, sound: &MemoryFiles, answer: impl Fn(&Case) -> S
     refuse(&wrong.collect::<String>());
 }
 
-/// Does the same with a document whose answers have no marks. `translate` makes a line of cases of each of its lines.
+/// Does the same with a document whose answers have no marks. `translate` makes a line of cases of each of
+/// its lines.
 pub(crate) fn check_document(
     path: &Path,
     translate: impl Fn(&str) -> String,
@@ -81,7 +82,8 @@ fn refuse(wrong: &str) {
     assert!(wrong.is_empty(), "other answers, which UPDATE_DOCS=1 writes down:\n\n{wrong}");
 }
 
-/// Returns the cases of a file whose answers differ. With `UPDATE_DOCS` set, writes these answers into the file instead.
+/// Returns the cases of a file whose answers differ. With `UPDATE_DOCS` set, writes these answers into the
+/// file instead.
 fn wrong_in(
     path: &Path,
     text: &str,

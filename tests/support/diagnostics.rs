@@ -1,5 +1,5 @@
-//! Possible diagnostics: every status with its messages, as the catalogue of the core lists them, and its keys, as
-//! `tests/diagnostics.toml` does; and the check of a status against both.
+//! Possible diagnostics: every status with its messages, as the catalogue of the core lists them, and its
+//! keys, as `tests/diagnostics.toml` does; and the check of a status against both.
 
 use std::sync::LazyLock;
 

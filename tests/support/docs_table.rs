@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-/// Compares the table between two comments of a document with this one; with `UPDATE_DOCS` set, puts it there. `test` is the filter that
-/// runs the caller.
+/// Compares the table between two comments of a document with this one; with `UPDATE_DOCS` set, puts it
+/// there. `test` is the filter that runs the caller.
 pub(crate) fn check(document: &str, [begin, end]: [&str; 2], table: &str, test: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(document);
     let text = std::fs::read_to_string(&path).unwrap();

@@ -1,7 +1,7 @@
 //! A simulated vehicle that drives, as the measure of the reports on its status.
 //!
-//! A report must be a value that the vehicle had since the oldest of the frames behind it was sent: within half a cycle of the
-//! middle of that time, give or take the resolution of the signals.
+//! A report must be a value that the vehicle had since the oldest of the frames behind it was sent: within
+//! half a cycle of the middle of that time, give or take the resolution of the signals.
 
 use std::collections::BTreeMap;
 
@@ -27,7 +27,8 @@ const DRIVE: &str = "
 pub(crate) const END: MonoTime = MonoTime::from_millis(30_000);
 
 pub(crate) const RATIO: f64 = 16.0;
-/// The least ratio of the forms in the tests, less what age and resolution of the speed add to a form that depends on it.
+/// The least ratio of the forms in the tests, less what age and resolution of the speed add to a form that
+/// depends on it.
 const MIN_RATIO: f64 = 13.0;
 
 pub(crate) fn geometry() -> VehicleGeometry {
@@ -50,7 +51,8 @@ pub(crate) struct DrivingVehicle {
     /// When the frames of each message were sent.
     sent: BTreeMap<(BusIndex, CanId), Vec<MonoTime>>,
     pub(crate) not_possible: Vec<&'static str>,
-    /// True if frames can come so late that the gateway uses any source of the heading rate, and not the first one only.
+    /// True if frames can come so late that the gateway uses any source of the heading rate, and not the
+    /// first one only.
     may_fall_back: bool,
 }
 
@@ -121,8 +123,8 @@ impl DrivingVehicle {
         lowest_and_highest(within)
     }
 
-    /// Deviations of a velocity, in shares of the resolution: of the speed and of the heading rate. The frames that were sent
-    /// until `known` can be behind it.
+    /// Deviations of a velocity, in shares of the resolution: of the speed and of the heading rate. The
+    /// frames that were sent until `known` can be behind it.
     pub(crate) fn velocity_deviations(
         &self,
         [speed_mps, rate_radps]: [f64; 2],

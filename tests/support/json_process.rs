@@ -43,8 +43,9 @@ impl Mark {
 }
 
 impl JsonProcess {
-    /// Starts it; `name` is for messages. Lines that are not JSON (a test harness writes some) are dropped. A standard
-    /// error that is piped is read as well: each of its lines becomes one with the event `log` and its `text`.
+    /// Starts it; `name` is for messages. Lines that are not JSON (a test harness writes some) are dropped. A
+    /// standard error that is piped is read as well: each of its lines becomes one with the event `log` and
+    /// its `text`.
     pub(crate) fn start(name: &str, command: &mut Command) -> Self {
         command.stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut child = command.spawn().unwrap_or_else(|error| panic!("{name} does not start: {error}"));
@@ -139,7 +140,8 @@ impl JsonProcess {
         self.find(mark, what, |line| is_it(&line.1).then(|| line.clone()))
     }
 
-    /// Likewise, and does something before and then every `period`, such as sending again what a sender repeats.
+    /// Likewise, and does something before and then every `period`, such as sending again what a sender
+    /// repeats.
     pub(crate) fn wait_while_doing(
         &self,
         mark: Mark,
@@ -185,7 +187,8 @@ impl JsonProcess {
         Some(found)
     }
 
-    /// The lines that come in that time after those that [`next`](Self::next) returned, which passes these lines too.
+    /// The lines that come in that time after those that [`next`](Self::next) returned, which passes these
+    /// lines too.
     ///
     /// # Panics
     /// If the process ends meanwhile.
@@ -207,7 +210,8 @@ impl JsonProcess {
 impl Drop for JsonProcess {
     fn drop(&mut self) {
         drop(self.input.take());
-        // The end of a process is the end of its output. One that is to be seen to leave must not be killed too soon.
+        // The end of a process is the end of its output. One that is to be seen to leave must not be killed
+        // too soon.
         if self.ends_by_itself && !thread::panicking() {
             let output = self.output.0.lock().unwrap();
             drop(self.output.1.wait_timeout_while(output, DEADLINE, |output| !output.ended).unwrap());

@@ -32,7 +32,8 @@ impl McapReaders {
         text.lines().map(str::to_owned).collect()
     }
 
-    /// Writes what Autoware publishes on a drive (`tests/support/drive_script.rs`) as `drive.mcap` and as the bag `rosbags_sqlite3`.
+    /// Writes what Autoware publishes on a drive (`tests/support/drive_script.rs`) as `drive.mcap` and as the
+    /// bag `rosbags_sqlite3`.
     pub(crate) fn write_drive(&self, script: &Path, folder: &Path) {
         self.run("drive_bag_writer.py", &[script.as_os_str(), folder.as_os_str()]);
     }

@@ -18,16 +18,17 @@ pub(crate) const LOOPBACK: &str = "<CycloneDDS><Domain><General><AllowMulticast>
     <NetworkInterface name=\"lo\"/></Interfaces></General><Discovery><ParticipantIndex>auto</ParticipantIndex>\
     <Peers><Peer Address=\"127.0.0.1\"/></Peers></Discovery></Domain></CycloneDDS>";
 
-/// A `CYCLONEDDS_URI` that goes before the others: a peer that a busy machine keeps from announcing itself for seconds is
-/// not taken for gone, and one that is killed is forgotten before a gateway misses its acknowledgements.
+/// A `CYCLONEDDS_URI` that goes before the others: a peer that a busy machine keeps from announcing itself
+/// for seconds is not taken for gone, and one that is killed is forgotten before a gateway misses its
+/// acknowledgements.
 pub(crate) const PATIENT: &str = "<CycloneDDS><Domain><Discovery><LeaseDuration>40s</LeaseDuration>\
     <SPDPInterval>1s</SPDPInterval></Discovery></Domain></CycloneDDS>";
 
 /// A DDS domain that no other test on this machine uses until the test's thread ends, with ports below
 /// the ephemeral range.
 ///
-/// A domain is held by a socket of its name, so that tests of other programs and working copies see it. One in which a
-/// process of an earlier test still has to leave is not taken.
+/// A domain is held by a socket of its name, so that tests of other programs and working copies see it. One
+/// in which a process of an earlier test still has to leave is not taken.
 pub(crate) fn domain() -> u16 {
     const COUNT: u16 = 80;
     static NEXT: AtomicU16 = AtomicU16::new(0);
@@ -87,8 +88,8 @@ pub(crate) struct Cyclone {
 }
 
 impl Cyclone {
-    /// On every interface, with Cyclone's own settings but for its lease. Readers and writers keep so many samples that none
-    /// is lost on a busy machine.
+    /// On every interface, with Cyclone's own settings but for its lease. Readers and writers keep so many
+    /// samples that none is lost on a busy machine.
     pub(crate) fn with_defaults() -> Result<Self, Missing> {
         Ok(Self { python: peer_python()?, uri: PATIENT.to_owned(), depth: 1000, namespace: None })
     }

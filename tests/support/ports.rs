@@ -3,7 +3,8 @@
 use std::net::TcpListener;
 use std::sync::atomic::{AtomicU16, Ordering};
 
-/// Ports below those that the kernel chooses for connections, so that none of these takes one before the server does.
+/// Ports below those that the kernel chooses for connections, so that none of these takes one before the
+/// server does.
 const FIRST: u16 = 16_000;
 const COUNT: u16 = 16_000;
 

@@ -95,8 +95,8 @@ pub(crate) struct Missing {
 static SKIPPED: Mutex<BTreeMap<&str, (usize, &str)>> = Mutex::new(BTreeMap::new());
 
 impl Missing {
-    /// Reports the test as skipped, on standard error and past the capture of libtest, now and once more at the end of the
-    /// program, below libtest's count, which takes it for passed.
+    /// Reports the test as skipped, on standard error and past the capture of libtest, now and once more at
+    /// the end of the program, below libtest's count, which takes it for passed.
     ///
     /// # Panics
     /// If `SIGNAL_GATEWAY_MAY_LACK` is set and does not list the prerequisite.

@@ -1,13 +1,13 @@
 //! The time for which processes waited for a processor, as the kernel counts it.
 //!
-//! A thread that only sleeps is let run soon even where one that works has to wait. So a time of a process is compared with
-//! this as well.
+//! A thread that only sleeps is let run soon even where one that works has to wait. So a time of a process is
+//! compared with this as well.
 
 use std::fs;
 use std::time::Duration;
 
-/// The longest time that a thread of a process, or of one that it has started, has waited so far. Zero where the kernel
-/// does not count it.
+/// The longest time that a thread of a process, or of one that it has started, has waited so far. Zero where
+/// the kernel does not count it.
 pub(crate) fn waited(process: u32) -> Duration {
     waits(process).into_iter().max().unwrap_or_default()
 }

@@ -89,7 +89,8 @@ impl FarAhead {
     }
 }
 
-/// What fills a participant: the announcement of a reader by one of many participants, which are there for 68 years.
+/// What fills a participant: the announcement of a reader by one of many participants, which are there for 68
+/// years.
 #[allow(dead_code)]
 pub(crate) fn crowd(
     participant: u32,
@@ -249,8 +250,8 @@ impl Target {
         Self { socket: UdpSocket::bind(("127.0.0.1", 0)).unwrap(), ports: ports.collect() }
     }
 
-    /// What the participants send to one that announces itself, as if it came from that one. Waits until there is a
-    /// participant that sends something.
+    /// What the participants send to one that announces itself, as if it came from that one. Waits until
+    /// there is a participant that sends something.
     pub(crate) fn capture(&self) -> Vec<Vec<u8>> {
         self.socket.set_nonblocking(true).unwrap();
         let mut count = 0;

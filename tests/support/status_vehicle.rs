@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-/// Speed with a sign bit, yaw rate, angle of the front wheels; gear, control mode and two doors; turn and hazard lights.
+/// Speed with a sign bit, yaw rate, angle of the front wheels; gear, control mode and two doors; turn and
+/// hazard lights.
 pub(crate) const PROFILE: &str = r#"name = "Bench"
 [bus.body]
 dbc = "bench.dbc"

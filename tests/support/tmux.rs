@@ -9,7 +9,8 @@ use super::waiting::{described, wait_for};
 pub(crate) struct Tmux(tempfile::TempDir);
 
 impl Tmux {
-    /// Runs a command in a terminal of 100 × 30, and shows its exit code and the settings of the terminal behind it.
+    /// Runs a command in a terminal of 100 × 30, and shows its exit code and the settings of the terminal
+    /// behind it.
     pub(crate) fn run(command: &str) -> Result<Self, Missing> {
         let tmux = Self(tempfile::tempdir().unwrap());
         let script = format!("{command}; echo code $?; stty -a; echo end of settings; sleep 1000");

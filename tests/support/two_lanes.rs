@@ -1,7 +1,7 @@
 //! The lanelet2 map of a straight road of two lanes.
 
-/// Lanelets 1, 2, 3 between these x, metres, of which 2 turns left; 11, 12, 13 to their left. Lanes are 3.5 m wide, the
-/// right one along y = 0.
+/// Lanelets 1, 2, 3 between these x, metres, of which 2 turns left; 11, 12, 13 to their left. Lanes are 3.5 m
+/// wide, the right one along y = 0.
 pub(crate) fn osm(xs: [i32; 4]) -> String {
     let mut text = "<osm>\n".to_owned();
     for (row, y) in [-1.75, 1.75, 5.25].iter().enumerate() {

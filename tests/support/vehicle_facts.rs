@@ -1,5 +1,5 @@
-//! What the tests know of each shipped vehicle: `tests/vehicles/NAME.toml`, one file for each profile. A key that is
-//! not described here is refused.
+//! What the tests know of each shipped vehicle: `tests/vehicles/NAME.toml`, one file for each profile. A key
+//! that is not described here is refused.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -26,14 +26,16 @@ pub(crate) static VEHICLES: LazyLock<BTreeMap<String, VehicleFacts>> = LazyLock:
 #[serde(deny_unknown_fields)]
 pub(crate) struct VehicleFacts {
     pub(crate) dbc: DbcOrigin,
-    /// Frames, separated by `;`, and the outcome of turn and hazard report. A frame is written as `payload::frame` reads
-    /// it, `614 8 29|2@0=3`; `9*` in front sends it nine times, 50 ms apart. An outcome is the constant's name, `unknown`, `invalid RAW`, `fault`, or a constant and `+fault` or
+    /// Frames, separated by `;`, and the outcome of turn and hazard report. A frame is written as
+    /// `payload::frame` reads it, `614 8 29|2@0=3`; `9*` in front sends it nine times, 50 ms apart. An
+    /// outcome is the constant's name, `unknown`, `invalid RAW`, `fault`, or a constant and `+fault` or
     /// `+fallback`.
     #[serde(default, deserialize_with = "rows")]
     pub(crate) reports: Vec<[String; 3]>,
-    /// Frames like those of `reports`, sent twice, and reports on the status that follow, separated by `;`: `velocity` in
-    /// m/s, `heading` in rad/s, `steering` in degrees of the steering wheel, `gear`, `control_mode`, or `doors` with the state
-    /// of each; `-` if nothing is published. The wheels have a radius of 0.3 m. Counters and checksums are filled in.
+    /// Frames like those of `reports`, sent twice, and reports on the status that follow, separated by `;`:
+    /// `velocity` in m/s, `heading` in rad/s, `steering` in degrees of the steering wheel, `gear`,
+    /// `control_mode`, or `doors` with the state of each; `-` if nothing is published. The wheels have a
+    /// radius of 0.3 m. Counters and checksums are filled in.
     #[serde(default, deserialize_with = "rows")]
     pub(crate) status: Vec<[String; 2]>,
     pub(crate) labelled: Option<LabelledFrames>,
@@ -48,7 +50,8 @@ pub(crate) struct VehicleFacts {
     pub(crate) v2i_states: Vec<[String; 2]>,
     #[serde(default)]
     pub(crate) v2i: Vec<V2iDrive>,
-    /// Changes that the demo shows: second, topic or diagnostic task, and its value from then on; within 50 ms.
+    /// Changes that the demo shows: second, topic or diagnostic task, and its value from then on; within 50
+    /// ms.
     #[serde(default)]
     pub(crate) demo: Vec<String>,
 }
@@ -105,7 +108,8 @@ pub(crate) struct LabelledFrames {
 #[serde(deny_unknown_fields)]
 pub(crate) struct ProtectionFacts {
     pub(crate) messages: Vec<ProtectedMessage>,
-    /// A frame of the first message that shows left; or else one with dark lamps, known only after an observation time.
+    /// A frame of the first message that shows left; or else one with dark lamps, known only after an
+    /// observation time.
     pub(crate) left: Option<String>,
     pub(crate) dark: Option<String>,
     /// Bits that the checksum covers from the first on, itself included; all if it is left out.
@@ -144,8 +148,8 @@ pub(crate) struct CommandFacts {
     pub(crate) counter: Option<String>,
     /// Rule and place of the checksum; given with a counter only.
     pub(crate) checksum: Option<CommandChecksum>,
-    /// Requests to the turn indicators and to the hazard lights, `-` for none; the frame, where `x` is a digit of counter or
-    /// checksum; and a name, `left, any` where the hazard lights are left to the vehicle.
+    /// Requests to the turn indicators and to the hazard lights, `-` for none; the frame, where `x` is a
+    /// digit of counter or checksum; and a name, `left, any` where the hazard lights are left to the vehicle.
     #[serde(deserialize_with = "rows")]
     pub(crate) requests: Vec<[String; 4]>,
 }
@@ -166,11 +170,12 @@ pub(crate) enum CommandChecksum {
 #[serde(deny_unknown_fields)]
 pub(crate) struct V2iDrive {
     pub(crate) name: String,
-    /// A frame that is sent twice before the steps, after a good state of the radio; the first one proves nothing.
+    /// A frame that is sent twice before the steps, after a good state of the radio; the first one proves
+    /// nothing.
     pub(crate) start: Option<String>,
-    /// Each is `MS WHAT -> RESULT`, or has `FIRST-LAST/PERIOD` instead of one time. WHAT is a frame or `settle`, whose result
-    /// is the changes of the states (`-ID` for a removal); `deadline`, the next one in nanoseconds; or `finding ID`,
-    /// `status` or a key of the status, each with its text.
+    /// Each is `MS WHAT -> RESULT`, or has `FIRST-LAST/PERIOD` instead of one time. WHAT is a frame or
+    /// `settle`, whose result is the changes of the states (`-ID` for a removal); `deadline`, the next one in
+    /// nanoseconds; or `finding ID`, `status` or a key of the status, each with its text.
     pub(crate) steps: Vec<String>,
 }
 
@@ -178,17 +183,17 @@ pub(crate) struct V2iDrive {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Counterpart {
-    /// The file that frames are packed with, and the platform whose car state reads them; without one where opendbc has
-    /// the file alone.
+    /// The file that frames are packed with, and the platform whose car state reads them; without one where
+    /// opendbc has the file alone.
     pub(crate) cars: Vec<String>,
     pub(crate) message: String,
-    /// True if opendbc knows counter and checksum of the message, where the profile checks them; else the test fills
-    /// them in.
+    /// True if opendbc knows counter and checksum of the message, where the profile checks them; else the
+    /// test fills them in.
     #[serde(default = "yes")]
     pub(crate) packs_protection: bool,
-    /// Signals with their physical values, as `MESSAGE.SIGNAL=VALUE`, and the part of the status that both must read alike from
-    /// them: `speed` without its sign, `yaw_rate`, `steering`, `gear` or `doors`. Values after a `~` are swept from 0 to a
-    /// multiple. The first car reads them.
+    /// Signals with their physical values, as `MESSAGE.SIGNAL=VALUE`, and the part of the status that both
+    /// must read alike from them: `speed` without its sign, `yaw_rate`, `steering`, `gear` or `doors`. Values
+    /// after a `~` are swept from 0 to a multiple. The first car reads them.
     #[serde(default, deserialize_with = "rows")]
     pub(crate) status: Vec<[String; 2]>,
     /// Another vehicle, whose states are tried.
@@ -202,16 +207,16 @@ pub(crate) struct Counterpart {
 #[serde(deny_unknown_fields)]
 pub(crate) struct State {
     pub(crate) name: String,
-    /// Each as `SIGNAL=VALUE`, or `SIGNAL~VALUE` if it flashes, with `MESSAGE.` in front when not of the first message,
-    /// `MESSAGE.` alone for one that is only sent.
+    /// Each as `SIGNAL=VALUE`, or `SIGNAL~VALUE` if it flashes, with `MESSAGE.` in front when not of the
+    /// first message, `MESSAGE.` alone for one that is only sent.
     #[serde(default)]
     pub(crate) signals: String,
     /// How the two readings differ, if they do.
     pub(crate) difference: Option<String>,
 }
 
-/// A public recording of the vehicle, and what must come out of it as far as it is known. A change is a text that begins
-/// with its second, `8.461 DISABLE`.
+/// A public recording of the vehicle, and what must come out of it as far as it is known. A change is a text
+/// that begins with its second, `8.461 DISABLE`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Recording {
@@ -224,8 +229,8 @@ pub(crate) struct Recording {
     pub(crate) also_fits: Vec<String>,
     /// The interface of the vehicle's only bus, where the recording has several.
     pub(crate) interface: Option<String>,
-    /// By topic or diagnostic task: the reports, `stops` when one is no longer published, and the statuses with their
-    /// levels.
+    /// By topic or diagnostic task: the reports, `stops` when one is no longer published, and the statuses
+    /// with their levels.
     #[serde(default)]
     pub(crate) changes: BTreeMap<String, Vec<String>>,
     /// Keys of the last status by task.

@@ -84,8 +84,8 @@ impl VirtualGateway {
         self.handle(CanInput::Frame { bus: BusIndex(0), frame, stamp: self.now.wall });
     }
 
-    /// Goes on to the next deadline, which is handled, or to `until` if that comes first; returns whether it was
-    /// a deadline.
+    /// Goes on to the next deadline, which is handled, or to `until` if that comes first; returns whether it
+    /// was a deadline.
     pub(crate) fn step(&mut self, until: MonoTime) -> bool {
         let deadline = self.gateway.next_deadline().max(self.now.mono);
         let is_deadline = deadline <= until;

@@ -1,13 +1,14 @@
-//! The ways in which a test waits: for an event, beside a thread that only sleeps, or in a rhythm. No other file of the
-//! tests sleeps, sets a deadline or compares a time of the machine; the test `pure::waiting_rules` sees to it.
+//! The ways in which a test waits: for an event, beside a thread that only sleeps, or in a rhythm. No other
+//! file of the tests sleeps, sets a deadline or compares a time of the machine; the test
+//! `pure::waiting_rules` sees to it.
 
 use std::fmt::{self, Display, Formatter};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// The longest wait for an event that must come. It is longer than every limit of the gateway and every lease of its
-/// peers, so that a machine that is ten times too slow still meets it.
+/// The longest wait for an event that must come. It is longer than every limit of the gateway and every lease
+/// of its peers, so that a machine that is ten times too slow still meets it.
 pub(crate) const DEADLINE: Duration = Duration::from_secs(120);
 
 /// The time between two looks at something that has no event to wait for.
@@ -36,8 +37,8 @@ pub(crate) fn wait_until(what: impl Display, mut is_there: impl FnMut() -> bool)
     wait_for(what, || is_there().then_some(()));
 }
 
-/// A text for [`wait_for`] and [`wait_until`] that is made only when the wait was in vain, so that it can have in it what is
-/// known by then.
+/// A text for [`wait_for`] and [`wait_until`] that is made only when the wait was in vain, so that it can
+/// have in it what is known by then.
 pub(crate) fn described(text: impl Fn() -> String) -> impl Display {
     struct Described<F>(F);
     impl<F: Fn() -> String> Display for Described<F> {
@@ -48,8 +49,9 @@ pub(crate) fn described(text: impl Fn() -> String) -> impl Display {
     Described(text)
 }
 
-/// Lets time pass in which something must *not* happen, or a fault must last, so that there is no event to wait for.
-/// Whoever calls it may only assert what is true however slow the machine was meanwhile. `purpose` says what the time is for.
+/// Lets time pass in which something must *not* happen, or a fault must last, so that there is no event to
+/// wait for. Whoever calls it may only assert what is true however slow the machine was meanwhile. `purpose`
+/// says what the time is for.
 pub(crate) fn let_pass(time: Duration, purpose: &str) {
     assert!(!purpose.is_empty());
     thread::sleep(time);
@@ -68,16 +70,17 @@ impl Pace {
         Self { period, next: Instant::now() }
     }
 
-    /// Waits for the next beat. After a standstill of the machine it continues from now on, without making up for beats
-    /// that were missed.
+    /// Waits for the next beat. After a standstill of the machine it continues from now on, without making up
+    /// for beats that were missed.
     pub(crate) fn wait(&mut self) {
         self.next = (self.next + self.period).max(Instant::now());
         thread::sleep(self.next.saturating_duration_since(Instant::now()));
     }
 }
 
-/// A thread beside the tested program that only sleeps. How late it wakes up tells what the machine takes from everybody,
-/// so that a time of the program is compared with it, and not with a limit that a busy machine exceeds.
+/// A thread beside the tested program that only sleeps. How late it wakes up tells what the machine takes
+/// from everybody, so that a time of the program is compared with it, and not with a limit that a busy
+/// machine exceeds.
 pub(crate) struct Bystander {
     /// The thread ends when this is dropped.
     is_wanted: Arc<()>,
@@ -126,8 +129,8 @@ impl Bystander {
         self.thread.join().unwrap()
     }
 
-    /// Ends the thread, and asserts that what was done since its start took no longer than `limit`, beside what the machine
-    /// took from everybody. Returns the time.
+    /// Ends the thread, and asserts that what was done since its start took no longer than `limit`, beside
+    /// what the machine took from everybody. Returns the time.
     pub(crate) fn assert_in_time(self, what: impl Display, limit: Duration) -> Duration {
         let took = self.begun.elapsed();
         let lateness = self.finish();
@@ -137,8 +140,9 @@ impl Bystander {
 }
 
 impl Lateness {
-    /// Asserts that work which began and ended beside the bystander took no longer than `limit`. Work needs the processor all
-    /// the time where a bystander needs it for moments, so that all its delays count, several times.
+    /// Asserts that work which began and ended beside the bystander took no longer than `limit`. Work needs
+    /// the processor all the time where a bystander needs it for moments, so that all its delays count,
+    /// several times.
     pub(crate) fn assert_span(self, what: impl Display, took: Duration, limit: Duration) {
         let allowed = limit + 10 * self.worst + 4 * self.total;
         assert!(
@@ -147,8 +151,8 @@ impl Lateness {
         );
     }
 
-    /// Asserts that the longest gap in a series was no longer than `limit`. Only the bystander's worst delay counts here, so
-    /// that a single standstill of the program is noticed in a long series.
+    /// Asserts that the longest gap in a series was no longer than `limit`. Only the bystander's worst delay
+    /// counts here, so that a single standstill of the program is noticed in a long series.
     pub(crate) fn assert_gap(self, what: impl Display, gap: Duration, limit: Duration) {
         let allowed = limit + 10 * self.worst;
         assert!(

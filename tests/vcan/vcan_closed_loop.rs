@@ -1,4 +1,5 @@
-//! A simulated vehicle drives on a real interface, and each report that the gateway publishes is compared with what it did.
+//! A simulated vehicle drives on a real interface, and each report that the gateway publishes is compared
+//! with what it did.
 
 use std::ops::RangeInclusive;
 use std::time::Duration;
@@ -96,7 +97,8 @@ fn reports_on_a_real_interface_are_what_the_simulated_vehicle_did() {
             if topic == VELOCITY {
                 let reported = [number("longitudinal_velocity"), number("heading_rate")];
                 let [speed, _] = car.velocity_deviations(reported, (known, at));
-                // The stamp is that of the speed, and a gateway that is late has read later yaw rates with it.
+                // The stamp is that of the speed, and a gateway that is late has read later yaw rates with
+                // it.
                 let [_, rate] = car.velocity_deviations(reported, (known, next));
                 (worst[0], worst[1]) = (worst[0].max(speed), worst[1].max(rate));
             } else {

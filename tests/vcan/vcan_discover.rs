@@ -48,7 +48,8 @@ fn await_frame(bus: &CanFdSocket, car: &mut Child) {
     }
 }
 
-/// Runs a session; returns what it printed, with its exit code, and how long the vehicle waited for a processor.
+/// Runs a session; returns what it printed, with its exit code, and how long the vehicle waited for a
+/// processor.
 fn session(profile: &str, interface: &str, folder: &Path) -> (Option<i32>, String, Duration) {
     let gateway = || Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
     let bus = CanFdSocket::open(interface).unwrap();
@@ -86,8 +87,8 @@ fn session(profile: &str, interface: &str, folder: &Path) -> (Option<i32>, Strin
 /// What came of the discovery of a vehicle.
 struct Outcome {
     profile: String,
-    /// The vehicle, and what the session printed and reported; `None` if both sides were found, and the recorded session has
-    /// the actions when the written configuration replays it.
+    /// The vehicle, and what the session printed and reported; `None` if both sides were found, and the
+    /// recorded session has the actions when the written configuration replays it.
     failure: Option<String>,
     /// How late a thread was that only slept meanwhile, and how long the vehicle waited for a processor.
     beside: Lateness,
@@ -114,8 +115,9 @@ fn discover(profile: &str, interface: &str) -> Outcome {
     Outcome { profile: profile.to_owned(), failure, beside, waited }
 }
 
-/// Discovers the vehicles, each on an interface of its own, all at the same time. One that was not discovered is discovered
-/// once more, and not judged in the end if the machine kept everybody waiting for as long as a request is held.
+/// Discovers the vehicles, each on an interface of its own, all at the same time. One that was not discovered
+/// is discovered once more, and not judged in the end if the machine kept everybody waiting for as long as a
+/// request is held.
 fn discover_live(profiles: &[String]) -> Result<(), Missing> {
     const NAMES: [&str; MAX_AT_ONCE] =
         ["vcan-d0", "vcan-d1", "vcan-d2", "vcan-d3", "vcan-d4", "vcan-d5", "vcan-d6", "vcan-d7"];

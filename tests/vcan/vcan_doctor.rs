@@ -1,5 +1,5 @@
-//! `doctor` on broken set-ups, each of which is mended as its remedy says. Virtual interfaces, and a controller behind the
-//! kernel's `slcan`, whose adapter the test is.
+//! `doctor` on broken set-ups, each of which is mended as its remedy says. Virtual interfaces, and a
+//! controller behind the kernel's `slcan`, whose adapter the test is.
 
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
@@ -183,8 +183,8 @@ fn set_up_10_controller_that_can_send_is_set_to_listen_only() {
 /// Codes of the protocol for bit rates of 100 to 500 kbit/s.
 const CODES: [(&str, u32); 4] = [("S3", 100_000), ("S4", 125_000), ("S5", 250_000), ("S6", 500_000)];
 
-/// Runs `test` with a bus of this bit rate behind the adapter: frames while the adapter is open with it, errors while it
-/// is open with another one. Nothing comes at all for `None`.
+/// Runs `test` with a bus of this bit rate behind the adapter: frames while the adapter is open with it,
+/// errors while it is open with another one. Nothing comes at all for `None`.
 fn on_bus<T>(adapter: &Adapter, bitrate: Option<u32>, test: impl FnOnce() -> T) -> T {
     let is_over = AtomicBool::new(false);
     std::thread::scope(|scope| {
@@ -203,7 +203,8 @@ fn on_bus<T>(adapter: &Adapter, bitrate: Option<u32>, test: impl FnOnce() -> T) 
     })
 }
 
-/// The bit rate with which the adapter is open, 0 for one that is not in [`CODES`]; `None` while it is closed.
+/// The bit rate with which the adapter is open, 0 for one that is not in [`CODES`]; `None` while it is
+/// closed.
 fn opened(commands: &[String]) -> Option<u32> {
     let (mut bitrate, mut is_open) = (0, false);
     for command in commands {

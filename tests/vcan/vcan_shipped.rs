@@ -71,7 +71,8 @@ impl Car {
         Self { folder, simulated, gateway }
     }
 
-    /// Waits until `status` exits with a code while these statuses alone are not OK, by the beginnings of their texts.
+    /// Waits until `status` exits with a code while these statuses alone are not OK, by the beginnings of
+    /// their texts.
     fn wait_for(&self, code: i32, abnormal: &[&str]) {
         let last = Cell::default();
         let lacks =
@@ -87,8 +88,8 @@ impl Car {
     }
 }
 
-/// Runs a simulated vehicle and a gateway until all is well, by the exit code of `status`. Returns true if the vehicle shows its
-/// hazard lights.
+/// Runs a simulated vehicle and a gateway until all is well, by the exit code of `status`. Returns true if
+/// the vehicle shows its hazard lights.
 fn drive(profile: &str, buses: &Buses) -> bool {
     let vehicle = load_profile(&Disk, profile.as_ref()).unwrap();
     let car = Car::start(profile, &vehicle, buses);

@@ -1,5 +1,5 @@
-//! A fleet that stays on DDS: the gateway in one domain, readers in another, and between them two `zenoh-bridge-ros2dds` with
-//! the shipped configurations.
+//! A fleet that stays on DDS: the gateway in one domain, readers in another, and between them two
+//! `zenoh-bridge-ros2dds` with the shipped configurations.
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};

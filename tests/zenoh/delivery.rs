@@ -20,7 +20,8 @@ pub(crate) fn turn_key(domain: u16) -> String {
     )
 }
 
-/// Time in which a sample would have come: a report that stands is repeated each second, and history comes at once.
+/// Time in which a sample would have come: a report that stands is repeated each second, and history comes at
+/// once.
 const SILENCE: Duration = Duration::from_millis(2500);
 
 #[test]

@@ -15,8 +15,8 @@ use crate::support::prerequisite::{Missing, Prerequisite, require};
 use crate::support::waiting::{Bystander, Pace};
 
 const REPORTS: u32 = 200;
-/// The longest time after which the newest report is there: some lost packets in a row, each sent again after a second
-/// or so.
+/// The longest time after which the newest report is there: some lost packets in a row, each sent again after
+/// a second or so.
 const LATE: Duration = Duration::from_secs(20);
 
 /// Everything on the loopback of a host is late by 200 ms, and one packet of twenty is lost.

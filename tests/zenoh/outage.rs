@@ -97,8 +97,8 @@ mod slow {
         assert_in_order(&reader.samples(Mark::START, "turn"));
     }
 
-    /// The longest time until data is back of a peer that nobody speaks of any more: a second in which it may come back by itself, then
-    /// a question and a new session.
+    /// The longest time until data is back of a peer that nobody speaks of any more: a second in which it may
+    /// come back by itself, then a question and a new session.
     const FOUND: Duration = Duration::from_secs(5);
     /// An id between those of the peers, since the greater of two connects.
     const GATEWAY: &str = "88888888888888888888888888888888";
@@ -107,8 +107,8 @@ mod slow {
         config.replacen('{', &format!("{{ id: '{id}', "), 1)
     }
 
-    /// With a lease of a second, a node that stands still for longer gives the gateway up when it goes on, while its router does
-    /// not; then neither looks for the other.
+    /// With a lease of a second, a node that stands still for longer gives the gateway up when it goes on,
+    /// while its router does not; then neither looks for the other.
     #[test]
     fn a_node_that_has_given_the_gateway_up_is_sought_and_named_until_it_is_back() {
         let (domain, port) = (domain(), free_port());

@@ -21,7 +21,8 @@ pub(crate) struct Moment {
 pub(crate) struct Peer(JsonProcess);
 
 impl Peer {
-    /// Starts it in a domain with a configuration, perhaps in a network namespace, and waits until it is there.
+    /// Starts it in a domain with a configuration, perhaps in a network namespace, and waits until it is
+    /// there.
     pub(crate) fn start_inside(namespace: Option<&str>, domain: u16, config: &str) -> Result<Self, Missing> {
         let python = peer_python()?;
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peer/zenoh_peer.py");
@@ -88,8 +89,8 @@ impl Peer {
         Moment { mark: self.mark(), wall: wall() }
     }
 
-    /// The samples of a name that came after a moment at which it was withdrawn already: those that were sent later, or come
-    /// again. What was on its way is none of them.
+    /// The samples of a name that came after a moment at which it was withdrawn already: those that were sent
+    /// later, or come again. What was on its way is none of them.
     pub(crate) fn unexpected(&self, withdrawn: &Moment, name: &str) -> Vec<Value> {
         let all = self.samples(Mark::START, name);
         let later = self.samples(withdrawn.mark, name);
@@ -127,8 +128,8 @@ pub(crate) fn session(port: u16) -> String {
     )
 }
 
-/// A session as `rmw_zenoh_cpp` configures it, which looks for a router at this port: it tells its router alone where it is, and of
-/// two peers the one with the greater id connects.
+/// A session as `rmw_zenoh_cpp` configures it, which looks for a router at this port: it tells its router
+/// alone where it is, and of two peers the one with the greater id connects.
 pub(crate) fn rmw_session(port: u16) -> String {
     format!(
         "{{ mode: 'peer', connect: {{ endpoints: ['tcp/127.0.0.1:{port}'], timeout_ms: -1, exit_on_failure: false, \

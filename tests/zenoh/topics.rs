@@ -1,4 +1,5 @@
-//! Every message with an independent session: keys, tokens, attachments, contents; bytes that are no messages.
+//! Every message with an independent session: keys, tokens, attachments, contents; bytes that are no
+//! messages.
 
 use ros_messages::type_hash;
 use serde_json::{Value, json};

@@ -1,8 +1,10 @@
-//! Others that do what the gateway does, or the least part of it. Each figure is processor time for one of the things named, in
-//! nanoseconds, that a tenth of many rounds stay below.
+//! Others that do what the gateway does, or the least part of it. Each figure is processor time for one of
+//! the things named, in nanoseconds, that a tenth of many rounds stay below.
 //!
-//! - `peers frames` decodes two frames of the demo vehicle in turn: by hand, and with the decoder that dbc-codegen makes.
-//! - `peers lines LOG` reads the frames of a candump log with C's `sscanf`, and finds the ends of its lines with memchr.
+//! - `peers frames` decodes two frames of the demo vehicle in turn: by hand, and with the decoder that
+//!   dbc-codegen makes.
+//! - `peers lines LOG` reads the frames of a candump log with C's `sscanf`, and finds the ends of its lines
+//!   with memchr.
 //! - `peers xml MAP` reads an OSM file from one element to the next, and does nothing with them.
 
 use std::hint::black_box;
@@ -84,7 +86,8 @@ fn lines(text: &[u8]) {
             let (mut seconds, mut micros, mut id) = (0_u64, 0_u64, 0_u32);
             let (mut interface, mut data) = ([0_u8; 16], [0_u8; 8]);
             let [d0, d1, d2, d3, d4, d5, d6, d7] = data.each_mut().map(std::ptr::from_mut);
-            // SAFETY: the line ends with 0, and each conversion has its place, of at least the size that it may fill.
+            // SAFETY: the line ends with 0, and each conversion has its place, of at least the size that it
+            // may fill.
             let read = unsafe {
                 libc::sscanf(
                     line.as_ptr().cast(),

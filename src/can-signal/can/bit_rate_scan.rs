@@ -1,8 +1,8 @@
 //! Finds the bit rate of a bus: tries the usual ones in turn with a controller that only listens.
 //!
-//! The scan decides and touches nothing. [`BitRateScan::start`] and [`BitRateScan::answer`] return the next [`ScanStep`],
-//! the caller carries it out and answers with its outcome, until [`ScanStep::Finish`]. Whatever happens, the interface
-//! ends down and with its earlier settings, as far as the kernel can restore them.
+//! The scan decides and touches nothing. [`BitRateScan::start`] and [`BitRateScan::answer`] return the next
+//! [`ScanStep`], the caller carries it out and answers with its outcome, until [`ScanStep::Finish`]. Whatever
+//! happens, the interface ends down and with its earlier settings, as far as the kernel can restore them.
 
 use std::time::Duration;
 
@@ -13,8 +13,8 @@ use super::interface_state::{ControllerModes, InterfaceKind, InterfaceState};
 pub const USUAL_BITRATES: [u32; 11] =
     [500_000, 250_000, 125_000, 1_000_000, 100_000, 83_333, 33_333, 50_000, 800_000, 20_000, 10_000];
 
-/// Frames without an error frame between them that end the scan at once. A wrong bit rate lets no frame through its
-/// checksum but by chance.
+/// Frames without an error frame between them that end the scan at once. A wrong bit rate lets no frame
+/// through its checksum but by chance.
 const ENOUGH_FRAMES: u64 = 5;
 /// Error frames without a frame between them that end the listening at a rate.
 const ENOUGH_ERRORS: u64 = 100;

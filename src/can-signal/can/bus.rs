@@ -61,7 +61,8 @@ pub struct Bus {
 /// Number of events on a bus since start.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct BusCounts {
-    /// Frames of bound and heartbeat messages. This is not the bus load: kernel filters hide all other frames.
+    /// Frames of bound and heartbeat messages. This is not the bus load: kernel filters hide all other
+    /// frames.
     pub frames: u64,
     /// Frames dropped by the kernel or by our own queue.
     pub drops: u64,
@@ -169,8 +170,8 @@ impl Bus {
         lost
     }
 
-    /// Records a frame that proves the bus alive. Returns `false` when the frame must not be used, because it was still queued
-    /// when the link was lost.
+    /// Records a frame that proves the bus alive. Returns `false` when the frame must not be used, because it
+    /// was still queued when the link was lost.
     pub fn frame_arrived(&mut self, now: MonoTime) -> bool {
         let up = self.other_frame_arrived(now);
         if up {
@@ -182,7 +183,8 @@ impl Bus {
         up
     }
 
-    /// Records a frame of a bound message that does not prove the bus alive. Returns as [`Self::frame_arrived`].
+    /// Records a frame of a bound message that does not prove the bus alive. Returns as
+    /// [`Self::frame_arrived`].
     pub fn other_frame_arrived(&mut self, now: MonoTime) -> bool {
         let up = self.link == LinkState::Up;
         if up {
@@ -230,6 +232,7 @@ impl Bus {
     }
 
     /// Returns true if the link is up and a frame was received within the timeout.
+    #[inline]
     pub fn is_alive(&self, now: MonoTime) -> bool {
         self.link == LinkState::Up
             && self.last_frame.is_some_and(|last| now.is_within(self.settings.alive_timeout, last))
@@ -270,6 +273,7 @@ impl Bus {
     }
 
     /// Returns the condition of the bus now.
+    #[inline]
     pub fn finding(&self, now: MonoTime) -> BusFinding {
         if self.link != LinkState::Up {
             return BusFinding::NoLink(self.link);
@@ -299,7 +303,8 @@ impl Bus {
         }
     }
 
-    /// Returns the next instant at which [`Self::finding`] or [`Self::fell_asleep`] may change without an event.
+    /// Returns the next instant at which [`Self::finding`] or [`Self::fell_asleep`] may change without an
+    /// event.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let silent = self.last_frame.map(|last| deadline_after(last, self.settings.alive_timeout));
         let loss_forgotten = self.last_disturbance.map(|at| deadline_after(at, LOSS_MEMORY));

@@ -1,4 +1,5 @@
-//! What a bus shows within a few seconds: frames, error frames by kind, and how far its stamps are from the clock.
+//! What a bus shows within a few seconds: frames, error frames by kind, and how far its stamps are from the
+//! clock.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,7 +1,8 @@
 //! State machine of the CAN controller of a bus, fed by error frames and by the kernel.
 //!
-//! Error frames arrive in order with data frames, but not every driver sends one on the way back to error-active. The
-//! kernel always knows the state, but is polled only now and then. The latest report counts.
+//! Error frames arrive in order with data frames, but not every driver sends one on the way back to
+//! error-active. The kernel always knows the state, but is polled only now and then. The latest report
+//! counts.
 
 use std::fmt;
 use std::time::Duration;

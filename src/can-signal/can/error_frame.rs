@@ -120,7 +120,8 @@ impl ErrorFrame {
         self.class & bit != 0
     }
 
-    /// Returns the controller byte with the bits of [`controller`], 0 when unspecified; `None` without its class.
+    /// Returns the controller byte with the bits of [`controller`], 0 when unspecified; `None` without its
+    /// class.
     pub fn controller(self) -> Option<u8> {
         self.has(class::CONTROLLER).then_some(self.data[1])
     }

@@ -7,8 +7,8 @@ use derive_more::Display;
 /// Largest number of data bytes in a frame (CAN FD).
 pub const MAX_DATA: usize = 64;
 
-/// A CAN identifier; 11-bit and 29-bit identifiers never compare equal. It is shown as by candump: three hexadecimal digits for 11 bits,
-/// eight for 29.
+/// A CAN identifier; 11-bit and 29-bit identifiers never compare equal. It is shown as by candump: three
+/// hexadecimal digits for 11 bits, eight for 29.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Display)]
 pub enum CanId {
     /// Identifier of 11 bits, 0 to 0x7FF.
@@ -21,16 +21,19 @@ pub enum CanId {
 
 impl CanId {
     /// Creates an 11-bit identifier; `None` above 0x7FF.
+    #[inline]
     pub fn standard(id: u32) -> Option<Self> {
         u16::try_from(id).ok().filter(|id| *id <= 0x7FF).map(Self::Standard)
     }
 
     /// Creates a 29-bit identifier; `None` above `0x1FFF_FFFF`.
+    #[inline]
     pub fn extended(id: u32) -> Option<Self> {
         (id <= 0x1FFF_FFFF).then_some(Self::Extended(id))
     }
 
     /// Returns the number without any flag bit.
+    #[inline]
     pub fn number(self) -> u32 {
         match self {
             Self::Standard(id) => u32::from(id),
@@ -67,18 +70,21 @@ pub struct Frame {
 
 impl Frame {
     /// Creates a classic frame (0 to 8 bytes); `None` when `data` is longer.
+    #[inline]
     pub fn classic(id: CanId, data: &[u8]) -> Option<Self> {
         (data.len() <= 8).then(|| Self::filled(id, false, data))
     }
 
     /// Creates an FD frame; `None` unless `data` has a length that FD can send (0 to 8, 12, 16, 20, 24, 32,
     /// 48 or 64).
+    #[inline]
     pub fn fd(id: CanId, data: &[u8]) -> Option<Self> {
         matches!(data.len(), 0..=8 | 12 | 16 | 20 | 24 | 32 | 48 | 64).then(|| Self::filled(id, true, data))
     }
 
     /// Creates a frame of this format, or without one a classic frame for up to 8 bytes of `data` and an FD
     /// frame for more; `None` for a length that the format cannot send.
+    #[inline]
     pub fn with_format(id: CanId, format: Option<FrameFormat>, data: &[u8]) -> Option<Self> {
         let default = if data.len() > 8 { FrameFormat::Fd } else { FrameFormat::Classic };
         match format.unwrap_or(default) {
@@ -96,27 +102,32 @@ impl Frame {
     }
 
     /// Returns the identifier of the frame.
+    #[inline]
     pub fn id(&self) -> CanId {
         self.id
     }
 
     /// Returns the format of the frame.
+    #[inline]
     pub fn format(&self) -> FrameFormat {
         if self.fd { FrameFormat::Fd } else { FrameFormat::Classic }
     }
 
     /// Returns true if it is a CAN FD frame.
+    #[inline]
     pub fn is_fd(&self) -> bool {
         self.fd
     }
 
     /// Returns the payload in the length of the frame.
+    #[inline]
     pub fn data(&self) -> &[u8] {
         &self.data[..usize::from(self.len)]
     }
 
     /// Returns the payload padded with zeros to [`MAX_DATA`], for
     /// [`SignalCodec`](crate::dbc::codec::SignalCodec).
+    #[inline]
     pub fn padded(&self) -> &[u8; MAX_DATA] {
         &self.data
     }

@@ -19,8 +19,8 @@ const MAX_SOURCE_FILTERS: u32 = 8;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct IdMatch {
     described: CanId,
-    /// The senders that are believed: a message of SAE J1939, whose frames may have any priority and, for PDU1, any
-    /// destination. `None` = only the described identifier.
+    /// The senders that are believed: a message of SAE J1939, whose frames may have any priority and, for
+    /// PDU1, any destination. `None` = only the described identifier.
     sources: Option<SourceAddresses>,
 }
 
@@ -32,8 +32,8 @@ pub struct Pgn(u32);
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SourceAddresses([u64; 4]);
 
-/// Bits of an identifier that a kernel filter compares: a frame passes if its bits under `mask` are those of `id`. Both identifiers are of
-/// the same length.
+/// Bits of an identifier that a kernel filter compares: a frame passes if its bits under `mask` are those of
+/// `id`. Both identifiers are of the same length.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct IdMask {
     /// The bits to compare with.
@@ -142,7 +142,8 @@ impl fmt::Display for IdMatch {
 }
 
 impl IdMatch {
-    /// Creates the match of a J1939 message that a DBC describes with the identifier `id`; `None` for one of 11 bits.
+    /// Creates the match of a J1939 message that a DBC describes with the identifier `id`; `None` for one of
+    /// 11 bits.
     pub fn j1939(id: CanId, sources: SourceAddresses) -> Option<Self> {
         Pgn::of(id).map(|_| Self { described: id, sources: Some(sources) })
     }
@@ -170,8 +171,9 @@ impl IdMatch {
         })
     }
 
-    /// Returns true if frames with this identifier are of the message, or would be with identifiers of the other length,
-    /// or with another priority, destination or sender of J1939.
+    /// Returns true if frames with this identifier are of the message, or would be with identifiers of the
+    /// other length, or with another priority, destination or sender of J1939.
+    #[inline]
     pub fn resembles(&self, id: CanId) -> bool {
         self.contains(id)
             || self.described.number() == id.number()
@@ -222,6 +224,7 @@ pub struct IdTable<T> {
 }
 
 /// Returns the identifier as one number, which is quick to compare; those of 29 bits lie behind those of 11.
+#[inline]
 fn key(id: CanId) -> u32 {
     match id {
         CanId::Standard(id) => u32::from(id),
@@ -255,8 +258,8 @@ impl<T> IdTable<T> {
         self.exact(id).map(|(_, value)| value).chain(self.groups(id))
     }
 
-    /// Creates a table in which the value of each identifier already is `merge`d with those of the groups that have it, for
-    /// [`Self::get_merged`].
+    /// Creates a table in which the value of each identifier already is `merge`d with those of the groups
+    /// that have it, for [`Self::get_merged`].
     pub fn merged(values: impl IntoIterator<Item = (IdMatch, T)>, merge: impl Fn(T, T) -> T) -> Self
     where
         T: Copy,
@@ -271,7 +274,8 @@ impl<T> IdTable<T> {
         exact.chain(groups.iter().copied()).collect()
     }
 
-    /// Returns the values for frames with this identifier as one, from a table that was made by [`Self::merged`].
+    /// Returns the values for frames with this identifier as one, from a table that was made by
+    /// [`Self::merged`].
     pub fn get_merged(&self, id: CanId, merge: impl Fn(T, T) -> T) -> Option<T>
     where
         T: Copy,
@@ -370,7 +374,8 @@ mod tests {
             noise in 0..0x2000_0000_u32,
             kept in any::<u32>(),
         ) {
-            // An identifier near the match: noise in the bits that J1939 leaves free, and sometimes in others.
+            // An identifier near the match: noise in the bits that J1939 leaves free, and sometimes in
+            // others.
             let free = if ids.group().is_some() { noise & 0x1C00_FFFF & kept } else { 0 };
             let near = ids.described().number() ^ free;
             for id in [CanId::extended(near), CanId::standard(near & 0x7FF), CanId::extended(noise)] {

@@ -26,7 +26,8 @@ pub enum LogNote {
 }
 
 impl LogNote {
-    /// Returns the bus and note of an input; `None` for an input that has a candump line, or that is not recorded.
+    /// Returns the bus and note of an input; `None` for an input that has a candump line, or that is not
+    /// recorded.
     pub fn of(input: &CanInput) -> Option<(BusIndex, Self)> {
         match *input {
             CanInput::Link { bus, state } => Some((bus, Self::Link(state))),

@@ -65,10 +65,11 @@ pub struct ControllerSnapshot {
 /// All frames of an interface, those that the gateway does not need as well.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TrafficSnapshot {
-    /// Frames per second over the last 5 s: received and sent; on vcan, which gives back what is sent, only received.
+    /// Frames per second over the last 5 s: received and sent; on vcan, which gives back what is sent, only
+    /// received.
     pub rate_hz: f64,
-    /// Share of the time in which the bus is busy, percent: an estimate from the number of frames and bytes, without
-    /// stuff bits; `None` without a bit rate, as on a virtual bus.
+    /// Share of the time in which the bus is busy, percent: an estimate from the number of frames and bytes,
+    /// without stuff bits; `None` without a bit rate, as on a virtual bus.
     pub load_percent: Option<f64>,
     /// Nominal bit rate, bit/s; `None` where there is none.
     pub bitrate_bps: Option<u32>,

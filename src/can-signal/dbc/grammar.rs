@@ -365,7 +365,8 @@ fn parse(text: &str) -> Result<Dbc, String> {
     }
 }
 
-/// Returns the number of statements of the kinds that are used, since the grammar accepts several on one line.
+/// Returns the number of statements of the kinds that are used, since the grammar accepts several on one
+/// line.
 fn used(parsed: &Dbc) -> usize {
     parsed.messages.len()
         + parsed.value_tables.len()

@@ -60,8 +60,9 @@ struct Names {
     other: Option<String>,
 }
 
-/// Returns the names of messages, or of the signals of one, from the names in the statements and the long names. A long name takes the
-/// place of the other one if nothing else has it. Also returns the names that several have, each with the positions of two of them.
+/// Returns the names of messages, or of the signals of one, from the names in the statements and the long
+/// names. A long name takes the place of the other one if nothing else has it. Also returns the names that
+/// several have, each with the positions of two of them.
 fn names<'a>(
     named: impl Iterator<Item = (&'a str, Option<(StatementLocation, String)>)>,
     findings: &mut DbcFindings,

@@ -1,11 +1,12 @@
 //! DBC files: parsing and compiled signal codecs.
 //!
-//! Real files contain many errors, and a strict parser would refuse half of them. Here each statement is parsed by
-//! itself: one that is malformed or contradicts another is rejected with a [finding](model::DbcFinding), and the rest
-//! stays usable. An error is repaired only where a single interpretation is left.
+//! Real files contain many errors, and a strict parser would refuse half of them. Here each statement is
+//! parsed by itself: one that is malformed or contradicts another is rejected with a
+//! [finding](model::DbcFinding), and the rest stays usable. An error is repaired only where a single
+//! interpretation is left.
 //!
-//! [`parse`] uses `statement` (split), `grammar` (parse, with `repair`), `outline` (messages and properties) and
-//! `join` (compile, with `multiplex`, and check).
+//! [`parse`] uses `statement` (split), `grammar` (parse, with `repair`), `outline` (messages and properties)
+//! and `join` (compile, with `multiplex`, and check).
 
 pub mod codec;
 mod finding;

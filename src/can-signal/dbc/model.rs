@@ -79,8 +79,8 @@ pub struct Message {
     pub id: CanId,
     /// Length of its frames in bytes, 0 to 64.
     pub length: usize,
-    /// Format of its frames by `VFrameFormat`, else by the lengths of the file's messages; `None` = either, for a
-    /// short message of a file with long ones.
+    /// Format of its frames by `VFrameFormat`, else by the lengths of the file's messages; `None` = either,
+    /// for a short message of a file with long ones.
     pub format: Option<FrameFormat>,
     /// `GenMsgCycleTime` in ms, of the message or the default of the file, at least 1; `None` = unknown.
     pub cycle_ms: Option<u32>,

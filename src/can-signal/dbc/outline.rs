@@ -31,7 +31,8 @@ pub(super) struct Outline {
     /// Numbers of rejected messages, whose properties give no further findings.
     pub(super) lost_messages: BTreeSet<u32>,
     pub(super) findings: DbcFindings,
-    /// Messages by their position, and signals of them by name, that are defined again in another way, with the line of that.
+    /// Messages by their position, and signals of them by name, that are defined again in another way, with
+    /// the line of that.
     pub(super) redefined: Vec<(usize, Option<String>, usize)>,
     /// Number of entries so far; reading ends beyond [`MAX_ENTRIES`].
     pub(super) entries: usize,
@@ -239,7 +240,8 @@ impl OutlineReader {
         }
     }
 
-    /// Returns the start of another definition of a message above; `None` for a message that is rejected for another reason.
+    /// Returns the start of another definition of a message above; `None` for a message that is rejected for
+    /// another reason.
     fn again(&self, number: u32, name: String, length: u64) -> Option<Again> {
         let messages = self.outline.messages.iter().enumerate();
         let first = messages.filter(|(_, known)| known.number == number || known.name == name);

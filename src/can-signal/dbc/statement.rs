@@ -1,7 +1,7 @@
 //! Splits DBC text into statements, so that a malformed one affects no other.
 //!
-//! The format has no reliable separator: some statements end with the line, some with `;`, some continue on indented
-//! lines, and texts span lines. A statement with an unterminated text ends with its line.
+//! The format has no reliable separator: some statements end with the line, some with `;`, some continue on
+//! indented lines, and texts span lines. A statement with an unterminated text ends with its line.
 
 use std::borrow::Cow;
 

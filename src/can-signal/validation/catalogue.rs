@@ -1,4 +1,5 @@
-//! Why a signal has no value that may be used. The statuses of all flows that receive signals use these texts.
+//! Why a signal has no value that may be used. The statuses of all flows that receive signals use these
+//! texts.
 
 use gateway_base::diagnostics::messages;
 

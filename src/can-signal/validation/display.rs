@@ -98,7 +98,8 @@ pub fn missing_reason_message(
     }
 }
 
-/// Returns a raw value in decimal and the bits of the frame in hexadecimal, e.g. `-1 (0xF)` for a signal of four bits.
+/// Returns a raw value in decimal and the bits of the frame in hexadecimal, e.g. `-1 (0xF)` for a signal of
+/// four bits.
 pub fn raw_and_bits(raw: i128, codec: &SignalCodec) -> String {
     format!("{raw} (0x{:X})", codec.wire_bits(raw))
 }

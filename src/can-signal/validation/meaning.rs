@@ -1,8 +1,8 @@
 //! The meaning of a raw value: defined, not available, fault or undefined.
 //!
-//! The four meanings stay distinct all the way to the report
-//! (docs/spec/vehicle-interface.md, "The four fates of a value"). A value that the profile does not name is undefined;
-//! nothing is inferred from all-ones or from `VAL_`.
+//! The four meanings stay distinct all the way to the report (docs/spec/vehicle-interface.md,
+//! "The four fates of a value"). A value that the profile does not name is undefined; nothing is inferred
+//! from all-ones or from `VAL_`.
 
 use std::fmt;
 

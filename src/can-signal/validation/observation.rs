@@ -40,9 +40,11 @@ pub enum MissingReason {
     BusSilent,
     /// The controller of the bus is bus-off, so nothing can be received.
     BusOff,
-    /// The signal is stale, and the bus has been silent for almost as long: it may be falling asleep as permitted.
+    /// The signal is stale, and the bus has been silent for almost as long: it may be falling asleep as
+    /// permitted.
     BusQuiet,
-    /// The bus fell asleep as permitted, or has just woken up, and no frame with this signal has been received since.
+    /// The bus fell asleep as permitted, or has just woken up, and no frame with this signal has been
+    /// received since.
     BusAsleep,
 }
 
@@ -185,10 +187,11 @@ impl Observations {
         Self { last: vec![None; table.signals.len()], messages: messages.collect() }
     }
 
-    /// Returns observations for another table, with the values of all messages and signals that `before` also has.
+    /// Returns observations for another table, with the values of all messages and signals that `before` also
+    /// has.
     ///
-    /// A message is the same if bus, identifiers and format are; a signal if its message, name and codec are. A
-    /// message with other integrity rules starts without values, since no frame was checked by these rules.
+    /// A message is the same if bus, identifiers and format are; a signal if its message, name and codec are.
+    /// A message with other integrity rules starts without values, since no frame was checked by these rules.
     #[must_use]
     pub fn carried_over(&self, before: &SignalTable, table: &SignalTable) -> Self {
         let mut carried = Self::new(table);
@@ -279,8 +282,8 @@ impl Observations {
         Ok(if is_repetition { Arrival::Repetition } else { Arrival::News })
     }
 
-    /// Records the sender of a frame whose message may have several. While there are two, no value of the message is
-    /// valid.
+    /// Records the sender of a frame whose message may have several. While there are two, no value of the
+    /// message is valid.
     fn sender_arrived(
         &mut self,
         table: &SignalTable,

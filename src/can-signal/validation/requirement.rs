@@ -1,7 +1,7 @@
 //! Requirements of a vehicle profile: what tells its vehicle apart from variants of it.
 //!
-//! Nothing is reported until each requirement is met. One that is contradicted stays so until a restart, since the profile is for
-//! another vehicle. Times are those of frames, so that nothing has a deadline.
+//! Nothing is reported until each requirement is met. One that is contradicted stays so until a restart,
+//! since the profile is for another vehicle. Times are those of frames, so that nothing has a deadline.
 
 use std::fmt;
 use std::time::Duration;
@@ -71,7 +71,8 @@ pub struct Unmet {
 }
 
 impl Requirement {
-    /// Returns the state after a frame of its bus at `now`. `was_alive` is false if the bus had been silent before.
+    /// Returns the state after a frame of its bus at `now`. `was_alive` is false if the bus had been silent
+    /// before.
     fn after(
         &self,
         state: RequirementState,
@@ -171,7 +172,8 @@ impl RequirementStates {
         Self(after.iter().map(state).collect())
     }
 
-    /// Takes a frame of a bus, any of those that are received. Returns true if the state of a requirement changes.
+    /// Takes a frame of a bus, any of those that are received. Returns true if the state of a requirement
+    /// changes.
     pub fn frame_arrived(
         &mut self,
         requirements: &[Requirement],
@@ -203,7 +205,8 @@ impl RequirementStates {
         }
     }
 
-    /// Returns the first requirement that is contradicted, or else the first that is open; `None` if all are met.
+    /// Returns the first requirement that is contradicted, or else the first that is open; `None` if all are
+    /// met.
     pub fn unmet(&self) -> Option<Unmet> {
         let unmet = |(index, state): (usize, &RequirementState)| match *state {
             RequirementState::Met => None,

@@ -7,8 +7,8 @@ use gateway_base::time::{MonoTime, deadline_after};
 /// Time for which a sender counts after its last frame.
 pub const SENDER_MEMORY: Duration = Duration::from_secs(10);
 
-/// The senders heard within [`SENDER_MEMORY`], at most two: a third changes nothing, since two already contradict each
-/// other.
+/// The senders heard within [`SENDER_MEMORY`], at most two: a third changes nothing, since two already
+/// contradict each other.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Senders([Option<HeardSender>; 2]);
 

@@ -113,7 +113,8 @@ pub struct Received<'a> {
 }
 
 impl Received<'_> {
-    /// All signals in the order of the table; `texts` gives the meanings of a raw value, none where it is a plain number.
+    /// All signals in the order of the table; `texts` gives the meanings of a raw value, none where it is a
+    /// plain number.
     pub fn signals(
         self,
         now: MonoTime,

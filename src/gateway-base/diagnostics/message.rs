@@ -11,7 +11,8 @@ pub struct MessageRow {
     pub level: Option<Level>,
     /// The text, in which `{name}` stands for a value.
     pub template: &'static str,
-    /// What to do, in sentences; empty if nothing is to be done, or if the reason's remedy is all there is to do.
+    /// What to do, in sentences; empty if nothing is to be done, or if the reason's remedy is all there is to
+    /// do.
     pub remedy: &'static str,
 }
 
@@ -25,7 +26,8 @@ pub struct Section {
 }
 
 impl Section {
-    /// Returns the place where the section is documented: a file of the project, and the anchor of a heading in it.
+    /// Returns the place where the section is documented: a file of the project, and the anchor of a heading
+    /// in it.
     pub fn document(&self) -> String {
         let names: Vec<_> = self.names.iter().map(|name| name.trim_matches(['{', '}'])).collect();
         format!("docs/diagnostics.md#{}", names.join("-"))
@@ -95,8 +97,8 @@ pub(super) fn joined<'a>(sentences: impl IntoIterator<Item = &'a str>) -> String
     distinct.join(" ")
 }
 
-/// Makes a list of messages, and a function for each that fills in its places. A row is
-/// `LEVEL name(places) TEXT, REMEDY;`, where the level is `-` for a reason, and a message to which nothing is to be done has no
+/// Makes a list of messages, and a function for each that fills in its places. A row is `LEVEL name(places)
+/// TEXT, REMEDY;`, where the level is `-` for a reason, and a message to which nothing is to be done has no
 /// remedy.
 #[macro_export]
 macro_rules! messages {

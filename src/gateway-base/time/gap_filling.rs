@@ -1,5 +1,6 @@
-//! The time for which the silences of a recording are filled with repeated reports and statuses: in proportion to what was
-//! recorded, so that a few frames with stamps years apart do not become hours of messages.
+//! The time for which the silences of a recording are filled with repeated reports and statuses: in
+//! proportion to what was recorded, so that a few frames with stamps years apart do not become hours of
+//! messages.
 
 use std::time::Duration;
 

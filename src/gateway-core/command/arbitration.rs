@@ -1,5 +1,6 @@
-//! Arbitration: decides which request goes to the vehicle now. Hazard lights come before turn indicators, the control
-//! mode limits what is requested, the driver has priority, and a sender that falls silent has a defined effect.
+//! Arbitration: decides which request goes to the vehicle now. Hazard lights come before turn indicators, the
+//! control mode limits what is requested, the driver has priority, and a sender that falls silent has a
+//! defined effect.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -172,7 +173,8 @@ pub fn arbitrate(rules: ArbitrationRules, situation: &Situation) -> CommandDecis
     CommandDecision { request, commanded, turn: turn_reason, hazard: hazard_reason }
 }
 
-/// Returns the request of a command state; `on_timeout` converts the last request of a sender that fell silent.
+/// Returns the request of a command state; `on_timeout` converts the last request of a sender that fell
+/// silent.
 fn requested<T>(
     command_state: CommandState<T>,
     on_timeout: impl FnOnce(T) -> T,

@@ -154,7 +154,8 @@ impl<T: Lights> FeedbackMonitor<T> {
         }
     }
 
-    /// Compares the report with the request. `driver` is true if the vehicle signals that the driver has taken over.
+    /// Compares the report with the request. `driver` is true if the vehicle signals that the driver has
+    /// taken over.
     pub fn update(&mut self, requested: Option<T>, reported: Option<T>, driver: bool, now: MonoTime) {
         let requests_light = requested.is_some_and(Lights::is_lit);
         if requested != self.requested {
@@ -186,8 +187,9 @@ impl<T: Lights> FeedbackMonitor<T> {
         self.set_compliance(compliance);
     }
 
-    /// Suspends the comparison, because the report cannot show this function. A light that is requested meanwhile
-    /// counts as the gateway's when the report can show it again. For `driver` see [`Self::update`].
+    /// Suspends the comparison, because the report cannot show this function. A light that is requested
+    /// meanwhile counts as the gateway's when the report can show it again. For `driver` see
+    /// [`Self::update`].
     pub fn suspend(&mut self, requested: Option<T>, driver: bool) {
         self.requested = None;
         self.mismatch_since = None;

@@ -123,7 +123,8 @@ pub(super) struct FunctionFinding<T> {
 }
 
 impl CommandFlow {
-    /// Creates a machine that has received and sent nothing. The first [`Self::settle`] queues the first frames.
+    /// Creates a machine that has received and sent nothing. The first [`Self::settle`] queues the first
+    /// frames.
     pub fn new(settings: CommandSettings, binding: CommandBinding, now: Now) -> Self {
         let output = |message: &CommandMessage| MessageOutput {
             sender: Sender::new(message),
@@ -199,13 +200,14 @@ impl CommandFlow {
         self.reported = reported;
     }
 
-    /// Returns true if the control mode comes from the vehicle's signals: then call [`Self::handle_signalled_mode`] before each
-    /// [`Self::settle`].
+    /// Returns true if the control mode comes from the vehicle's signals: then call
+    /// [`Self::handle_signalled_mode`] before each [`Self::settle`].
     pub fn uses_mode_signals(&self) -> bool {
         self.settings.mode_from == ModeFrom::Signal
     }
 
-    /// Sets the control mode as the vehicle's signals give it, and the time from which it does not count any more.
+    /// Sets the control mode as the vehicle's signals give it, and the time from which it does not count any
+    /// more.
     pub fn handle_signalled_mode(&mut self, state: ModeState, expires: Option<MonoTime>) {
         let is_new = state.undefined().is_some() && self.mode.state != state;
         self.undefined_modes += u64::from(is_new);
@@ -245,7 +247,8 @@ impl CommandFlow {
         self.stopping && self.outputs.iter().all(|output| !output.sender.is_waiting())
     }
 
-    /// Updates the state to `now` and queues the frames that are due. Returns true if the statuses have changed.
+    /// Updates the state to `now` and queues the frames that are due. Returns true if the statuses have
+    /// changed.
     pub fn settle(&mut self, buses: &[Bus], now: Now) -> bool {
         let mono = now.mono;
         let turn = self.turn.command_state(mono);
@@ -316,7 +319,8 @@ impl CommandFlow {
         self.settings.transmit == Transmit::On
     }
 
-    /// Handles a control mode of the topic, which is ignored when it is stale or the mode comes from a signal.
+    /// Handles a control mode of the topic, which is ignored when it is stale or the mode comes from a
+    /// signal.
     fn handle_control_mode(&mut self, mode: ModeState, sample: SampleId, stamp: WallStamp, now: Now) {
         let Some(timeout) = self.settings.mode_timeout() else { return };
         if self.stale_mode_filter.check(sample, stamp, false, now).is_ok() {
@@ -460,7 +464,8 @@ impl CommandFlow {
     }
 }
 
-/// Returns true if a message requests hazard lights, by a part of its own or together with the turn indicators.
+/// Returns true if a message requests hazard lights, by a part of its own or together with the turn
+/// indicators.
 fn carries_hazard(message: &CommandMessage) -> bool {
     message.hazard.is_some() || message.turn.as_ref().is_some_and(|turn| turn.hazard.is_some())
 }

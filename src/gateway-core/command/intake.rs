@@ -62,7 +62,8 @@ pub enum CommandState<T> {
     NoCommand,
     /// The sender requests this state.
     Requested(T),
-    /// Nothing has been received for longer than the limit; the last message requested this, or was `NO_COMMAND`.
+    /// Nothing has been received for longer than the limit; the last message requested this, or was
+    /// `NO_COMMAND`.
     TimedOut(Option<T>),
 }
 
@@ -204,7 +205,8 @@ impl<T: Lights> Intake<T> {
         self.last_used.map(|at| now.since(at))
     }
 
-    /// Returns the time at which command state, undefined number or oscillation change without another message.
+    /// Returns the time at which command state, undefined number or oscillation change without another
+    /// message.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let requested = self.requested.map(|(_, at)| deadline_after(at, self.timeout));
         let last_used = self.last_used.map(|at| deadline_after(at, self.timeout));

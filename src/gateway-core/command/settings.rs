@@ -39,7 +39,8 @@ pub enum CommandSource {
     /// Autoware's two command topics.
     #[default]
     Topic,
-    /// The gateway's decider for turn commands. Hazard lights are on when the topic or the decider commands it.
+    /// The gateway's decider for turn commands. Hazard lights are on when the topic or the decider commands
+    /// it.
     Decider,
 }
 
@@ -85,7 +86,8 @@ pub struct CommandBinding {
     pub table: SignalTable,
     /// Signals of a driver override.
     pub driver: Vec<DriverSign>,
-    /// What a user must know, and consent to by the vehicle's name, before frames are sent; `None` where no consent is needed.
+    /// What a user must know, and consent to by the vehicle's name, before frames are sent; `None` where no
+    /// consent is needed.
     pub needs_consent: Option<String>,
 }
 

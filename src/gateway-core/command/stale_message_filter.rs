@@ -1,8 +1,9 @@
-//! Filters messages of a topic that were meant for another time: messages kept for late readers (transient local),
-//! delivered long after they were sent, or overtaken by a later one.
+//! Filters messages of a topic that were meant for another time: messages kept for late readers (transient
+//! local), delivered long after they were sent, or overtaken by a later one.
 //!
-//! Messages of each writer are ordered by sequence number. Stamps of different writers are never compared, and a
-//! stamp affects only the first messages of a writer that was silent: no clock can silence an active writer.
+//! Messages of each writer are ordered by sequence number. Stamps of different writers are never compared,
+//! and a stamp affects only the first messages of a writer that was silent: no clock can silence an active
+//! writer.
 
 use std::time::Duration;
 
@@ -130,8 +131,8 @@ mod tests {
         SampleId { writer: WriterId([writer; 16]), sequence }
     }
 
-    /// Returns which messages are rejected, given receive time and stamp of each message of one writer in ms since
-    /// the start of the gateway at 100 s.
+    /// Returns which messages are rejected, given receive time and stamp of each message of one writer in ms
+    /// since the start of the gateway at 100 s.
     fn rejected(messages: &[(u64, i64)]) -> Vec<bool> {
         let mut filter = StaleMessageFilter::new(wall(0), LIMIT);
         let mut sequence = 0;

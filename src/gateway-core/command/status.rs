@@ -16,8 +16,8 @@ use gateway_base::names::{variant, variant_name, words};
 use gateway_base::time::MonoTime;
 
 impl CommandFlow {
-    /// The statuses `turn_indicators_command`, `hazard_lights_command` and `command_transmission`. `mode_signals` names the
-    /// signals of the control mode.
+    /// The statuses `turn_indicators_command`, `hazard_lights_command` and `command_transmission`.
+    /// `mode_signals` names the signals of the control mode.
     pub fn statuses(&self, mode_signals: &SignalTable, buses: &[Bus], now: MonoTime) -> Vec<Status> {
         let (turn, hazard) = self.views();
         let hazard_message = self.hazard_message(&hazard);
@@ -181,7 +181,8 @@ impl<T: Lights> FunctionView<'_, T> {
         }
     }
 
-    /// Returns the latest command. Each value has a variant of its name, so the fallback `Never` is not reached.
+    /// Returns the latest command. Each value has a variant of its name, so the fallback `Never` is not
+    /// reached.
     pub(super) fn latest_command(&self) -> LatestCommand {
         match self.finding.command_state {
             CommandState::NeverReceived => LatestCommand::Never,

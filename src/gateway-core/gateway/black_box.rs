@@ -1,8 +1,8 @@
 //! The last inputs and decisions, kept so that a fault on the road can be replayed on a desk.
 //!
-//! A change to ERROR opens a window; some time later everything from before it until then is handed
-//! out as a candump log with the decisions beside it. A replay of the log takes the same decisions,
-//! once it has seen as much of the bus as the gateway had. Outputs are kept as well, for a recording in another format.
+//! A change to ERROR opens a window; some time later everything from before it until then is handed out as a
+//! candump log with the decisions beside it. A replay of the log takes the same decisions, once it has seen
+//! as much of the bus as the gateway had. Outputs are kept as well, for a recording in another format.
 
 use std::collections::VecDeque;
 use std::fmt::Write as _;
@@ -39,8 +39,8 @@ pub struct BlackBox {
     fault: Option<Now>,
 }
 
-/// A window that has closed: what was kept, from which the texts of its two files are made elsewhere, since that
-/// takes longer than the frame loop may wait.
+/// A window that has closed: what was kept, from which the texts of its two files are made elsewhere, since
+/// that takes longer than the frame loop may wait.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
     /// The change to ERROR that it is about.

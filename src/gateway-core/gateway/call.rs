@@ -1,5 +1,5 @@
-//! The calls of a live gateway, as a recording keeps them beside what was received: with both, a replay makes the same calls
-//! again, and the gateway decides the same at the same times.
+//! The calls of a live gateway, as a recording keeps them beside what was received: with both, a replay makes
+//! the same calls again, and the gateway decides the same at the same times.
 
 use crate::command::input::CommandInput;
 use crate::command::origin::{CommandOrigin, SampleId};

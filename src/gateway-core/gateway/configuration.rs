@@ -8,10 +8,11 @@ use serde::{Deserialize, Serialize};
 
 use gateway_base::time::WallStamp;
 
-/// A configuration in effect: the value of each part, with its defaults, by the part's name, such as `[ros] domain_id`.
+/// A configuration in effect: the value of each part, with its defaults, by the part's name, such as `[ros]
+/// domain_id`.
 ///
-/// A value is what the user has written, or the default; of a file it is a digest of the content. Values of two
-/// configurations compare where the same build made them.
+/// A value is what the user has written, or the default; of a file it is a digest of the content. Values of
+/// two configurations compare where the same build made them.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct EffectiveConfiguration {
     /// Parts that a reload changes while the gateway runs.
@@ -58,7 +59,8 @@ pub struct ConfigurationState {
 pub struct Reload {
     /// When it ended, nanoseconds since 1970.
     pub stamp_ns: i64,
-    /// True if the new configuration is in effect; false if it was refused, and the previous one stays in effect.
+    /// True if the new configuration is in effect; false if it was refused, and the previous one stays in
+    /// effect.
     pub is_applied: bool,
     /// Why it was refused; `None` if it is in effect.
     pub reason: Option<String>,

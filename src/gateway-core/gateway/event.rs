@@ -1,7 +1,7 @@
 //! The alphabet of the gateway: everything that can go in, everything that can come out.
 //!
-//! Each flow has its own inputs and outputs; here they are joined. The daemon makes [`Input`]s of what sockets
-//! receive and sends [`Output`]s to sockets; a replay makes the same `Input`s of a file.
+//! Each flow has its own inputs and outputs; here they are joined. The daemon makes [`Input`]s of what
+//! sockets receive and sends [`Output`]s to sockets; a replay makes the same `Input`s of a file.
 
 use derive_more::From;
 

@@ -1,7 +1,8 @@
-//! What has changed in the last hours: reports, statuses, new requests to the vehicle, and the life of the process.
+//! What has changed in the last hours: reports, statuses, new requests to the vehicle, and the life of the
+//! process.
 //!
-//! [`History`] is bounded in bytes. When it is full, the subject that takes the most room loses its oldest entry, so that
-//! a status that changes all the time displaces itself and nothing else.
+//! [`History`] is bounded in bytes. When it is full, the subject that takes the most room loses its oldest
+//! entry, so that a status that changes all the time displaces itself and nothing else.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -159,7 +160,8 @@ impl History {
         self.next_number
     }
 
-    /// Numbers the next entry with `number` at the least, so that no number comes twice that an earlier process may have given.
+    /// Numbers the next entry with `number` at the least, so that no number comes twice that an earlier
+    /// process may have given.
     pub fn go_on_from(&mut self, number: u64) {
         self.next_number = self.next_number.max(number.min(MAX_NUMBER));
     }
@@ -169,8 +171,8 @@ impl History {
         self.revision
     }
 
-    /// Puts entries of an earlier process before all that comes. Returns how many could not be used: their numbers do not
-    /// grow, they are longer than ours, or they have too many subjects.
+    /// Puts entries of an earlier process before all that comes. Returns how many could not be used: their
+    /// numbers do not grow, they are longer than ours, or they have too many subjects.
     pub fn restore(&mut self, entries: impl IntoIterator<Item = HistoryEntry>) -> u64 {
         let mut unusable = 0;
         for entry in entries {

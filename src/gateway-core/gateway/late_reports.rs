@@ -1,7 +1,7 @@
 //! Handles reports that are decided late, because the process was stopped or the machine was busy.
 //!
-//! Inputs of that time are decided in the order of their stamps, as in a recording. The reports are out of date when
-//! they are decided, so only the last one of each topic is published.
+//! Inputs of that time are decided in the order of their stamps, as in a recording. The reports are out of
+//! date when they are decided, so only the last one of each topic is published.
 
 use std::mem::{Discriminant, discriminant};
 use std::time::Duration;
@@ -10,7 +10,8 @@ use super::event::Output;
 use crate::vehicle_lights::output::VehicleLightsOutput;
 use crate::vehicle_status::output::VehicleStatusOutput;
 
-/// Maximum lag of a report behind its decision. Later reports wait until everything that is due has been decided.
+/// Maximum lag of a report behind its decision. Later reports wait until everything that is due has been
+/// decided.
 const MAX_REPORT_LAG: Duration = Duration::from_millis(200);
 
 /// The newest late output of each report topic.
@@ -41,8 +42,8 @@ impl Report {
 }
 
 impl LateReports {
-    /// Keeps a report that is `lag` late, and returns true, if that is too late. A report in time replaces the kept
-    /// one of its topic.
+    /// Keeps a report that is `lag` late, and returns true, if that is too late. A report in time replaces
+    /// the kept one of its topic.
     pub(super) fn holds(&mut self, output: &Output, lag: Duration) -> bool {
         let Some(report) = Report::of(output) else { return false };
         let is_late = lag > MAX_REPORT_LAG;

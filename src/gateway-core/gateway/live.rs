@@ -1,8 +1,8 @@
 //! Runs the gateway on live inputs: perception in the steps of a replay, commands in real time.
 //!
-//! Inputs of perception are handled as soon as they are read, at the time they were received. A deadline is handled
-//! before the first input that was received after it, or [`LAG`] after its time. Commands and frames to the vehicle
-//! do not wait for this: they are due by the clock.
+//! Inputs of perception are handled as soon as they are read, at the time they were received. A deadline is
+//! handled before the first input that was received after it, or [`LAG`] after its time. Commands and frames
+//! to the vehicle do not wait for this: they are due by the clock.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -22,8 +22,8 @@ pub trait Edges {
     /// An input or deadline of perception is handled next, at this time.
     fn handles(&mut self, input: &Input, at: Now);
 
-    /// Sends the frame of an output to the vehicle, which the gateway decided on at `read`. Returns the result, and when it was
-    /// known.
+    /// Sends the frame of an output to the vehicle, which the gateway decided on at `read`. Returns the
+    /// result, and when it was known.
     fn transmit(&mut self, output: &Output, frame: &CommandFrame, read: Now) -> (CommandInput, Now);
 
     /// Takes an output.
@@ -45,7 +45,8 @@ pub struct GivenOut {
     pub at: Now,
     /// By how much later it is given out.
     pub lag: Duration,
-    /// The report is too late to be published now: [`Edges::publish_late`] follows unless a newer one comes first.
+    /// The report is too late to be published now: [`Edges::publish_late`] follows unless a newer one comes
+    /// first.
     pub is_held: bool,
 }
 
@@ -103,8 +104,8 @@ impl Live {
         self.give_out(read, read, edges);
     }
 
-    /// Gives out the outputs of a decision at `at` that was made at `read`. The result of sending a frame to the vehicle goes
-    /// back as an input.
+    /// Gives out the outputs of a decision at `at` that was made at `read`. The result of sending a frame to
+    /// the vehicle goes back as an input.
     fn give_out(&mut self, read: Now, at: Now, edges: &mut impl Edges) {
         while let Some(output) = self.poll_output() {
             if let Output::Command(CommandOutput::Transmit { frame, .. }) = &output {
@@ -118,8 +119,8 @@ impl Live {
         edges.end_moment(at);
     }
 
-    /// Handles the next input or deadline of perception that is due at `read`, after `observe` has seen it. Returns
-    /// its time, or `None` if nothing is due.
+    /// Handles the next input or deadline of perception that is due at `read`, after `observe` has seen it.
+    /// Returns its time, or `None` if nothing is due.
     pub fn step(&mut self, read: MonoTime, observe: impl FnOnce(&Input, Now)) -> Option<Now> {
         let deadline = self.next_deadline();
         let is_input = self.waiting.front().map(|(_, at)| at.mono < deadline);
@@ -134,7 +135,8 @@ impl Live {
         Some(at)
     }
 
-    /// Continues with other settings, see [`Gateway::reconfigure`]. Queued inputs are handled with the new settings.
+    /// Continues with other settings, see [`Gateway::reconfigure`]. Queued inputs are handled with the new
+    /// settings.
     pub fn reconfigure(&mut self, settings: GatewaySettings) {
         let now = self.now();
         self.gateway.reconfigure(settings, now);

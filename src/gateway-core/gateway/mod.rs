@@ -7,7 +7,8 @@
 //!   [`Gateway::handle_command`], [`Gateway::settle_commands`], [`Gateway::next_command_deadline`].
 //!
 //! From perception to commands go: the frames and lost links of each bus, the decider's commands, and at each
-//! settling the reports of the vehicle's lights and the state of the buses. Back comes whose frame was received.
+//! settling the reports of the vehicle's lights and the state of the buses. Back comes whose frame was
+//! received.
 //!
 //! Where time is virtual, both clocks are one: [`Gateway::handle`], [`Gateway::next_deadline`]. Drain
 //! [`Gateway::poll_output`] after each call of either kind.
@@ -114,9 +115,9 @@ impl GatewaySettings {
         ids
     }
 
-    /// The identifiers whose frames prove a bus alive. A message that is bound for the vehicle's status alone does so only on a
-    /// bus without any other: it may come from another control unit than the lights, whose event messages are valid while the
-    /// bus is alive.
+    /// The identifiers whose frames prove a bus alive. A message that is bound for the vehicle's status alone
+    /// does so only on a bus without any other: it may come from another control unit than the lights, whose
+    /// event messages are valid while the bus is alive.
     pub fn life_signs(&self, bus: BusIndex) -> Vec<IdMatch> {
         let proving = self.proving_ids(bus);
         if proving.is_empty() { self.status_ids(bus).collect() } else { proving }
@@ -176,8 +177,8 @@ impl Gateway {
         gateway
     }
 
-    /// Continues with other settings, at the time of the last call for perception or later. What was received, decided
-    /// and counted stays as far as both settings have it, and all statuses are published.
+    /// Continues with other settings, at the time of the last call for perception or later. What was
+    /// received, decided and counted stays as far as both settings have it, and all statuses are published.
     ///
     /// Node, buses and their interfaces, the flows that run and the commands must be the same: see
     /// [`configuration`].
@@ -195,6 +196,7 @@ impl Gateway {
     }
 
     /// As [`Self::handle`], for what happens on a bus: it is looked at where it lies.
+    #[inline]
     pub fn handle_can(&mut self, input: &CanInput, now: Now) {
         if self.take_can(input, now) {
             self.settle(now);
@@ -202,6 +204,7 @@ impl Gateway {
     }
 
     /// When to call [`Self::handle`] with [`Input::Tick`] if nothing else happens before.
+    #[inline]
     pub fn next_deadline(&self) -> MonoTime {
         self.next_command_deadline().into_iter().fold(self.next_perception_deadline(), MonoTime::min)
     }
@@ -216,6 +219,7 @@ impl Gateway {
     }
 
     /// When to call [`Self::handle_perception`] with [`Input::Tick`] if nothing else happens before.
+    #[inline]
     pub fn next_perception_deadline(&self) -> MonoTime {
         self.perception.next_deadline()
     }
@@ -233,8 +237,8 @@ impl Gateway {
         self.publish_changed(changed, now);
     }
 
-    /// Compares both clocks in real time, where this is called again and again. A step of the wall clock is shown in
-    /// the diagnostics and changes nothing else.
+    /// Compares both clocks in real time, where this is called again and again. A step of the wall clock is
+    /// shown in the diagnostics and changes nothing else.
     pub fn read_wall_clock(&mut self, now: Now) {
         let wall_clock = self.wall_clock.get_or_insert_with(|| WallClock::new(now));
         if wall_clock.read(now) {
@@ -244,6 +248,7 @@ impl Gateway {
     }
 
     /// When to call [`Self::settle_commands`] if nothing else happens before; `None` while nothing is due.
+    #[inline]
     pub fn next_command_deadline(&self) -> Option<MonoTime> {
         self.commands.as_ref().and_then(CommandFlow::next_deadline)
     }
@@ -254,6 +259,7 @@ impl Gateway {
     }
 
     /// The next output, oldest first.
+    #[inline]
     pub fn poll_output(&mut self) -> Option<Output> {
         self.outputs.pop_front()
     }

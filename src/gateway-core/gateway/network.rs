@@ -48,7 +48,8 @@ pub struct NetworkState {
     pub peers: u32,
     /// Times since start that it ended within the last minute.
     pub recent_ends: usize,
-    /// Writers since start that were accepted again, as they continued below numbers that came under their identity.
+    /// Writers since start that were accepted again, as they continued below numbers that came under their
+    /// identity.
     pub taken_anew: u64,
     /// Time since one was.
     pub since_taken_anew: Option<Duration>,

@@ -117,7 +117,8 @@ impl Headlines {
 }
 
 impl Perception {
-    /// Nothing received yet; `links` has the link of each bus; a bus without one starts as [`LinkState::Missing`].
+    /// Nothing received yet; `links` has the link of each bus; a bus without one starts as
+    /// [`LinkState::Missing`].
     pub(super) fn new(settings: GatewaySettings, links: &[LinkState], now: Now) -> Self {
         let bus_count = settings.buses.len();
         let links = links.iter().copied().chain(std::iter::repeat(LinkState::Missing));
@@ -143,8 +144,8 @@ impl Perception {
         }
     }
 
-    /// Continues with other settings of the same buses and flows, with the memory of all that both have. Settle
-    /// afterwards.
+    /// Continues with other settings of the same buses and flows, with the memory of all that both have.
+    /// Settle afterwards.
     pub(super) fn reconfigure(&mut self, settings: GatewaySettings, now: Now) {
         let indices = (0..=u8::MAX).map(BusIndex).take(settings.buses.len());
         self.routes = indices.map(|bus| routes(&settings, bus)).collect();

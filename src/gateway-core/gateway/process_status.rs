@@ -1,5 +1,5 @@
-//! Statuses of the process itself, which no input tells the gateway of: its configuration, its black-box files, its
-//! recording and its log.
+//! Statuses of the process itself, which no input tells the gateway of: its configuration, its black-box
+//! files, its recording and its log.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -8,7 +8,8 @@ use super::catalogue::{self, BLACK_BOX, CONFIGURATION, LOG, MCAP};
 use super::configuration::{ConfigurationState, changes_text};
 use gateway_base::diagnostics::Status;
 
-/// Tasks of the statuses of the process itself, which the daemon adds to those of the gateway. A replay has none of them.
+/// Tasks of the statuses of the process itself, which the daemon adds to those of the gateway. A replay has
+/// none of them.
 pub const PROCESS_TASKS: [&str; 5] = ["black_box", "configuration", "mcap", "log", "ros"];
 
 /// State of the black-box files.

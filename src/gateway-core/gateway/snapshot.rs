@@ -1,7 +1,8 @@
-//! The present state of the whole gateway in one value, for people and programs that watch it: terminal, page,
-//! `status`, metrics. `docs/status.md` describes its JSON.
+//! The present state of the whole gateway in one value, for people and programs that watch it: terminal,
+//! page, `status`, metrics. `docs/status.md` describes its JSON.
 //!
-//! [`Gateway::snapshot`] takes it. It allocates, and is taken on demand or at a fixed rate, never for each frame.
+//! [`Gateway::snapshot`] takes it. It allocates, and is taken on demand or at a fixed rate, never for each
+//! frame.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -41,8 +42,8 @@ pub struct Snapshot {
     pub process: Option<ProcessSnapshot>,
     /// Report on turn indicators; `None` when the profile leaves it out.
     pub turn_indicators: Option<ReportSnapshot<TurnIndicators>>,
-    /// Report on hazard lights, with the fields of `turn_indicators`, where `published` is `DISABLE` or `ENABLE`. `None` when
-    /// the profile leaves it out.
+    /// Report on hazard lights, with the fields of `turn_indicators`, where `published` is `DISABLE` or
+    /// `ENABLE`. `None` when the profile leaves it out.
     pub hazard_lights: Option<ReportSnapshot<HazardLights>>,
     /// Steering, gear, control mode and doors, as far as the profile describes them.
     pub vehicle_status: VehicleStatusSnapshot,
@@ -148,7 +149,8 @@ pub struct StatusSnapshot {
     pub message: String,
     /// What to do; `None` while the status is OK.
     pub remedy: Option<String>,
-    /// Where the status is documented: a file of the project and an anchor in it; `None` while the status is OK.
+    /// Where the status is documented: a file of the project and an anchor in it; `None` while the status is
+    /// OK.
     pub document: Option<String>,
     /// Details in a fixed order.
     pub values: Vec<KeyValue>,

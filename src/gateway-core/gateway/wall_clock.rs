@@ -1,5 +1,5 @@
-//! Steps of the wall clock, and their status. No decision depends on the wall clock, but the stamps of what is
-//! published do.
+//! Steps of the wall clock, and their status. No decision depends on the wall clock, but the stamps of what
+//! is published do.
 
 use std::time::Duration;
 
@@ -10,7 +10,8 @@ use gateway_base::time::{MonoTime, Now};
 /// Task of the status in diagnostics. A replay has no wall clock, and so no such status.
 pub const WALL_CLOCK_TASK: &str = "wall_clock";
 
-/// The smallest change between two readings that is a step, in ns; a clock that is merely slewed stays far below.
+/// The smallest change between two readings that is a step, in ns; a clock that is merely slewed stays far
+/// below.
 const MIN_STEP_NS: i64 = 10_000_000;
 /// The time for which a step is a warning.
 const STEP_SHOWN: Duration = Duration::from_secs(10);

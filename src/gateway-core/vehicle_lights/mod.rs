@@ -83,8 +83,9 @@ impl VehicleLights {
         }
     }
 
-    /// Continues with another binding and publication scheme. What was received, published and found stays as far as both
-    /// bindings have it; a source that is another starts without a memory. Call [`Self::settle`] afterwards.
+    /// Continues with another binding and publication scheme. What was received, published and found stays as
+    /// far as both bindings have it; a source that is another starts without a memory. Call [`Self::settle`]
+    /// afterwards.
     pub fn reconfigure(&mut self, binding: LightsBinding, publish: Publish, now: MonoTime) {
         let (before, table) = (&self.binding, &binding.table);
         let is_same_signal = |signal: SignalIndex| {
@@ -131,8 +132,8 @@ impl VehicleLights {
         &self.observations
     }
 
-    /// Takes a frame of a bound message. Call [`Self::settle`] afterwards if it brings news; without, both reports
-    /// and findings stay as they are until their deadline.
+    /// Takes a frame of a bound message. Call [`Self::settle`] afterwards if it brings news; without, both
+    /// reports and findings stay as they are until their deadline.
     pub fn frame_arrived(
         &mut self,
         message: MessageIndex,
@@ -147,8 +148,9 @@ impl VehicleLights {
         }
     }
 
-    /// Compares a frame of any message that is received with the requirements of the profile; true if a state changes.
-    /// `was_alive` is false if the bus had been silent before. Call [`Self::settle`] afterwards if it changes one.
+    /// Compares a frame of any message that is received with the requirements of the profile; true if a state
+    /// changes. `was_alive` is false if the bus had been silent before. Call [`Self::settle`] afterwards if
+    /// it changes one.
     pub fn observe(&mut self, bus: BusIndex, frame: &Frame, was_alive: bool, now: MonoTime) -> bool {
         self.requirements.frame_arrived(&self.binding.requirements, bus, frame, was_alive, now)
     }

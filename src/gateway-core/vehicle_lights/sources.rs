@@ -162,8 +162,8 @@ impl SourceMemory {
         }
     }
 
-    /// The sources of another binding, with the memory of those that both have. A source is the same at the same
-    /// position, with the same settings and signals, as far as `is_same_signal` says so of its signals.
+    /// The sources of another binding, with the memory of those that both have. A source is the same at the
+    /// same position, with the same settings and signals, as far as `is_same_signal` says so of its signals.
     #[must_use]
     pub fn carried_over(
         &self,
@@ -255,7 +255,8 @@ impl<R, T: Copy + PartialEq> SourceGroup<R, T> {
         })
     }
 
-    /// Takes over the memory of the sources that two bindings have alike, and the memory of the fusion when all of them are.
+    /// Takes over the memory of the sources that two bindings have alike, and the memory of the fusion when
+    /// all of them are.
     fn carry_over<S: PartialEq>(
         &mut self,
         was: &Self,

@@ -1,9 +1,9 @@
 //! Stalks and buttons: the requested state from the positions of a control.
 //!
-//! A latched stalk stays in its position and needs no memory, unless its taps are held. A momentary one springs back: the effect
-//! of a press depends on the request before it and on the deepest detent it reached. (On its way to the
-//! full detent a stalk passes the half one, in frames or between them.) The effect is therefore
-//! determined again with each frame of the press, from the request before it.
+//! A latched stalk stays in its position and needs no memory, unless its taps are held. A momentary one
+//! springs back: the effect of a press depends on the request before it and on the deepest detent it reached.
+//! (On its way to the full detent a stalk passes the half one, in frames or between them.) The effect is
+//! therefore determined again with each frame of the press, from the request before it.
 //!
 //! At start, and after a gap that could hide a press, nothing is assumed to be requested and the state
 //! is unknown for a while.

@@ -88,7 +88,8 @@ impl UnavailableReason {
         matches!(self, Self::Signal(reason) if reason.is_sleep())
     }
 
-    /// True if the reason is a failure of the report: neither a permitted sleep nor a vehicle that never shows the state.
+    /// True if the reason is a failure of the report: neither a permitted sleep nor a vehicle that never
+    /// shows the state.
     pub fn is_failure(self) -> bool {
         !self.is_sleep() && !matches!(self, Self::NotVisible)
     }

@@ -128,8 +128,8 @@ pub fn judge(memory: &mut SourceMemory, context: LightsContext<'_>) -> Verdicts 
     }
 }
 
-/// Withholds a state while a requirement is not met. A contradicted one counts more than any other reason, except that the vehicle
-/// never shows the state; an open one counts less.
+/// Withholds a state while a requirement is not met. A contradicted one counts more than any other reason,
+/// except that the vehicle never shows the state; an open one counts less.
 fn require<T>(unmet: Unmet, state: &mut Judged<T>) {
     let has_reason = state
         .as_ref()

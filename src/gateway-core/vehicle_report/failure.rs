@@ -44,7 +44,8 @@ struct Failure {
 }
 
 impl FailureHistory {
-    /// Records a change of what is wrong with the report, from a failure of kind `before` to one of kind `kind`.
+    /// Records a change of what is wrong with the report, from a failure of kind `before` to one of kind
+    /// `kind`.
     pub fn changed(
         &mut self,
         before: Option<FaultKind>,

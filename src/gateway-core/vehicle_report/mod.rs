@@ -1,4 +1,5 @@
-//! What every report of the vehicle has in common: when it is published, how it fails, and what of that is shown.
+//! What every report of the vehicle has in common: when it is published, how it fails, and what of that is
+//! shown.
 
 pub mod catalogue;
 mod failure;

@@ -46,8 +46,8 @@ impl<T: Copy + PartialEq> ReportFlow<T> {
         Self { publish, current: None, due: None }
     }
 
-    /// Changes the publication scheme. What is published stays; a periodic report is due a new period from now at the
-    /// latest.
+    /// Changes the publication scheme. What is published stays; a periodic report is due a new period from
+    /// now at the latest.
     pub fn reconfigure(&mut self, publish: Publish, now: MonoTime) {
         if self.publish == publish {
             return;

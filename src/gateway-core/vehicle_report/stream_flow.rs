@@ -29,7 +29,8 @@ impl<T: Copy> StreamFlow<T> {
         self.due = MonoTime::ZERO;
     }
 
-    /// Takes the current value with its receive time (`None` = withheld) and returns the action; `None` = nothing.
+    /// Takes the current value with its receive time (`None` = withheld) and returns the action; `None` =
+    /// nothing.
     pub fn update(&mut self, state: Option<(T, ReceiveTime)>, now: MonoTime) -> Option<Step<T>> {
         let before = std::mem::replace(&mut self.current, state);
         let Some((value, received)) = state else {

@@ -108,8 +108,8 @@ impl FromIterator<DoorState> for DoorStates {
     }
 }
 
-/// Reads all doors. The report is unavailable while no door is known; otherwise a door without a value is `UNKNOWN` in it. Also
-/// returns the first reason why a door is not known.
+/// Reads all doors. The report is unavailable while no door is known; otherwise a door without a value is
+/// `UNKNOWN` in it. Also returns the first reason why a door is not known.
 pub fn judge(doors: &[Door], context: StatusContext<'_>) -> (Judged<DoorStates>, Option<StatusReason>) {
     let mut newest: Option<ReceiveTime> = None;
     let mut unknown = None;

@@ -10,7 +10,8 @@ use can_signal::validation::table::{Role, SignalIndex};
 use gateway_base::names::variant_name;
 use gateway_base::time::{MonoTime, deadline_after};
 
-/// The engaged gear, as in `GearReport.report`. `NONE` (0) is not among them, since it must never be published.
+/// The engaged gear, as in `GearReport.report`. `NONE` (0) is not among them, since it must never be
+/// published.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 #[repr(u8)]
@@ -93,7 +94,8 @@ impl Gear {
         variant_name(&self)
     }
 
-    /// The direction in which the engine moves the vehicle: 1 forward, −1 backward; `None` in neutral and park.
+    /// The direction in which the engine moves the vehicle: 1 forward, −1 backward; `None` in neutral and
+    /// park.
     pub fn direction(self) -> Option<f64> {
         if matches!(self, Self::Neutral | Self::Park) {
             return None;

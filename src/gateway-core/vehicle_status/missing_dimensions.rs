@@ -6,8 +6,8 @@ use super::settings::{GeometryKey, VehicleGeometry};
 use super::steering::AngleOf;
 use super::velocity::binding::HeadingRateSource;
 
-/// The sources that cannot be used because a dimension of the car is not configured: the report, the source and the
-/// dimension.
+/// The sources that cannot be used because a dimension of the car is not configured: the report, the source
+/// and the dimension.
 pub fn missing_dimensions(
     binding: &StatusBinding,
     geometry: &VehicleGeometry,

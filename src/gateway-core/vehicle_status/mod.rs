@@ -1,7 +1,7 @@
 //! Vehicle status: reports on velocity, steering, gear, control mode and doors from bound frames.
 //!
-//! The same promise as for the lights: what is unknown, invalid or faulty is not published, and diagnostics give the
-//! reason (docs/spec/vehicle-interface.md, "Vehicle status").
+//! The same promise as for the lights: what is unknown, invalid or faulty is not published, and diagnostics
+//! give the reason (docs/spec/vehicle-interface.md, "Vehicle status").
 
 pub mod binding;
 pub mod catalogue;
@@ -101,8 +101,8 @@ impl VehicleStatus {
         }
     }
 
-    /// Continues with another binding and other settings of the same reports. What was received, published and found stays as
-    /// far as both bindings have it. Call [`Self::settle`] afterwards.
+    /// Continues with another binding and other settings of the same reports. What was received, published
+    /// and found stays as far as both bindings have it. Call [`Self::settle`] afterwards.
     pub fn reconfigure(
         &mut self,
         binding: StatusBinding,
@@ -146,7 +146,8 @@ impl VehicleStatus {
         binding.judge(self.context(buses, now))
     }
 
-    /// What values are judged with at `now`, apart from the requirements of the profile: commands need a profile without any.
+    /// What values are judged with at `now`, apart from the requirements of the profile: commands need a
+    /// profile without any.
     fn context<'a>(&'a self, buses: &'a [Bus], now: Now) -> StatusContext<'a> {
         StatusContext {
             table: &self.binding.table,
@@ -168,8 +169,8 @@ impl VehicleStatus {
         }
     }
 
-    /// Takes a frame of a bound message. Call [`Self::settle`] afterwards if it brings news. A frame of a report that is published
-    /// with each frame always does.
+    /// Takes a frame of a bound message. Call [`Self::settle`] afterwards if it brings news. A frame of a
+    /// report that is published with each frame always does.
     pub fn frame_arrived(
         &mut self,
         message: MessageIndex,
@@ -193,7 +194,8 @@ impl VehicleStatus {
         self.observations.forget_events(&self.binding.table, bus);
     }
 
-    /// Evaluates all reports, hands the actions to `emit`, and calls `changed` with each report whose finding has changed.
+    /// Evaluates all reports, hands the actions to `emit`, and calls `changed` with each report whose finding
+    /// has changed.
     pub fn settle(
         &mut self,
         unmet: Option<Unmet>,
@@ -296,8 +298,8 @@ fn stamped<T>(state: Judged<T>) -> Option<(T, WallStamp)> {
     state.ok().map(|(value, received)| (value, received.stamp))
 }
 
-/// Withholds a state while a requirement of the profile is not met. A contradicted one counts more than any other reason, an open
-/// one less.
+/// Withholds a state while a requirement of the profile is not met. A contradicted one counts more than any
+/// other reason, an open one less.
 fn required<T>(state: Judged<T>, context: StatusContext<'_>) -> Judged<T> {
     match context.unmet {
         Some(unmet) if state.is_ok() || unmet.is_contradicted => Err(StatusReason::OtherVehicle(unmet)),
@@ -317,8 +319,8 @@ fn first_usable<S, T>(
     Verdict { state, finding: StatusFinding { reason, source, fallback, ..StatusFinding::default() } }
 }
 
-/// The speed without its sign, and the angle of the front wheels. A steering ratio may depend on the speed, and a speed of the front
-/// wheels on the steering; not both.
+/// The speed without its sign, and the angle of the front wheels. A steering ratio may depend on the speed,
+/// and a speed of the front wheels on the steering; not both.
 fn speed_and_tire(
     binding: &StatusBinding,
     alarms: AlarmSet,
@@ -372,8 +374,8 @@ fn plausible<T>(verdict: Verdict<T>, alarms: AlarmSet, effects: &[Effect]) -> Ve
     Verdict { state, finding: StatusFinding { reason, alarms, ..finding } }
 }
 
-/// The same for the steering, which is withheld as well while its ratio depends on a speed that is not believed. The checks compare
-/// the angle that it would have.
+/// The same for the steering, which is withheld as well while its ratio depends on a speed that is not
+/// believed. The checks compare the angle that it would have.
 fn plausible_tire(
     binding: &StatusBinding,
     tire: Verdict<TireAngle>,

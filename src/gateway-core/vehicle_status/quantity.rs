@@ -73,8 +73,8 @@ impl Quantity {
         Ok((sign * value, received))
     }
 
-    /// The value that a raw value of the main signal stands for, without the other signals. What an offset such as −67.67
-    /// leaves of zero by rounding is zero.
+    /// The value that a raw value of the main signal stands for, without the other signals. What an offset
+    /// such as −67.67 leaves of zero by rounding is zero.
     pub fn value(&self, raw: i128) -> f64 {
         let value = self.factor.mul_add(as_f64(raw), self.offset);
         if value.abs() < self.factor.abs() * ROUNDING { 0.0 } else { value }

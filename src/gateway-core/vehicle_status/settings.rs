@@ -92,7 +92,8 @@ pub enum WheelToTire {
     Ratio(f64),
     /// At least two pairs of angles, rad, steering wheel first and ascending; straight lines between.
     Table(Vec<(f64, f64)>),
-    /// Autoware's form with three coefficients: `ratio = constant + per_speed_squared · v² − per_angle · |wheel|`.
+    /// Autoware's form with three coefficients: `ratio = constant + per_speed_squared · v² − per_angle ·
+    /// |wheel|`.
     Variable {
         /// Ratio at standstill and straight ahead.
         constant: f64,

@@ -124,8 +124,8 @@ pub struct Chosen<T> {
 }
 
 impl<T> Chosen<T> {
-    /// The value of the first source that has one; if none has, the reason of the first. Sources that are not chosen do not count,
-    /// unless none is.
+    /// The value of the first source that has one; if none has, the reason of the first. Sources that are not
+    /// chosen do not count, unless none is.
     pub fn first<S>(sources: &[S], mut read: impl FnMut(usize, &S) -> Judged<T>) -> Self {
         let (mut first_reason, mut none) = (None, StatusReason::NoSource);
         for (source, bound) in sources.iter().enumerate() {

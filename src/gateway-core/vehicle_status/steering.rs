@@ -1,4 +1,5 @@
-//! The angle of the front wheels: from the steering wheel's by the geometry of the car, or as the vehicle sends it.
+//! The angle of the front wheels: from the steering wheel's by the geometry of the car, or as the vehicle
+//! sends it.
 
 use super::measure::Measure;
 use super::quantity::Quantity;

@@ -6,7 +6,8 @@ use super::Point;
 /// Spacing of generated centrelines in Autoware's map loader, metres.
 const RESOLUTION_M: f64 = 5.0;
 
-/// Returns the points midway between two bounds (x, y, z in metres) at equal fractions of their lengths with heights.
+/// Returns the points midway between two bounds (x, y, z in metres) at equal fractions of their lengths with
+/// heights.
 pub fn centerline(left: &[[f64; 3]], right: &[[f64; 3]]) -> Vec<Point> {
     let parts = centerline_parts(left, right);
     divided(left, parts)
@@ -18,7 +19,8 @@ pub fn centerline(left: &[[f64; 3]], right: &[[f64; 3]]) -> Vec<Point> {
         .collect()
 }
 
-/// Returns the number of parts of the centreline of these bounds: one for each five metres of the longer bound, at least one.
+/// Returns the number of parts of the centreline of these bounds: one for each five metres of the longer
+/// bound, at least one.
 pub fn centerline_parts(left: &[[f64; 3]], right: &[[f64; 3]]) -> u32 {
     let length_m = |bound| arcs_m(bound).last().copied().unwrap_or_default();
     let parts = (length_m(left).max(length_m(right)) / RESOLUTION_M).ceil().clamp(1.0, f64::from(u32::MAX));

@@ -1,5 +1,5 @@
-//! Plane geometry: poses, distances along a path, where a turn ends (docs/spec/turn-signal-decider.md, "Geometry").
-//! Height counts in the lengths of bounds, and tells roads on top of each other apart.
+//! Plane geometry: poses, distances along a path, where a turn ends (docs/spec/turn-signal-decider.md,
+//! "Geometry"). Height counts in the lengths of bounds, and tells roads on top of each other apart.
 
 pub mod centerline;
 pub mod path;
@@ -89,8 +89,8 @@ impl PartialEq for Point {
 
 /// Points nearer than this in x and y are one point.
 const SAME_POINT_M: f64 = 1e-8;
-/// Heights that differ by more than this belong to different roads, metres: half of what a road leaves free for
-/// the one below it, and more than localisation and map disagree by.
+/// Heights that differ by more than this belong to different roads, metres: half of what a road leaves free
+/// for the one below it, and more than localisation and map disagree by.
 const SAME_LEVEL_M: f64 = 2.5;
 
 impl Pose {
@@ -115,7 +115,8 @@ impl Pose {
     }
 }
 
-/// Returns the cross product of `a - origin` and `b - origin`: positive when `b` lies to the left of the direction to `a`.
+/// Returns the cross product of `a - origin` and `b - origin`: positive when `b` lies to the left of the
+/// direction to `a`.
 pub fn cross(origin: Point, a: Point, b: Point) -> f64 {
     (a.x_m - origin.x_m) * (b.y_m - origin.y_m) - (a.y_m - origin.y_m) * (b.x_m - origin.x_m)
 }

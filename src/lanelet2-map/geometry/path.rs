@@ -20,7 +20,8 @@ pub struct NearestLimits {
 /// A difference of heading of one radian weighs as much as this distance, metres.
 const METRES_PER_RADIAN: f64 = 3.0;
 
-/// A path is smoothed and sampled every few metres, so its arc lengths differ a little from the lanelets', metres.
+/// A path is smoothed and sampled every few metres, so its arc lengths differ a little from the lanelets',
+/// metres.
 pub const SPAN_TOLERANCE_M: f64 = 3.0;
 
 /// A path of at least two different points, all finite, no two neighbours at one position.
@@ -70,8 +71,8 @@ impl Path {
         self.arcs_m.last().copied().unwrap_or_default()
     }
 
-    /// Returns the index of the soft nearest point: near and aligned if there is one, else near, else aligned,
-    /// else just the nearest. Of a path that comes by twice only the first visit counts.
+    /// Returns the index of the soft nearest point: near and aligned if there is one, else near, else
+    /// aligned, else just the nearest. Of a path that comes by twice only the first visit counts.
     pub fn nearest_index(&self, query: Pose, limits: NearestLimits) -> usize {
         let squared = |pose: &Pose| pose.position.squared_distance(query.position);
         let near = |pose: &Pose| squared(pose) <= limits.distance_m * limits.distance_m;
@@ -93,7 +94,8 @@ impl Path {
         }
     }
 
-    /// Returns the position of `query` along the path, by its segment: metres from the first point, beyond both ends.
+    /// Returns the position of `query` along the path, by its segment: metres from the first point, beyond
+    /// both ends.
     pub fn station_m(&self, query: Pose, limits: NearestLimits) -> f64 {
         self.station_at(self.nearest_index(query, limits), query)
     }
@@ -140,10 +142,11 @@ impl Path {
     }
 }
 
-/// Returns the index of the point of a line that is near to a pose and faces alike, as [`Path::nearest_index`] has it; but of a line
-/// that comes by twice the visit counts that is at the height of the pose, if one is; then the one of the least `rank`;
-/// without that the one that is nearest and faces most alike. A point that faces the other way, as on the lane beside by
-/// which a line comes back, comes last. 0 without points.
+/// Returns the index of the point of a line that is near to a pose and faces alike, as
+/// [`Path::nearest_index`] has it; but of a line that comes by twice the visit counts that is at the height
+/// of the pose, if one is; then the one of the least `rank`; without that the one that is nearest and faces
+/// most alike. A point that faces the other way, as on the lane beside by which a line comes back, comes
+/// last. 0 without points.
 pub fn nearest_visit(
     poses: &[Pose],
     query: Pose,
@@ -212,8 +215,8 @@ impl<'a> PathFrame<'a> {
         Self { path, ego, ego_station_m, front_m, limits, looks_at_every_visit: false }
     }
 
-    /// As [`Self::new`], for a vehicle that is known to be near the arc length `near_arc_m`. Where the path comes by
-    /// twice, also on top of itself, height and heading decide which visit is meant.
+    /// As [`Self::new`], for a vehicle that is known to be near the arc length `near_arc_m`. Where the path
+    /// comes by twice, also on top of itself, height and heading decide which visit is meant.
     pub fn of_every_visit(
         path: &'a Path,
         (ego, near_arc_m): (Pose, f64),
@@ -236,8 +239,8 @@ impl<'a> PathFrame<'a> {
         self.ego
     }
 
-    /// Returns the signed distance from the rear axle to `pose` along the path, metres. Where the path comes by twice, as once
-    /// around a ring, the visit next to the vehicle is meant.
+    /// Returns the signed distance from the rear axle to `pose` along the path, metres. Where the path comes
+    /// by twice, as once around a ring, the visit next to the vehicle is meant.
     pub fn from_base_m(&self, pose: Pose) -> f64 {
         let station_m = if self.looks_at_every_visit {
             let from_ego_m = |index| (self.path.arc_m(index) - self.ego_station_m).abs();
@@ -249,14 +252,15 @@ impl<'a> PathFrame<'a> {
         station_m - self.ego_station_m
     }
 
-    /// Returns the same distance for a pose that lies between two arc lengths of the path, in metres, to within
-    /// [`SPAN_TOLERANCE_M`]. Other pieces of the path near the pose are ignored.
+    /// Returns the same distance for a pose that lies between two arc lengths of the path, in metres, to
+    /// within [`SPAN_TOLERANCE_M`]. Other pieces of the path near the pose are ignored.
     pub fn from_base_within_m(&self, pose: Pose, [from_m, to_m]: [f64; 2]) -> f64 {
         let beyond_m = |index: usize| {
             let arc_m = self.path.arc_m(index);
             (from_m - arc_m).max(arc_m - to_m).max(0.0)
         };
-        // What lies beyond the stretch counts as far away as that: a stretch can end on top of the way into it.
+        // What lies beyond the stretch counts as far away as that: a stretch can end on top of the way into
+        // it.
         let cost_m = |(index, at): &(usize, &Pose)| at.position.distance_m(pose.position) + beyond_m(*index);
         let within = self.path.poses.iter().enumerate();
         let within = within.filter(|(index, _)| beyond_m(*index) <= SPAN_TOLERANCE_M);

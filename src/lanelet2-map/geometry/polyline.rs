@@ -81,7 +81,8 @@ pub struct Projection {
     pub z_m: f64,
 }
 
-/// Returns the position on the line through `points` that is nearest to `query`; the first of equally near ones. `None` without points.
+/// Returns the position on the line through `points` that is nearest to `query`; the first of equally near
+/// ones. `None` without points.
 pub fn nearest(points: &[Point], query: Point) -> Option<Projection> {
     let first = *points.first()?;
     let mut best = (first.squared_distance(query), None, first);
@@ -114,8 +115,8 @@ pub fn nearest(points: &[Point], query: Point) -> Option<Projection> {
     })
 }
 
-/// Returns whether `query` lies to the left of a line. At a corner both of its pieces count: the inside of the bend is what
-/// both have on that side.
+/// Returns whether `query` lies to the left of a line. At a corner both of its pieces count: the inside of
+/// the bend is what both have on that side.
 pub fn is_on_left(points: &[Point], query: Point) -> bool {
     let points = without_repeats(points);
     let piece = |at: usize| Some((*points.get(at)?, *points.get(at + 1)?));

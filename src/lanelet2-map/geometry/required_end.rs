@@ -26,9 +26,9 @@ pub fn required_end(centerline: &[Point], threshold_deg: f64) -> Option<Pose> {
     Some(*turned.unwrap_or(end))
 }
 
-/// Returns the first point of the line at which the natural cubic spline through all of them faces within `threshold_deg` of its end: the
-/// rule of upstream's path generator. A line of fewer than four points is divided into quarters before. `None` without two
-/// different finite points.
+/// Returns the first point of the line at which the natural cubic spline through all of them faces within
+/// `threshold_deg` of its end: the rule of upstream's path generator. A line of fewer than four points is
+/// divided into quarters before. `None` without two different finite points.
 pub fn first_aligned(centerline: &[Point], threshold_deg: f64) -> Option<Pose> {
     if !centerline.iter().all(|point| point.is_finite()) {
         return None;

@@ -30,8 +30,8 @@ pub fn touches(ring: &[Point], line: &[Point]) -> bool {
     crosses || line.iter().any(|point| contains(ring, *point))
 }
 
-/// Returns the smallest |t| for which `corner + t * (sideways of the vehicle)` lies on `bound`, metres; `None`
-/// when the line through the corner along the vehicle's lateral axis misses it.
+/// Returns the smallest |t| for which `corner + t * (sideways of the vehicle)` lies on `bound`, metres;
+/// `None` when the line through the corner along the vehicle's lateral axis misses it.
 pub fn sideways_distance_m(vehicle: Pose, corner: Point, bound: &[Point]) -> Option<f64> {
     let (sin, cos) = vehicle.yaw_rad.sin_cos();
     // In the vehicle's axes from the corner: x along it, y to its left.

@@ -6,8 +6,8 @@ use super::Point;
 /// Below this the weights of a node are noise and the mean of its slopes counts.
 const MIN_WEIGHT: f64 = 1e-5;
 
-/// Returns the values at `queries` of the cubic through (`knots`, `values`). Queries outside the knots continue
-/// the first or last piece. `None` when there are fewer than two knots, knots do not rise, or the
+/// Returns the values at `queries` of the cubic through (`knots`, `values`). Queries outside the knots
+/// continue the first or last piece. `None` when there are fewer than two knots, knots do not rise, or the
 /// lengths differ.
 pub fn akima(knots: &[f64], values: &[f64], queries: &[f64]) -> Option<Vec<f64>> {
     let pieces = pieces(knots, values, &slopes(knots, values)?);
@@ -20,8 +20,8 @@ pub fn akima(knots: &[f64], values: &[f64], queries: &[f64]) -> Option<Vec<f64>>
     Some(queries.iter().map(value_at).collect())
 }
 
-/// Returns the points at the arc lengths `queries_m` of the cubic through `points` at the arc lengths `arcs_m`; `None` as for
-/// [`akima`].
+/// Returns the points at the arc lengths `queries_m` of the cubic through `points` at the arc lengths
+/// `arcs_m`; `None` as for [`akima`].
 pub fn akima_points(arcs_m: &[f64], points: &[Point], queries_m: &[f64]) -> Option<Vec<Point>> {
     let along = |coordinate: fn(&Point) -> f64| {
         akima(arcs_m, &points.iter().map(coordinate).collect::<Vec<_>>(), queries_m)
@@ -30,8 +30,8 @@ pub fn akima_points(arcs_m: &[f64], points: &[Point], queries_m: &[f64]) -> Opti
     Some(xs.into_iter().zip(ys).zip(zs).map(|((x_m, y_m), z_m)| Point { x_m, y_m, z_m }).collect())
 }
 
-/// Returns the derivatives at the knots of the natural cubic spline through (`knots`, `values`): the smoothest line through all of them, which
-/// is straight at both ends. `None` as for [`akima`].
+/// Returns the derivatives at the knots of the natural cubic spline through (`knots`, `values`): the
+/// smoothest line through all of them, which is straight at both ends. `None` as for [`akima`].
 pub fn natural_derivatives(knots: &[f64], values: &[f64]) -> Option<Vec<f64>> {
     let slopes = slopes(knots, values)?;
     let spans: Vec<f64> = differences(knots).collect();
@@ -83,7 +83,8 @@ fn differences(values: &[f64]) -> impl Iterator<Item = f64> {
     values.iter().zip(values.iter().skip(1)).map(|(from, to)| to - from)
 }
 
-/// Returns the slope of each piece; `None` when there are fewer than two knots, knots do not rise, or the lengths differ.
+/// Returns the slope of each piece; `None` when there are fewer than two knots, knots do not rise, or the
+/// lengths differ.
 fn slopes(knots: &[f64], values: &[f64]) -> Option<Vec<f64>> {
     let is_rising = knots.windows(2).all(|pair| matches!(pair, [from, to] if from < to));
     let slopes = differences(values).zip(differences(knots)).map(|(rise, span)| rise / span);

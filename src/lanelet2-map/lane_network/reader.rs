@@ -16,8 +16,8 @@ use crate::points::Points;
 const SHOULDER: &str = "road_shoulder";
 
 impl LaneNetwork {
-    /// Creates the network of all lanelets of a map, also of those that are not for vehicles, since a shoulder can be where a
-    /// vehicle pulls out. Of the nodes, it takes nothing but the points.
+    /// Creates the network of all lanelets of a map, also of those that are not for vehicles, since a
+    /// shoulder can be where a vehicle pulls out. Of the nodes, it takes nothing but the points.
     ///
     /// # Errors
     /// [`MapError`], with the element that is wrong.
@@ -55,7 +55,8 @@ impl<'a> NetworkBuilder<'a> {
         let ways = [self.way(relation, "left")?, self.way(relation, "right")?];
         self.count_points(relation, ways.iter().map(|way| way.nodes.len()).sum())?;
         let [mut left, mut right] = [self.line(ways[0], relation)?, self.line(ways[1], relation)?];
-        // Each bound is turned so that the other one lies on its proper side, the left one first, as lanelet2 does.
+        // Each bound is turned so that the other one lies on its proper side, the left one first, as lanelet2
+        // does.
         let turns_left = is_on_left(&from_above(&left), middle(&right));
         if turns_left {
             left.reverse();

@@ -6,8 +6,9 @@ use std::collections::{BTreeMap, BinaryHeap};
 use super::{LaneId, LaneNetwork};
 
 impl LaneNetwork {
-    /// Returns the shortest way from one lanelet to another, both included, without a change of lane; `None` when none leads there. The lengths
-    /// of all lanelets but the last are added up; of equally long ways it is always the same.
+    /// Returns the shortest way from one lanelet to another, both included, without a change of lane; `None`
+    /// when none leads there. The lengths of all lanelets but the last are added up; of equally long ways it
+    /// is always the same.
     pub fn shortest_way(&self, from: LaneId, to: LaneId) -> Option<Vec<LaneId>> {
         self.lane(from)?;
         let mut before: BTreeMap<LaneId, Option<LaneId>> = BTreeMap::new();

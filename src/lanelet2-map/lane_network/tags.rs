@@ -21,8 +21,9 @@ impl TurnDirection {
     }
 }
 
-/// Returns whether vehicles may use a lanelet with these tags: a tag `participant:vehicle` or `participant` decides, then any
-/// other tag of a participant (not for vehicles), then the subtype. These are lanelet2's rules.
+/// Returns whether vehicles may use a lanelet with these tags: a tag `participant:vehicle` or `participant`
+/// decides, then any other tag of a participant (not for vehicles), then the subtype. These are lanelet2's
+/// rules.
 pub(super) fn is_for_vehicles(tags: &Tags) -> bool {
     let mut participants = tags.iter().filter(|(key, _)| key.starts_with("participant")).peekable();
     if participants.peek().is_none() {

@@ -1,5 +1,5 @@
-//! The lanelets for vehicles that follow each other and lie beside each other, by the points and ways they share:
-//! lanelet2's routing graph for vehicles (docs/spec/turn-signal-decider.md, "Map facts").
+//! The lanelets for vehicles that follow each other and lie beside each other, by the points and ways they
+//! share: lanelet2's routing graph for vehicles (docs/spec/turn-signal-decider.md, "Map facts").
 //!
 //! Lanelets that may be driven both ways are taken in the direction of their bounds only.
 
@@ -92,8 +92,8 @@ impl Topology {
             !shared(neighbours, of, &(way_id, is_inverted)).is_empty()
                 || shared(opposite, of, &(way_id, !is_inverted)).iter().chain(shoulders).any(is_other)
         };
-        // A sibling begins with this lanelet and ends beside it: their inner bounds meet there, as they do when what
-        // follows the two lies side by side.
+        // A sibling begins with this lanelet and ends beside it: their inner bounds meet there, as they do
+        // when what follows the two lies side by side.
         let roots = shared(&self.ends, of, &[of.left.ends[0], of.right.ends[0]]).iter();
         let begun = roots
             .filter_map(|root| drawn.get(*root))

@@ -87,7 +87,8 @@ pub struct OsmElement {
     pub id: i64,
 }
 
-/// Keys and values of an element, in turn, each followed by a byte that no text has: a map has hundreds of thousands of short ones.
+/// Keys and values of an element, in turn, each followed by a byte that no text has: a map has hundreds of
+/// thousands of short ones.
 #[derive(Clone, PartialEq, Eq, Default)]
 pub struct Tags(pub(super) Box<[u8]>);
 

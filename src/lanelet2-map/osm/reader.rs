@@ -25,8 +25,8 @@ pub fn read(bytes: &[u8]) -> Result<Osm, OsmError> {
     read_events(|text| reader.read_event_into(text))
 }
 
-/// Reads a file from the events of its XML, so that its text need not be in memory. `next` gives the next event and leaves its
-/// text in the empty buffer, as [`Reader::read_event_into`] does.
+/// Reads a file from the events of its XML, so that its text need not be in memory. `next` gives the next
+/// event and leaves its text in the empty buffer, as [`Reader::read_event_into`] does.
 ///
 /// Memory is bounded by the size of the text.
 ///
@@ -366,8 +366,8 @@ impl Osm {
         OsmError { line: self.line(from).unwrap_or(1), fault: OsmFault::Missing { from, to } }
     }
 
-    /// Returns a member that a lanelet or regulatory element needs and the file does not have. Other relations
-    /// may be incomplete, as editors download them.
+    /// Returns a member that a lanelet or regulatory element needs and the file does not have. Other
+    /// relations may be incomplete, as editors download them.
     fn missing_member(&self, relation: &Relation) -> Option<OsmElement> {
         if !relation.is_lanelet() && !relation.tags.is("type", "regulatory_element") {
             return None;

@@ -27,7 +27,8 @@ pub struct Decoder {
     rejected: Vec<Option<&'static str>>,
 }
 
-/// Finds the message of a frame and checks it, as the gateway does, for the lights and for the vehicle's status.
+/// Finds the message of a frame and checks it, as the gateway does, for the lights and for the vehicle's
+/// status.
 #[derive(Debug)]
 pub(super) struct FrameReader {
     lights: LightsBinding,
@@ -168,7 +169,8 @@ impl FrameReader {
         signals
     }
 
-    /// Returns what a raw value shows of the lights, by the position of its signal. One of the status shows at most that it is unusable.
+    /// Returns what a raw value shows of the lights, by the position of its signal. One of the status shows
+    /// at most that it is unusable.
     pub(super) fn state(&self, position: usize, raw: i128) -> RawState {
         let lights = self.lights.table.signals.len();
         if position < lights {
@@ -192,8 +194,8 @@ fn meaning_name(meaning: Meaning<()>) -> &'static str {
 }
 
 impl Decoder {
-    /// Creates a decoder. With `changes_only` a signal is printed only when its raw value changes, and a rejected
-    /// frame only when the reason changes.
+    /// Creates a decoder. With `changes_only` a signal is printed only when its raw value changes, and a
+    /// rejected frame only when the reason changes.
     pub fn new(settings: &Settings, changes_only: bool) -> Self {
         let reader = FrameReader::new(settings);
         let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
@@ -206,9 +208,9 @@ impl Decoder {
         }
     }
 
-    /// Prints the bound signals of an input: `(stamp) can0 128 BODY.TURN = 8 (0x8) turn left`. For a frame that the
-    /// gateway rejects, the reason comes first: `(stamp) can0 128 BODY REJECTED: wrong checksum: 0x1, not 0x2`. Fails
-    /// only if `out` does.
+    /// Prints the bound signals of an input: `(stamp) can0 128 BODY.TURN = 8 (0x8) turn left`. For a frame
+    /// that the gateway rejects, the reason comes first: `(stamp) can0 128 BODY REJECTED: wrong checksum:
+    /// 0x1, not 0x2`. Fails only if `out` does.
     pub fn print(&mut self, input: &CanInput, now: Now, out: &mut dyn Write) -> io::Result<()> {
         let (bus, frame, stamp) = match input {
             CanInput::Frame { bus, frame, stamp } => (*bus, frame, *stamp),

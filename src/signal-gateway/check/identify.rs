@@ -116,8 +116,8 @@ impl Identifier {
         }
     }
 
-    /// Returns true if more frames would hardly change the result: only one profile fits, and it has a valid checksum
-    /// or counter, or a side that was on.
+    /// Returns true if more frames would hardly change the result: only one profile fits, and it has a valid
+    /// checksum or counter, or a side that was on.
     pub fn is_sure(&self) -> bool {
         let candidates = self.candidates();
         let mut fitting = candidates.iter().filter(|candidate| candidate.fits());
@@ -161,7 +161,8 @@ impl Identifier {
         self.profiles.iter().filter(has_list).map(|profile| profile.name).collect()
     }
 
-    /// Returns the profiles of which messages were received, best first, each on the interface that it fits best.
+    /// Returns the profiles of which messages were received, best first, each on the interface that it fits
+    /// best.
     pub fn candidates(&self) -> Vec<ProfileCandidate<'_>> {
         let of_profile = |(position, profile): (usize, &'_ KnownProfile)| {
             let fits = self.interfaces.iter().filter_map(move |interface| {

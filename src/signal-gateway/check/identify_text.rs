@@ -16,8 +16,8 @@ use vehicle_bringup::plausibility::fit::{FitVerdict, Support};
 
 const LISTED: usize = 3;
 
-/// Returns the best candidates with the evidence for and against them, or all candidates with `all`. `log` is `None`
-/// for a bus.
+/// Returns the best candidates with the evidence for and against them, or all candidates with `all`. `log` is
+/// `None` for a bus.
 pub fn text(identifier: &Identifier, log: Option<&Path>, all: bool, layout: Layout) -> String {
     let candidates = identifier.candidates();
     let mut text = String::new();

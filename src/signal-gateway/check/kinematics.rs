@@ -16,7 +16,8 @@ const MOTION: &str = "motion";
 /// Wheel bases of a small and of a large car, for which a ratio is given while none is configured.
 const EXAMPLES_M: [f64; 2] = [2.6, 2.9];
 
-/// Lists signs, steering ratio, tread and scales of the speeds, and finds those that are configured otherwise.
+/// Lists signs, steering ratio, tread and scales of the speeds, and finds those that are configured
+/// otherwise.
 pub(super) fn motion(survey: KinematicSurvey, settings: &Settings, report: &mut CheckReport) {
     let (status, geometry) = (&settings.gateway.status, &settings.gateway.status_settings.geometry);
     let steering = status.steering.as_ref().and_then(|steering| steering.sources.first());

@@ -152,8 +152,8 @@ impl<'a> LiveMessages<'a> {
     }
 }
 
-/// Returns a signal that the profile does not bind, as `SPEED = 12.5 km/h` or `GEAR = 3 (reverse)`; `None` if the
-/// frame does not carry it.
+/// Returns a signal that the profile does not bind, as `SPEED = 12.5 km/h` or `GEAR = 3 (reverse)`; `None` if
+/// the frame does not carry it.
 fn signal_text(signal: &Signal, frame: &Frame) -> Option<String> {
     let codec = &signal.codec;
     if codec.needed_length() > frame.data().len() || !codec.is_present(frame.padded()) {

@@ -11,7 +11,8 @@ use lanelet2_map::tag_check::{MapFlaw, check_tags};
 use turn_signal::compat::DeciderCompat;
 use vehicle_bringup::plausibility::finding::Severity;
 
-/// Checks a map by itself, with the default settings of the decider. Returns the problem if it cannot be read.
+/// Checks a map by itself, with the default settings of the decider. Returns the problem if it cannot be
+/// read.
 pub fn map(files: &dyn Files, path: &Path) -> Result<CheckReport, Problem> {
     let road = read_lane_network(files, path)?;
     let mut report = CheckReport::default();

@@ -110,7 +110,8 @@ pub fn notes(settings: &Settings) -> Vec<String> {
     missed.into_iter().chain(traffic_lights::notes(settings)).chain(old_stamps(settings)).collect()
 }
 
-/// Warns of published stamps in the past, which readers such as Autoware's diagnostics aggregator treat as stale.
+/// Warns of published stamps in the past, which readers such as Autoware's diagnostics aggregator treat as
+/// stale.
 fn old_stamps(settings: &Settings) -> Option<String> {
     let is_published = settings.ros.enabled && settings.source == SourceKind::Recording;
     let stamps = settings.recording.as_ref().filter(|_| is_published)?.stamps;

@@ -65,8 +65,8 @@ fn heading(subject: &str) -> (&str, String) {
     }
 }
 
-/// Returns true if one text is about the left side and the other about the right side. This is a guess, since names in a
-/// DBC are free, and so are the texts that a profile gives to faults and reasons.
+/// Returns true if one text is about the left side and the other about the right side. This is a guess, since
+/// names in a DBC are free, and so are the texts that a profile gives to faults and reasons.
 fn are_opposite(one: &str, other: &str) -> bool {
     let side = |text: &str| {
         let text = text.to_lowercase();

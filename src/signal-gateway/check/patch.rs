@@ -30,8 +30,8 @@ pub struct Fix {
 }
 
 impl Fix {
-    /// Creates a fix for a message by its name in reports; returns `None` for `BUS:MESSAGE`, whose section may belong
-    /// to another bus.
+    /// Creates a fix for a message by its name in reports; returns `None` for `BUS:MESSAGE`, whose section
+    /// may belong to another bus.
     pub(super) fn new(message: &str, line: String) -> Option<Self> {
         (!message.contains(':')).then(|| Self { message: message.to_owned(), line })
     }
@@ -46,15 +46,15 @@ impl Fix {
     }
 }
 
-/// Returns the timeout line for a median period: five periods, as for the default from a DBC. Returns `None` if the
-/// message comes too rarely to have a period.
+/// Returns the timeout line for a median period: five periods, as for the default from a DBC. Returns `None`
+/// if the message comes too rarely to have a period.
 pub(super) fn timeout(median: Duration) -> Option<String> {
     let timeout = (median.as_millis() * 5).max(200).div_ceil(50) * 50;
     (timeout <= MAX_TIMEOUT_MS).then(|| format!("timeout_ms = {timeout}"))
 }
 
-/// Returns timeouts for the messages that lack one and whose period the recording shows. Fails if the recording
-/// cannot be read.
+/// Returns timeouts for the messages that lack one and whose period the recording shows. Fails if the
+/// recording cannot be read.
 pub fn timeouts(log: &mut Log, missing: &[&MissingTimeout]) -> io::Result<Vec<Fix>> {
     let mut gaps: BTreeMap<(CanId, usize), (u64, GapDistribution)> = BTreeMap::new();
     let (mut first, mut now) = (None, MonoTime::ZERO);
@@ -77,8 +77,9 @@ pub fn timeouts(log: &mut Log, missing: &[&MissingTimeout]) -> io::Result<Vec<Fi
     Ok(missing.iter().filter_map(fix).collect())
 }
 
-/// Returns the lines with their places in the profile: first those for existing sections, then new sections. `text`
-/// is the content of `file`; `profile_key` is the key of the profile's table in it, or empty for the whole file.
+/// Returns the lines with their places in the profile: first those for existing sections, then new sections.
+/// `text` is the content of `file`; `profile_key` is the key of the profile's table in it, or empty for the
+/// whole file.
 pub fn patch(file: &Path, text: &str, profile_key: &str, fixes: &[&Fix]) -> String {
     let file = plain_path(file);
     let document = DeTable::parse(text).ok();

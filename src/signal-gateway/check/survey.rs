@@ -1,4 +1,5 @@
-//! Counts the frames and values of a recording that is played, and the reports that would have been published.
+//! Counts the frames and values of a recording that is played, and the reports that would have been
+//! published.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -44,7 +45,8 @@ pub(super) struct ErrorSurvey {
 #[derive(Debug)]
 pub(super) struct RecordingSurvey {
     pub(super) evidence: ProfileEvidence,
-    /// Messages of the vehicle's lights, then messages that only V2I uses, then those of the vehicle's status alone.
+    /// Messages of the vehicle's lights, then messages that only V2I uses, then those of the vehicle's status
+    /// alone.
     pub(super) bound: Vec<BoundMessage>,
     pub(super) messages: Vec<MessageSurvey>,
     pub(super) errors: BTreeMap<BusIndex, ErrorSurvey>,
@@ -64,8 +66,8 @@ pub(super) struct RecordingSurvey {
     pub(super) motion: KinematicSurvey,
 }
 
-/// The frames of a bus: their identifiers, and the times of the last frames of the two latest ones. When a message was missing, one
-/// of them is the newest frame of another message.
+/// The frames of a bus: their identifiers, and the times of the last frames of the two latest ones. When a
+/// message was missing, one of them is the newest frame of another message.
 #[derive(Debug, Default)]
 pub(super) struct BusFrames {
     pub(super) fingerprint: Fingerprint,

@@ -282,8 +282,8 @@ pub fn recording_faults(replay: &Replay) -> Vec<String> {
         .collect()
 }
 
-/// Describes frames that came instead of a missing message: on another interface, with another identifier length, or from
-/// another sender.
+/// Describes frames that came instead of a missing message: on another interface, with another identifier
+/// length, or from another sender.
 fn instead_of(message: &BoundMessage, settings: &Settings, replay: &Replay) -> String {
     let (ids, described) = (message.ids, message.ids.described());
     let bus = &settings.gateway.buses[usize::from(message.bus.0)].name;
@@ -306,8 +306,8 @@ fn instead_of(message: &BoundMessage, settings: &Settings, replay: &Replay) -> S
     instead.take(MAX_INSTEAD).collect()
 }
 
-/// Reports the integrity checks of a message. A counter cannot be checked in its first frame, or in the first after a
-/// silence; this is not a finding.
+/// Reports the integrity checks of a message. A counter cannot be checked in its first frame, or in the first
+/// after a silence; this is not a finding.
 fn integrity(name: &str, counts: IntegrityCounts, report: &mut CheckReport) {
     let reasons: Vec<_> = counts
         .by_reason()

@@ -216,7 +216,8 @@ impl StatusSurvey {
                 let total = seconds_text(MonoTime::ZERO.after(*total));
                 let (seen, first_at) = (times(*count), seconds_text(*first));
                 let text = format!("{name} withheld {seen}, {total} in all, first at {first_at}: {message}");
-                // Nothing is known before the first frames; that alone is not a finding. The reason of the longest time is.
+                // Nothing is known before the first frames; that alone is not a finding. The reason of the
+                // longest time is.
                 let start_only = *first == start && *count == 1 && survey.was_published;
                 if start_only || is_warned {
                     report.line("", text);

@@ -34,7 +34,8 @@ pub(super) fn run(settings: &Settings, socket: &Path, json: bool) -> Result<Exit
     Ok(if plan.restart.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(RESTART_NEEDED) })
 }
 
-/// Returns the changes that a configuration would make; `None` if the running gateway does not report its own.
+/// Returns the changes that a configuration would make; `None` if the running gateway does not report its
+/// own.
 pub(super) fn plan_for(settings: &Settings, running: &Snapshot) -> Option<ReloadPlan> {
     let process = running.process.as_ref()?;
     let mut plan = plan(&process.configuration.as_ref()?.in_effect, &settings.in_effect);

@@ -28,8 +28,8 @@ use can_signal::can::BusIndex;
 pub(super) struct ConfigArgs {
     #[arg(short, long, value_name = "FILE", help = config_help())]
     pub(super) config: Option<PathBuf>,
-    /// Vehicle profile to use instead of the configured one, by name (`profiles list`) or path; without --config, no configuration is
-    /// read, and buses are can0, can1 … in the order of their names
+    /// Vehicle profile to use instead of the configured one, by name (`profiles list`) or path; without
+    /// --config, no configuration is read, and buses are can0, can1 … in the order of their names
     #[arg(short, long, value_name = "NAME|FILE")]
     pub(super) profile: Option<PathBuf>,
 }

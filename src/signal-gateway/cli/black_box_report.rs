@@ -1,5 +1,5 @@
-//! `black-box-report`: the page of a black box for the live page, in a process of its own, so that neither its memory nor a
-//! fault in it concerns the gateway.
+//! `black-box-report`: the page of a black box for the live page, in a process of its own, so that neither
+//! its memory nor a fault in it concerns the gateway.
 
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
@@ -19,8 +19,8 @@ use crate::report::timeline::{OpenedAt, Timeline};
 
 /// Longest time of a processor, seconds; a black box of the default length takes less than one.
 const MAX_SECONDS: u64 = 30;
-/// The most private writable memory, bytes: a black box of 100,000 frames, each of which changes something, takes 60 MB. It leaves
-/// the service room below its own limit.
+/// The most private writable memory, bytes: a black box of 100,000 frames, each of which changes something,
+/// takes 60 MB. It leaves the service room below its own limit.
 const MAX_MEMORY: u64 = 128 * 1024 * 1024;
 
 #[derive(Debug, Args)]

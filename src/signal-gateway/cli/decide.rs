@@ -86,7 +86,8 @@ pub(super) struct DecideArgs {
     /// Drive scenario (.toml), or recording of a drive: MCAP, or the file or folder of a bag
     #[arg(value_name = "SCENARIO|RECORDING", required_unless_present = "map")]
     scenario: Option<PathBuf>,
-    /// lanelet2 map of a recording; or instead of a scenario: the shortest way from one lanelet to another is driven, without a change of lane
+    /// lanelet2 map of a recording; or instead of a scenario: the shortest way from one lanelet to another is
+    /// driven, without a change of lane
     #[arg(long, value_name = "MAP.osm")]
     map: Option<PathBuf>,
     /// Signal of a recording that is judged; default: the first of which it has samples
@@ -98,15 +99,17 @@ pub(super) struct DecideArgs {
     /// Lanelet at whose end it ends
     #[arg(long, value_name = "LANELET", requires_all = ["map", "from"])]
     to: Option<LaneId>,
-    /// Drive so many routes all over the map, the same each time, and list the turns whose signals are missed, short, opposite or flickering:
-    /// by their tags, and by the geometry where it contradicts these, which is a fault of the map. Exit code 5 if there is one
+    /// Drive so many routes all over the map, the same each time, and list the turns whose signals are
+    /// missed, short, opposite or flickering: by their tags, and by the geometry where it contradicts these,
+    /// which is a fault of the map. Exit code 5 if there is one
     #[arg(long, value_name = "NUMBER", requires = "map", conflicts_with = "scenario", group = "way")]
     all_routes: Option<usize>,
-    /// Use only routes that meet themselves: that come within 10 m of an earlier part, or whose last lanelet leads to one of theirs
+    /// Use only routes that meet themselves: that come within 10 m of an earlier part, or whose last lanelet
+    /// leads to one of theirs
     #[arg(long, requires = "all_routes", conflicts_with_all = ["from", "to"])]
     loops: bool,
-    /// Drive all routes once for each value and print a table: five values of a parameter by Autoware's name, KEY=FROM..TO, or KEY=FROM..TO:STEP, or
-    /// `country`: the rules of each shipped country
+    /// Drive all routes once for each value and print a table: five values of a parameter by Autoware's name,
+    /// KEY=FROM..TO, or KEY=FROM..TO:STEP, or `country`: the rules of each shipped country
     #[arg(long, value_name = "SWEEP", requires = "all_routes", conflicts_with_all = ["from", "to"])]
     sweep: Option<Sweep>,
     /// Speed of the vehicle, m/s

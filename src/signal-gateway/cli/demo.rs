@@ -272,7 +272,8 @@ mod tests {
         load(&Embedded, Path::new(config), &Overrides::default()).unwrap()
     }
 
-    /// Looks at the state as the commands do, at each moment of a demo, and returns for how many looks each caption was shown.
+    /// Looks at the state as the commands do, at each moment of a demo, and returns for how many looks each
+    /// caption was shown.
     struct Audience {
         teller: Teller,
         looks: Vec<usize>,

@@ -47,8 +47,8 @@ fn remedy(interface: &str, state: LinkState) -> String {
     }
 }
 
-/// Returns the command that brings an interface up so that it sends nothing, not even error frames when the bit rate is wrong.
-/// A virtual one refuses a bit rate.
+/// Returns the command that brings an interface up so that it sends nothing, not even error frames when the
+/// bit rate is wrong. A virtual one refuses a bit rate.
 fn bring_up(interface: &str, is_virtual: bool) -> String {
     let rate = if is_virtual { "" } else { " type can bitrate 500000 listen-only on" };
     format!("bring it up first: ip link set {interface} up{rate}")

@@ -155,7 +155,8 @@ fn listed<'a>(models: &'a [CarModel], car: &'a str) -> Result<ListedCar<'a>, Fai
     Ok(ListedCar { name: car, models: search.models, profiles })
 }
 
-/// Returns what is listed of the car, or of all models of a profile; `None` if the profile needs no dimensions.
+/// Returns what is listed of the car, or of all models of a profile; `None` if the profile needs no
+/// dimensions.
 fn dimensions(
     profile: &str,
     settings: &Settings,
@@ -310,8 +311,8 @@ fn assigned(buses: &[&str], interfaces: &[String]) -> Result<Vec<BusInterface>, 
     }
 }
 
-/// Returns the profile as the new configuration names it: by name, by its path below the configuration, or by its
-/// absolute path.
+/// Returns the profile as the new configuration names it: by name, by its path below the configuration, or by
+/// its absolute path.
 fn named(profile: &str, output: &Path) -> io::Result<String> {
     if !Path::new(profile).exists() {
         return Ok(profile.to_owned());

@@ -77,7 +77,8 @@ pub(super) struct CheckArgs {
     /// Print one JSON object, for CI
     #[arg(long, conflicts_with = "fix")]
     json: bool,
-    /// Compare with the configuration of the running gateway instead: what a reload would change, and what needs a restart
+    /// Compare with the configuration of the running gateway instead: what a reload would change, and what
+    /// needs a restart
     #[arg(long, value_name = "SOCKET", num_args = 0..=1, require_equals = true, default_missing_value = SOCKET,
           conflicts_with_all = ["log", "map", "fix", "strict"])]
     against_running: Option<PathBuf>,

@@ -75,17 +75,19 @@ pub(super) struct LightsArgs {
     /// Lanelet2 map with the lights; default: the map or the groups that the scenario names
     #[arg(long, value_name = "NAME|FILE.osm")]
     map: Option<PathBuf>,
-    /// Take each id of the scenario for a light that is a group of its own, for scenarios of other kinds of maps; an id may be a text
+    /// Take each id of the scenario for a light that is a group of its own, for scenarios of other kinds of
+    /// maps; an id may be a text
     #[arg(long, conflicts_with = "map")]
     without_map: bool,
     /// Folder of a package, for $(find-pkg-share NAME) in a scenario; may be repeated
     #[arg(long = "package", value_name = "NAME=FOLDER", value_parser = |text: &str| pair::<PathBuf>(text, "expected NAME=FOLDER"))]
     packages: Vec<(String, PathBuf)>,
-    /// Bulbs by position, for states as in `on;off;off`, of all lights with as many or of those with these ids: for
-    /// instance red,yellow,green or 21,22=red,green; may be repeated
+    /// Bulbs by position, for states as in `on;off;off`, of all lights with as many or of those with these
+    /// ids: for instance red,yellow,green or 21,22=red,green; may be repeated
     #[arg(long, value_name = "[IDS=]BULBS")]
     bulb_order: Vec<BulbOrder>,
-    /// Value of a scenario modifier that has several, of which each is a run of the simulator; may be repeated
+    /// Value of a scenario modifier that has several, of which each is a run of the simulator; may be
+    /// repeated
     #[arg(long = "modifier", value_name = "NAME=VALUE", value_parser = |text: &str| pair::<String>(text, "expected NAME=VALUE"))]
     modifiers: Vec<(String, String)>,
     /// Mode, where the simulator's rules have weaknesses

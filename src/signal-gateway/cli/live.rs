@@ -42,7 +42,8 @@ order.";
 pub(super) struct RunArgs {
     #[command(flatten)]
     config: ConfigArgs,
-    /// Record what is received and published in DIR, as MCAP files of rosbag2; [mcap] in the configuration bounds them
+    /// Record what is received and published in DIR, as MCAP files of rosbag2; [mcap] in the configuration
+    /// bounds them
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,
     #[command(flatten)]

@@ -33,7 +33,8 @@ enum ExportTarget {
 }
 
 impl McapExport {
-    /// Creates the file, or for a path that does not end in `.mcap` the folder of a bag, which must not exist.
+    /// Creates the file, or for a path that does not end in `.mcap` the folder of a bag, which must not
+    /// exist.
     pub(super) fn create(path: &Path, encoder: Encoder) -> Result<Self, Failure> {
         let target = if path.extension().is_some_and(|extension| extension == "mcap") {
             McapFile::create(path, true).map(ExportTarget::File)

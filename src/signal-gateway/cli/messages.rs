@@ -121,8 +121,8 @@ pub(super) fn start_log(level: &str, form: LogForm) -> Result<(), Failure> {
         (MessageArgs { verbose: true, .. }, "info") => "debug",
         (_, level) => level,
     };
-    // DDS logs only if RUST_LOG names it, as in RUST_LOG=debug,rustdds=debug. Zenoh would warn of each link that ends
-    // while it reports its links to others.
+    // DDS logs only if RUST_LOG names it, as in RUST_LOG=debug,rustdds=debug. Zenoh would warn of each link
+    // that ends while it reports its links to others.
     let quiet = "rustdds=off,ros2_client=off,zenoh::api::admin=error";
     let requested = std::env::var(EnvFilter::DEFAULT_ENV).unwrap_or_default();
     let refused = |directive: &str| {

@@ -1,4 +1,5 @@
-//! The size of what a command writes of a recording: in proportion to the recording, so that a small file cannot fill a disk.
+//! The size of what a command writes of a recording: in proportion to the recording, so that a small file
+//! cannot fill a disk.
 
 use std::io;
 use std::time::Duration;

@@ -1,4 +1,5 @@
-//! `decide` with a recording: what Autoware sent on a drive, the decider beside it, and how far the signals agree.
+//! `decide` with a recording: what Autoware sent on a drive, the decider beside it, and how far the signals
+//! agree.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -59,7 +60,8 @@ struct Notes {
     has_decided: bool,
 }
 
-/// Runs the decider over a recording, with settings and map of `file`. The names of the topics are those of a configuration, or Autoware's.
+/// Runs the decider over a recording, with settings and map of `file`. The names of the topics are those of a
+/// configuration, or Autoware's.
 pub(super) fn run(
     recording: &Path,
     file: &DriveFile,

@@ -32,8 +32,8 @@ pub(super) struct ReloadArgs {
     /// Status socket of the gateway
     #[arg(long, value_name = "PATH", default_value = SOCKET)]
     socket: PathBuf,
-    /// Process of the gateway; without a status socket the request is sent to it nevertheless, and its log says what becomes
-    /// of it
+    /// Process of the gateway; without a status socket the request is sent to it nevertheless, and its log
+    /// says what becomes of it
     #[arg(long)]
     pid: Option<u32>,
 }

@@ -138,7 +138,8 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     outcome
 }
 
-/// Returns the topics of all inputs in a recording of the gateway itself, samples first, by the positions of their subscriptions.
+/// Returns the topics of all inputs in a recording of the gateway itself, samples first, by the positions of
+/// their subscriptions.
 fn inputs(settings: &Settings) -> Vec<(String, SampleKind)> {
     encoder(settings).inputs(&subscriptions(settings))
 }

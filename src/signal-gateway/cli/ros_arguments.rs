@@ -45,8 +45,8 @@ pub(super) struct RosArguments {
     pub(super) without_effect: Vec<String>,
 }
 
-/// Reads the arguments of ROS 2 for a node that the configuration calls `default_node`. Fails for an unknown or
-/// unsupported option or rule, and for an invalid parameter file.
+/// Reads the arguments of ROS 2 for a node that the configuration calls `default_node`. Fails for an unknown
+/// or unsupported option or rule, and for an invalid parameter file.
 pub(super) fn read(files: &dyn Files, ros: &[OsString], default_node: &str) -> Result<RosArguments, Failure> {
     let mut found = RosArguments::default();
     let mut rules = Vec::new();
@@ -299,7 +299,8 @@ mod tests {
     /// this node makes of them. What a global parameter is for all nodes comes first, then the node's own.
     #[rustfmt::skip]
     const LAUNCH_TREE: [(&str, &str); 14] = [
-        // A container of composable nodes beside this node changes nothing of it, and has the same global parameters.
+        // A container of composable nodes beside this node changes nothing of it, and has the same global
+        // parameters.
         ("--ros-args|-r|__node:=left|-r|__ns:=/car/interface", "/car/interface left"),
         ("--log-level|info|--ros-args|-r|__node:=left|-r|__ns:=/", "/ left log=info"),
         // SetParameter(name, value): Python's own texts of numbers, truth values, tuples and strings.

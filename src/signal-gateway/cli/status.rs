@@ -123,7 +123,8 @@ fn history(args: &StatusArgs, level: Level) -> Result<ExitCode, Failure> {
     let (mut after, mut is_connected) = (0, false);
     loop {
         let request = HistoryRequest { after: Some(after), level, ..HistoryRequest::default() };
-        // A new connection each time: on one that waits for the reader of what is printed here, snapshots would pile up.
+        // A new connection each time: on one that waits for the reader of what is printed here, snapshots
+        // would pile up.
         let page = match StatusClient::connect(&args.socket).and_then(|mut client| client.history(request)) {
             Ok(page) => page,
             Err(error) if args.watch && after > 0 && !matches!(error, ClientError::NoHistory) => {

@@ -1,4 +1,5 @@
-//! `decide --all-routes`: drives many routes of a map, once or for each value of a sweep, and lists the faults.
+//! `decide --all-routes`: drives many routes of a map, once or for each value of a sweep, and lists the
+//! faults.
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -60,8 +61,8 @@ pub(super) fn run(
     Ok(if is_wrong { ExitCode::from(5) } else { ExitCode::SUCCESS })
 }
 
-/// Formats a survey: `improved: 60 routes, 79 turns: 0 missed, 0 short, 0 opposite, 0 flickering; by the map: 1
-/// missed`.
+/// Formats a survey: `improved: 60 routes, 79 turns: 0 missed, 0 short, 0 opposite, 0 flickering; by the map:
+/// 1 missed`.
 fn sentence(compat: DeciderCompat, survey: &TurnSurvey) -> String {
     let named = |counts: [usize; 4]| SignalFault::ALL.map(SignalFault::name).into_iter().zip(counts);
     let text = |counts: Vec<(&str, usize)>| {

@@ -101,8 +101,8 @@ pub(super) fn expect_recording(path: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Adds hints to similar files to the problems with missing files. A `profile` that resembles a built-in one has its
-/// hint already.
+/// Adds hints to similar files to the problems with missing files. A `profile` that resembles a built-in one
+/// has its hint already.
 pub(super) fn with_neighbours(Refused(mut problems): Refused, profile: Option<&Path>) -> Refused {
     let has_hint = |path: &Path| profile == Some(path) && !BuiltIn::Profile.probably_meant(path).is_empty();
     for problem in problems.iter_mut().filter(|problem| problem.position.is_none()) {

@@ -268,7 +268,8 @@ fn read_script(path: &Path) -> Result<Vec<(Duration, SimulationRequest)>, Failur
     Ok(script)
 }
 
-/// Reads standard input in a thread, since there is no other way to wait for it. The thread ends with the process.
+/// Reads standard input in a thread, since there is no other way to wait for it. The thread ends with the
+/// process.
 fn lines_of_stdin() -> UnboundedReceiver<String> {
     let (sender, lines) = unbounded_channel();
     std::thread::spawn(move || {

@@ -20,7 +20,8 @@ pub(super) struct ViewArgs {
 }
 
 impl ViewArgs {
-    /// Opens the live view if there is a terminal for it, else `otherwise`; `url` is the address of the live page.
+    /// Opens the live view if there is a terminal for it, else `otherwise`; `url` is the address of the live
+    /// page.
     pub(super) fn open(
         &self,
         title: String,

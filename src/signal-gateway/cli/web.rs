@@ -35,8 +35,8 @@ impl WebArgs {
         self.web.is_some() || self.open
     }
 
-    /// Enables the page in the configuration as requested, and writes its address to standard error. Fails if it cannot
-    /// be served there: what a browser finds at the address would be another program's.
+    /// Enables the page in the configuration as requested, and writes its address to standard error. Fails if
+    /// it cannot be served there: what a browser finds at the address would be another program's.
     pub(super) fn apply(&self, http: &mut HttpConfig) -> Result<(), Failure> {
         if !self.is_on() {
             return Ok(());
@@ -88,8 +88,8 @@ pub(super) fn unusable_address(address: SocketAddr, error: &io::Error) -> (Strin
     }
 }
 
-/// Joins `--web ADDRESS:PORT` to `--web=ADDRESS:PORT`, also for an address or a port alone. Without one `--web` is a flag, and
-/// no other argument looks like one.
+/// Joins `--web ADDRESS:PORT` to `--web=ADDRESS:PORT`, also for an address or a port alone. Without one
+/// `--web` is a flag, and no other argument looks like one.
 pub(super) fn with_joined_address(arguments: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     let mut joined: Vec<OsString> = Vec::new();
     for argument in arguments {

@@ -1,5 +1,5 @@
-//! Files that come with the project, in the binary: profiles with their DBCs, maps, drives and scenarios by name, rules of
-//! countries by code.
+//! Files that come with the project, in the binary: profiles with their DBCs, maps, drives and scenarios by
+//! name, rules of countries by code.
 
 use std::path::{Component, Path, PathBuf, absolute};
 
@@ -60,8 +60,8 @@ impl BuiltIn {
         FILES.iter().filter_map(move |(path, _)| self.name_of(path))
     }
 
-    /// The path of the built-in file with a name, for [`Disk`](super::files::Disk). A profile also has the name that lists
-    /// show, `Hyundai Kona 2020`, whatever the case of its letters.
+    /// The path of the built-in file with a name, for [`Disk`](super::files::Disk). A profile also has the
+    /// name that lists show, `Hyundai Kona 2020`, whatever the case of its letters.
     pub fn path(self, name: &str) -> Option<PathBuf> {
         let named = FILES.iter().find(|(path, _)| self.name_of(path) == Some(name));
         let titled = || {
@@ -103,7 +103,8 @@ fn title(profile: &[u8]) -> Option<String> {
     Some(profile.get("name")?.as_str()?.to_owned())
 }
 
-/// The path as people read it: `built-in profile hyundai_kia` of a built-in file, `standard input`, else the path itself.
+/// The path as people read it: `built-in profile hyundai_kia` of a built-in file, `standard input`, else the
+/// path itself.
 pub fn display(path: &Path) -> String {
     if standard_input::is_named(path) {
         return "standard input".to_owned();
@@ -133,8 +134,8 @@ pub(super) fn project_path(path: &Path) -> Option<PathBuf> {
     path.strip_prefix(ROOT).map(without_dots).ok()
 }
 
-/// Returns the path from the root, without `.` and `..`, so that a file has one name wherever the program was started; `None` for an
-/// empty path.
+/// Returns the path from the root, without `.` and `..`, so that a file has one name wherever the program was
+/// started; `None` for an empty path.
 pub(crate) fn full_path(path: &Path) -> Option<PathBuf> {
     absolute(path).ok().map(|path| without_dots(&path))
 }

@@ -1,5 +1,5 @@
-//! Parameters of the decider: the rules of a country, from a file that is built into the binary or from another one, and
-//! parameters set one by one.
+//! Parameters of the decider: the rules of a country, from a file that is built into the binary or from
+//! another one, and parameters set one by one.
 
 use std::path::Path;
 

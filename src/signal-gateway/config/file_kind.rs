@@ -1,4 +1,5 @@
-//! Recognises the kind of a file by its content, so that one that is given in the place of another is called by its name.
+//! Recognises the kind of a file by its content, so that one that is given in the place of another is called
+//! by its name.
 
 use std::io;
 use std::path::Path;
@@ -77,7 +78,8 @@ impl FileKind {
         Self::candidates(content).into_iter().next()
     }
 
-    /// The kinds that a file with this content can be; more than one only of a TOML file with keys of several kinds.
+    /// The kinds that a file with this content can be; more than one only of a TOML file with keys of several
+    /// kinds.
     fn candidates(content: &[u8]) -> Vec<Self> {
         let head = content.get(..HEAD).unwrap_or(content);
         let text = String::from_utf8_lossy(head);
@@ -118,8 +120,8 @@ impl FileKind {
         Err(Problem { position, ..Problem::whole_file(path, reason, remedy) })
     }
 
-    /// The reason and the remedy for content that is of another kind; `None` for the right one, and for one that nothing
-    /// tells.
+    /// The reason and the remedy for content that is of another kind; `None` for the right one, and for one
+    /// that nothing tells.
     pub fn mismatch(self, content: &[u8]) -> Option<(String, &'static str)> {
         let candidates = Self::candidates(content);
         let found = candidates.first().filter(|_| !candidates.contains(&self))?;

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use super::built_in;
 use crate::io::{regular_file, standard_input};
 
-/// The largest file that is read as a whole, as configurations, profiles and DBC files are, bytes: a file named by mistake
-/// must not fill memory.
+/// The largest file that is read as a whole, as configurations, profiles and DBC files are, bytes: a file
+/// named by mistake must not fill memory.
 const MAX_WHOLE: u64 = 64 << 20;
 /// The largest file that is read piece by piece, as maps are, bytes.
 const MAX_PIECES: u64 = 1 << 30;
@@ -147,7 +147,8 @@ impl<R: Read> Read for Limited<R> {
     }
 }
 
-/// The files in the binary, by their paths in the project, so that the demo and the rules of countries need nothing beside it.
+/// The files in the binary, by their paths in the project, so that the demo and the rules of countries need
+/// nothing beside it.
 #[derive(Debug, Clone, Copy)]
 pub struct Embedded;
 

@@ -34,8 +34,8 @@ pub struct MapLights {
     pub unplaced: Option<MapError>,
 }
 
-/// Returns the path of a map that is given by name, or by a path relative to the working directory, and the remedy if it
-/// does not exist.
+/// Returns the path of a map that is given by name, or by a path relative to the working directory, and the
+/// remedy if it does not exist.
 pub fn find_map(files: &dyn Files, given: &Path, otherwise: &str) -> (PathBuf, String) {
     let path = named_file::find_here(BuiltIn::Map, files, given);
     let remedy = named_file::remedy(BuiltIn::Map, files, &path, otherwise);
@@ -61,7 +61,8 @@ pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<
 /// Reads the lanelets of a map from a file, or from `lanelet2_map.osm` in a folder.
 ///
 /// # Errors
-/// The problem of the file, its projector, or the map, at its place as far as that is known; a map without a lanelet for vehicles.
+/// The problem of the file, its projector, or the map, at its place as far as that is known; a map without a
+/// lanelet for vehicles.
 pub fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, Problem> {
     let mut map = MapFile::read(files, path)?;
     let road = Points::new(&map.osm, &map.projector()).and_then(|points| {

@@ -7,7 +7,8 @@ use super::built_in::BuiltIn;
 use super::files::Files;
 use super::reading::fields::Fields;
 
-/// The path to read of a file that is given by name or path: `path`, unless only a built-in file has this name.
+/// The path to read of a file that is given by name or path: `path`, unless only a built-in file has this
+/// name.
 pub(super) fn find(kind: BuiltIn, files: &dyn Files, given: &str, path: PathBuf) -> PathBuf {
     let Some(built_in) = kind.path(given) else { return path };
     match files.is_folder(&path).map_err(|error| error.kind()) {

@@ -1,5 +1,5 @@
-//! Files of parameters, as `--params-file` names them: nodes, and below `ros__parameters` their parameters. Values of
-//! `--param` as well, which are YAML too.
+//! Files of parameters, as `--params-file` names them: nodes, and below `ros__parameters` their parameters.
+//! Values of `--param` as well, which are YAML too.
 
 use std::path::Path;
 

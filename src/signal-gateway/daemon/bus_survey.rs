@@ -15,8 +15,8 @@ use can_signal::can::IdMatch;
 use can_signal::can::bit_rate_scan::{BitRateScan, Heard, ScanAnswer, ScanResult, ScanStep};
 use can_signal::can::bus_survey::{BusSurvey, BusSurveyor};
 
-/// Counts what arrives on these interfaces within `length`, each with the identifiers of its profile. Sends nothing.
-/// Returns `None` if a stop signal ended it early.
+/// Counts what arrives on these interfaces within `length`, each with the identifiers of its profile. Sends
+/// nothing. Returns `None` if a stop signal ended it early.
 pub fn survey(
     interfaces: Vec<(String, Option<Vec<IdMatch>>)>,
     length: Duration,
@@ -37,8 +37,8 @@ pub fn survey(
     Ok(ended.then(|| surveyors.into_iter().map(BusSurveyor::finish).collect()))
 }
 
-/// Carries out a scan on the interface whose settings are `backup`. A stop signal ends it; the interface is restored
-/// nevertheless. `progress` is called with each step before it is carried out.
+/// Carries out a scan on the interface whose settings are `backup`. A stop signal ends it; the interface is
+/// restored nevertheless. `progress` is called with each step before it is carried out.
 pub fn scan(
     scan: &mut BitRateScan,
     interface: &str,
@@ -79,8 +79,8 @@ pub fn scan(
     })
 }
 
-/// Passes all inputs of the interfaces to `take` until it wants no more, or `length` is over. Returns false if a stop
-/// signal ended it early.
+/// Passes all inputs of the interfaces to `take` until it wants no more, or `length` is over. Returns false
+/// if a stop signal ended it early.
 async fn listen(
     stop: &mut StopSignals,
     interfaces: &[String],

@@ -34,8 +34,9 @@ fn is_first_action(event: &DiscoveryEvent) -> bool {
     matches!(event, DiscoveryEvent::Request(request) if request.mark != DriverMark::Quiet)
 }
 
-/// Discovers signals on these interfaces, whose positions are their buses. Returns `None` if a stop signal arrives,
-/// and empty findings if there was no frame in the quiet time. An error of `take` ends the discovery.
+/// Discovers signals on these interfaces, whose positions are their buses. Returns `None` if a stop signal
+/// arrives, and empty findings if there was no frame in the quiet time. An error of `take` ends the
+/// discovery.
 pub fn discover(
     interfaces: &[String],
     settings: SessionSettings,

@@ -36,8 +36,8 @@ pub(super) struct FaultRecorder {
 }
 
 impl FaultRecorder {
-    /// Starts a recorder in the configured folder, or in systemd's `STATE_DIRECTORY`; returns `None` without a folder
-    /// or thread. A folder that cannot be written is reported in the log and in the diagnostics.
+    /// Starts a recorder in the configured folder, or in systemd's `STATE_DIRECTORY`; returns `None` without
+    /// a folder or thread. A folder that cannot be written is reported in the log and in the diagnostics.
     pub(super) fn start(settings: &Settings, links: &[LinkState]) -> Option<Self> {
         let config = &settings.black_box;
         let folder = folder(settings)?;
@@ -70,7 +70,8 @@ impl FaultRecorder {
         self.black_box.given_out(output.clone(), at);
     }
 
-    /// Writes the recording whose window has ended, if there is one; returns the begin of its frames and its name.
+    /// Writes the recording whose window has ended, if there is one; returns the begin of its frames and its
+    /// name.
     pub(super) fn save_if_over(&mut self, at: Now) -> Option<(Now, String)> {
         let recording = self.black_box.take(at)?;
         Some(self.save(recording))
@@ -96,8 +97,8 @@ impl FaultRecorder {
         self.recorder.state()
     }
 
-    /// Keeps the changes of an output, and opens a window if a status changes to ERROR. Changes that a replay cannot
-    /// have are left out.
+    /// Keeps the changes of an output, and opens a window if a status changes to ERROR. Changes that a replay
+    /// cannot have are left out.
     pub(super) fn decided(&mut self, output: &Output, at: Now) {
         let mut fault = false;
         if let Output::Diagnostics { diagnostics, .. } = output {
@@ -119,7 +120,8 @@ fn limits(config: &BlackBoxConfig) -> BlackBoxSettings {
     BlackBoxSettings { before, after, most_inputs: MAX_INPUTS, most_outputs: MAX_OUTPUTS }
 }
 
-/// Returns the folder of the black-box files: as configured, or in systemd's `STATE_DIRECTORY`; `None` without one.
+/// Returns the folder of the black-box files: as configured, or in systemd's `STATE_DIRECTORY`; `None`
+/// without one.
 pub(super) fn folder(settings: &Settings) -> Option<PathBuf> {
     let from_systemd = || state_folder(std::env::var_os("STATE_DIRECTORY"));
     settings.black_box.folder.clone().or_else(from_systemd)

@@ -113,7 +113,8 @@ impl GatewayIo {
         self.faults = FaultRecorder::start(settings, links);
     }
 
-    /// Keeps an input that is handled next for the black box, and writes the recording whose window has ended.
+    /// Keeps an input that is handled next for the black box, and writes the recording whose window has
+    /// ended.
     pub(super) fn keep(&mut self, input: Option<CanInput>, at: Now) {
         let Some(faults) = &mut self.faults else { return };
         if let Some(input) = input {
@@ -157,8 +158,8 @@ impl GatewayIo {
         self.publisher.inbox()
     }
 
-    /// Handles what is due and passes on its outputs; frames to the vehicle go to `transmitters`, one for each bus. Errors of
-    /// destinations are kept for [`Self::take_failure`].
+    /// Handles what is due and passes on its outputs; frames to the vehicle go to `transmitters`, one for
+    /// each bus. Errors of destinations are kept for [`Self::take_failure`].
     pub(super) fn emit_live(&mut self, live: &mut Live, transmitters: &[Transmitter], clock: &Clock) {
         let read = clock.now();
         self.record_call(GatewayCall::Look, read);

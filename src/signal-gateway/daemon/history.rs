@@ -139,8 +139,9 @@ impl HistoryKeeper {
         self.next_number
     }
 
-    /// Notes that the process has started, after the history of the file in this folder, and writes the file from now on;
-    /// returns what was in it. A file that is not understood is left alone, and nothing is written.
+    /// Notes that the process has started, after the history of the file in this folder, and writes the file
+    /// from now on; returns what was in it. A file that is not understood is left alone, and nothing is
+    /// written.
     pub(super) fn begin(&mut self, folder: Option<&Path>) -> Vec<HistoryEntry> {
         let file = folder.and_then(|folder| self.restore(folder));
         // Greater than all that an earlier process can have given, unless the clock was set back.
@@ -229,7 +230,8 @@ impl HistoryKeeper {
         }
     }
 
-    /// Waits until the history is written. Call it when all else has ended, so that the disk had that time as well.
+    /// Waits until the history is written. Call it when all else has ended, so that the disk had that time as
+    /// well.
     pub(super) fn wait(self) {
         let is_late = |writer: &HistoryWriter| {
             writer.ended.recv_timeout(STOP_PATIENCE) == Err(RecvTimeoutError::Timeout)

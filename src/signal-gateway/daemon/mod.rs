@@ -77,8 +77,8 @@ const MAX_SIGNAL_POLL: Duration = Duration::from_millis(20);
 /// Time without a frame after which [`listen`] passes an empty batch.
 const QUIET: Duration = Duration::from_millis(100);
 
-/// Runs on the configured source until a stop signal arrives. SIGHUP reloads the result of `read`, unless a recording
-/// is played.
+/// Runs on the configured source until a stop signal arrives. SIGHUP reloads the result of `read`, unless a
+/// recording is played.
 pub fn run(
     settings: Settings,
     view: View,
@@ -104,8 +104,8 @@ pub fn run(
     }
 }
 
-/// Plays a recording in real time, publishing as `run` does. With `report` it keeps black boxes and history in the
-/// configured folder.
+/// Plays a recording in real time, publishing as `run` does. With `report` it keeps black boxes and history
+/// in the configured folder.
 pub fn play(
     settings: Settings,
     view: View,
@@ -129,8 +129,8 @@ pub fn play(
     })
 }
 
-/// Passes the frames of the configured interfaces with these `ids` (all frames if `None`) to `take`, until a stop
-/// signal arrives or `take` fails. After a silence `take` gets an empty batch.
+/// Passes the frames of the configured interfaces with these `ids` (all frames if `None`) to `take`, until a
+/// stop signal arrives or `take` fails. After a silence `take` gets an empty batch.
 pub fn listen(
     settings: &Settings,
     ids: impl Fn(BusIndex) -> Option<Vec<IdMatch>>,
@@ -160,8 +160,8 @@ pub fn listen(
     })
 }
 
-/// Passes the inputs of one interface to `take`, until `take` breaks, a stop signal arrives, or `length` is over. The
-/// state of a link that is not up is passed as well.
+/// Passes the inputs of one interface to `take`, until `take` breaks, a stop signal arrives, or `length` is
+/// over. The state of a link that is not up is passed as well.
 pub fn listen_to(
     interface: &str,
     length: Duration,
@@ -215,7 +215,8 @@ async fn run_live(
     // Deadline for the last frames to the vehicle, and the outcome, after a stop request or a failure.
     let mut ending: Option<(Instant, Result<(), DaemonError>)> = None;
     let outcome = loop {
-        // Read before frames are sent, so that frames that are due before the end are sent however long that takes.
+        // Read before frames are sent, so that frames that are due before the end are sent however long that
+        // takes.
         let looked = Instant::now();
         gateway_io.emit_live(&mut live, &transmitters, &clock);
         gateway_io.show(live.gateway(), clock.now());

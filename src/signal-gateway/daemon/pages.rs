@@ -157,7 +157,8 @@ fn feed_json(snapshot: &Snapshot) -> String {
     serde_json::to_string(&Feed::new(snapshot)).unwrap_or_default()
 }
 
-/// A snapshot as an event every [`EVENT_INTERVAL`]. A client that is slow gets fewer of them, each of them present when it is taken.
+/// A snapshot as an event every [`EVENT_INTERVAL`]. A client that is slow gets fewer of them, each of them
+/// present when it is taken.
 async fn events(State(sources): State<Sources>, Extension(connection): Extension<Connection>) -> Response {
     if !connection.begin_stream() {
         return (StatusCode::SERVICE_UNAVAILABLE, "too many streams\n").into_response();

@@ -1,5 +1,5 @@
-//! Supervises the tasks that receive frames, one for each bus. If one ends, the process ends, so that the service
-//! manager restarts it.
+//! Supervises the tasks that receive frames, one for each bus. If one ends, the process ends, so that the
+//! service manager restarts it.
 
 use std::any::Any;
 use std::collections::HashMap;
@@ -16,8 +16,8 @@ use crate::io::can::id_filter::IdFilter;
 use crate::io::can::transmit::Transmitter;
 use can_signal::can::{BusIndex, CanInput, IdMatch, LinkState};
 
-/// Number of batches between the receivers and the gateway. More frames wait in the kernel, which counts the ones
-/// that it drops.
+/// Number of batches between the receivers and the gateway. More frames wait in the kernel, which counts the
+/// ones that it drops.
 const QUEUED_BATCHES: usize = 16;
 /// Size of the receive buffer without a configuration, bytes.
 const RECEIVE_BUFFER_BYTES: usize = 4 << 20;
@@ -34,8 +34,8 @@ pub(super) struct Receivers {
 }
 
 impl Receivers {
-    /// Starts a receiver for the `ids` of each bus (all frames if `None`), and returns the transmitters of the buses
-    /// as well.
+    /// Starts a receiver for the `ids` of each bus (all frames if `None`), and returns the transmitters of
+    /// the buses as well.
     pub(super) fn start(
         settings: &Settings,
         ids: impl Fn(BusIndex) -> Option<Vec<IdMatch>>,
@@ -84,8 +84,8 @@ impl Receivers {
         self.interfaces.insert(id, interface.to_owned());
     }
 
-    /// Changes the identifiers that are received. Frames that were already let through come first. Returns the
-    /// kernel's error for one bus; all filters are then unchanged.
+    /// Changes the identifiers that are received. Frames that were already let through come first. Returns
+    /// the kernel's error for one bus; all filters are then unchanged.
     pub(super) fn receive_ids(&self, ids: impl Fn(BusIndex) -> Vec<IdMatch>) -> io::Result<()> {
         let buses = || (0..=u8::MAX).map(BusIndex).zip(&self.ids);
         let before: Vec<_> = self.ids.iter().map(IdFilter::ids).collect();
@@ -98,8 +98,8 @@ impl Receivers {
         Err(error)
     }
 
-    /// Returns the next batch of inputs, or [`DaemonError::ReceiverEnded`] as soon as one task has ended. Never
-    /// completes without a bus. Cancel safe.
+    /// Returns the next batch of inputs, or [`DaemonError::ReceiverEnded`] as soon as one task has ended.
+    /// Never completes without a bus. Cancel safe.
     pub(super) async fn recv(&mut self) -> Result<Vec<CanInput>, DaemonError> {
         tokio::select! {
             biased;
@@ -116,8 +116,8 @@ impl Receivers {
         }
     }
 
-    /// Waits until every receiver has reported its link, which each does first. Also returns the other inputs until
-    /// then.
+    /// Waits until every receiver has reported its link, which each does first. Also returns the other inputs
+    /// until then.
     pub(super) async fn first_links(
         &mut self,
         buses: usize,

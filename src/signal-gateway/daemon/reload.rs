@@ -1,4 +1,5 @@
-//! Another configuration for the running gateway: read and checked beside the loop, then put into effect within it.
+//! Another configuration for the running gateway: read and checked beside the loop, then put into effect
+//! within it.
 
 use std::future::pending;
 use std::sync::Arc;
@@ -17,7 +18,8 @@ use gateway_core::gateway::configuration::{
 };
 use gateway_core::gateway::live::Live;
 
-/// Reads the configuration again, with all that it names, and checks it as at the start; an error is for people.
+/// Reads the configuration again, with all that it names, and checks it as at the start; an error is for
+/// people.
 pub type ReadConfiguration = Arc<dyn Fn() -> Result<Settings, String> + Send + Sync>;
 
 /// `MESSAGE_ID` of a reload in the journal. They never change.
@@ -58,7 +60,8 @@ impl Reloader {
         let _ = thread::Builder::new().name("reload".to_owned()).spawn(work);
     }
 
-    /// Waits for the configuration that is being read; for ever when none is. Loses nothing when it is given up.
+    /// Waits for the configuration that is being read; for ever when none is. Loses nothing when it is given
+    /// up.
     pub(super) async fn finished(&mut self) -> Read {
         let Some(reading) = &mut self.reading else { return pending().await };
         let read = reading.await.unwrap_or_else(|_| Err("reading it has failed unexpectedly".to_owned()));
@@ -83,7 +86,8 @@ struct ReloadRefusal {
     changes: Vec<Change>,
 }
 
-/// Puts a configuration into effect, or refuses it as a whole: the status, the diagnostics and the journal say so.
+/// Puts a configuration into effect, or refuses it as a whole: the status, the diagnostics and the journal
+/// say so.
 pub(super) fn apply(
     read: Read,
     state: &mut ConfigurationState,
@@ -121,7 +125,8 @@ fn take_over(
         let reason = format!("restart needed for {}", changes_text(&plan.restart));
         return Err(ReloadRefusal { reason, changes: plan.restart });
     }
-    // What is received from here on is handled under the new configuration, which leaves aside what it does not need.
+    // What is received from here on is handled under the new configuration, which leaves aside what it does
+    // not need.
     if let Err(error) = receivers.receive_ids(|bus| settings.gateway.relevant_ids(bus)) {
         let reason = format!("the CAN filters cannot be set: {error}");
         return Err(ReloadRefusal { reason, changes: plan.reloadable });

@@ -8,10 +8,11 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 
 use crate::io::hangup::ignore_hangup;
 
-/// Signals that request an orderly stop, and signals that would otherwise end the process at once and are ignored.
+/// Signals that request an orderly stop, and signals that would otherwise end the process at once and are
+/// ignored.
 ///
-/// SIGHUP requests a stop if a standard stream is a terminal, since it then means that the terminal was closed.
-/// Without a terminal a service takes it as [`ReloadSignal`], and a command ignores it.
+/// SIGHUP requests a stop if a standard stream is a terminal, since it then means that the terminal was
+/// closed. Without a terminal a service takes it as [`ReloadSignal`], and a command ignores it.
 pub(super) struct StopSignals {
     stop: Vec<Signal>,
     ignored: Vec<(&'static str, Signal)>,
@@ -77,7 +78,8 @@ impl ReloadSignal {
         Ok(Self(hangup.transpose()?))
     }
 
-    /// Ignores further requests, in a process whose configuration cannot change. Other processes can see that.
+    /// Ignores further requests, in a process whose configuration cannot change. Other processes can see
+    /// that.
     pub(super) fn refuse(&mut self) {
         if self.0.take().is_some() {
             ignore_hangup();

@@ -1,5 +1,5 @@
-//! The gateway's part for those who watch it: snapshots on demand for the clients of the status socket, and the status
-//! line of the service manager.
+//! The gateway's part for those who watch it: snapshots on demand for the clients of the status socket, and
+//! the status line of the service manager.
 
 use std::ffi::OsString;
 use std::future::pending;
@@ -55,8 +55,8 @@ pub(super) struct Process {
 }
 
 impl Watching {
-    /// Serves HTTP, and the socket of the configuration or one in systemd's `RUNTIME_DIRECTORY`. Without a socket the gateway runs as
-    /// well: the log names the reason.
+    /// Serves HTTP, and the socket of the configuration or one in systemd's `RUNTIME_DIRECTORY`. Without a
+    /// socket the gateway runs as well: the log names the reason.
     pub(super) fn start(settings: &Settings, history: SharedHistory, report: Option<ReportPage>) -> Self {
         let from_systemd = || runtime_socket(std::env::var_os("RUNTIME_DIRECTORY"));
         let config = &settings.status;

@@ -60,8 +60,8 @@ impl Files for DraftFiles<'_> {
     }
 }
 
-/// The changes of what a gateway with these settings reports over the frames of a session, whose interfaces are
-/// named by [`BusIndex`].
+/// The changes of what a gateway with these settings reports over the frames of a session, whose interfaces
+/// are named by [`BusIndex`].
 pub fn reported(
     settings: &Settings,
     interfaces: &[String],

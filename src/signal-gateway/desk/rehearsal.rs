@@ -85,7 +85,8 @@ impl<'a> Surroundings<'a> {
 }
 
 impl<'a> Rehearsal<'a> {
-    /// Creates a gateway at time zero with all links up. Its stamps begin at `start`, and it ends after `length`.
+    /// Creates a gateway at time zero with all links up. Its stamps begin at `start`, and it ends after
+    /// `length`.
     pub fn new(
         settings: GatewaySettings,
         surroundings: Option<Surroundings<'a>>,

@@ -21,8 +21,8 @@ impl Clock {
         Self { origin: Instant::now() }
     }
 
-    /// Returns the present time. The clocks are read again if the process was interrupted between them, which would
-    /// look like a step of the wall clock.
+    /// Returns the present time. The clocks are read again if the process was interrupted between them, which
+    /// would look like a step of the wall clock.
     pub fn now(&self) -> Now {
         let mut mono = self.origin.elapsed();
         let mut wall = SystemTime::now();

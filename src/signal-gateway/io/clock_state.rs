@@ -44,7 +44,8 @@ fn millis(duration: Duration) -> i64 {
 /// Asks the kernel; reading needs no right.
 #[allow(unsafe_code)]
 fn is_synchronised() -> Option<bool> {
-    // SAFETY: timex is integers throughout; zero is a value of each, and of `modes` it means that nothing is set.
+    // SAFETY: timex is integers throughout; zero is a value of each, and of `modes` it means that nothing is
+    // set.
     let mut state: libc::timex = unsafe { std::mem::zeroed() };
     // SAFETY: the kernel reads and writes one timex, which `state` is.
     let result = unsafe { libc::adjtimex(&raw mut state) };

@@ -1,10 +1,12 @@
-//! What reading one file may cost. A damaged or hostile file can announce, repeat and pack far more than it holds, so
-//! every reader of a file takes time and memory through the file's one budget, which nested containers share.
+//! What reading one file may cost. A damaged or hostile file can announce, repeat and pack far more than it
+//! holds, so every reader of a file takes time and memory through the file's one budget, which nested
+//! containers share.
 //!
-//! *Work* is counted in nominal nanoseconds: [`WORK_PER_BYTE`] for each byte that was read of the file itself, and at
-//! least as much as a file of 10 MB has. A file that is not packed cannot reach this limit, unless it refers to the same
-//! content again and again. *Memory* is what readers keep of a file at one time: [`MIN_KEPT`], and for larger files
-//! [`KEPT_PER_BYTE`]. A format that has to be held as a whole may use more, see [`FileBudget::allow_whole`].
+//! *Work* is counted in nominal nanoseconds: [`WORK_PER_BYTE`] for each byte that was read of the file
+//! itself, and at least as much as a file of 10 MB has. A file that is not packed cannot reach this limit,
+//! unless it refers to the same content again and again. *Memory* is what readers keep of a file at one time:
+//! [`MIN_KEPT`], and for larger files [`KEPT_PER_BYTE`]. A format that has to be held as a whole may use
+//! more, see [`FileBudget::allow_whole`].
 
 use std::io;
 use std::sync::Arc;
@@ -97,7 +99,8 @@ impl FileBudget {
         self.0.read.load(Relaxed)
     }
 
-    /// Allows the readers to keep the whole file, unpacked: up to 1 GiB where that is at most fifty times the bytes read.
+    /// Allows the readers to keep the whole file, unpacked: up to 1 GiB where that is at most fifty times the
+    /// bytes read.
     pub(crate) fn allow_whole(&self) {
         self.0.is_whole.store(true, Relaxed);
     }

@@ -11,7 +11,8 @@ pub fn hang_up(pid: u32) -> io::Result<()> {
     Ok(kill_process(pid, Signal::HUP)?)
 }
 
-/// Returns why a process would not reload its configuration on SIGHUP; `None` if it would, or if that is unknown.
+/// Returns why a process would not reload its configuration on SIGHUP; `None` if it would, or if that is
+/// unknown.
 pub fn refuses_hangup(pid: u32) -> Option<&'static str> {
     let is_in = |set: &str| {
         let status = fs::read_to_string(format!("/proc/{pid}/status")).ok()?;

@@ -1,5 +1,5 @@
-//! The file that keeps the history over the end of the process: a line of JSON for each entry, after a line that says how
-//! the process ended.
+//! The file that keeps the history over the end of the process: a line of JSON for each entry, after a line
+//! that says how the process ended.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, BufRead, BufReader, BufWriter, ErrorKind, Write as _};
@@ -61,8 +61,8 @@ impl HistoryFile {
         &self.path
     }
 
-    /// Claims the file for this process until the result is dropped; `None` where no lock can be written, as in a folder that
-    /// cannot be written yet.
+    /// Claims the file for this process until the result is dropped; `None` where no lock can be written, as
+    /// in a folder that cannot be written yet.
     ///
     /// # Errors
     /// Another process that keeps its history there.

@@ -39,7 +39,8 @@ const MAX_HEAD: usize = 16 * 1024;
 /// Pause before the next connection if there are too many, or no file descriptors.
 const BUSY_PAUSE: Duration = Duration::from_millis(10);
 
-/// Binds a listener. Must be called within a runtime. Fails if the address is in use, or not one of this computer.
+/// Binds a listener. Must be called within a runtime. Fails if the address is in use, or not one of this
+/// computer.
 pub fn bind(address: SocketAddr) -> io::Result<TcpListener> {
     let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
     socket.set_reuseaddr(true)?;
@@ -61,16 +62,16 @@ struct ConnectionState {
 }
 
 impl Connection {
-    /// Turns the request into a stream, which frees its place for another request. Returns false if there are too
-    /// many streams.
+    /// Turns the request into a stream, which frees its place for another request. Returns false if there are
+    /// too many streams.
     pub fn begin_stream(&self) -> bool {
         let Ok(place) = Arc::clone(&self.0.streams).try_acquire_owned() else { return false };
         *self.0.place.lock().unwrap_or_else(PoisonError::into_inner) = place;
         true
     }
 
-    /// Extends the deadline. Call it for each event of the stream, which shows that the client has taken the previous
-    /// one.
+    /// Extends the deadline. Call it for each event of the stream, which shows that the client has taken the
+    /// previous one.
     pub fn extend(&self) {
         self.0.end.send_replace(Instant::now() + CONNECTION_TIMEOUT);
     }
@@ -87,8 +88,9 @@ async fn over(mut end: watch::Receiver<Instant>) {
     }
 }
 
-/// Serves GET and HEAD requests with `router` forever. The host must be an address, `localhost` or one of `hosts`, so
-/// that a page whose name points here gets nothing. Fails if the runtime does not accept the listener.
+/// Serves GET and HEAD requests with `router` forever. The host must be an address, `localhost` or one of
+/// `hosts`, so that a page whose name points here gets nothing. Fails if the runtime does not accept the
+/// listener.
 pub async fn serve(listener: TcpListener, router: Router, hosts: Vec<String>) -> io::Result<()> {
     listener.set_nonblocking(true)?;
     let listener = tokio::net::TcpListener::from_std(listener)?;

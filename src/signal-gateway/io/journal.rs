@@ -1,7 +1,8 @@
-//! Formats records for systemd's journal in its native protocol: a datagram each, with a priority and named fields.
+//! Formats records for systemd's journal in its native protocol: a datagram each, with a priority and named
+//! fields.
 //!
-//! Our own code, as for the service manager: libraries for it send from the thread that logs, which would wait for a
-//! journal that does not read.
+//! Our own code, as for the service manager: libraries for it send from the thread that logs, which would
+//! wait for a journal that does not read.
 
 use std::io;
 use std::os::fd::AsFd as _;

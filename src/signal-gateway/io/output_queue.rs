@@ -1,7 +1,7 @@
 //! Text for a terminal, a pipe or the journal, written by a thread of its own.
 //!
-//! Whoever writes is never held up by a reader that does not read, and no error of the reader's end is a failure of
-//! ours: what does not fit, or is not taken, is counted.
+//! Whoever writes is never held up by a reader that does not read, and no error of the reader's end is a
+//! failure of ours: what does not fit, or is not taken, is counted.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -62,8 +62,8 @@ pub enum Loss {
 
 impl OutputQueue {
     /// Starts a thread with this name that writes to a duplicate of `to`; the locks of [`io::stdout`] and
-    /// [`io::stderr`] stay free while it waits for the reader. Fails if the file cannot be duplicated or the thread
-    /// cannot be started.
+    /// [`io::stderr`] stay free while it waits for the reader. Fails if the file cannot be duplicated or the
+    /// thread cannot be started.
     pub fn start(name: &str, to: &impl AsFd) -> io::Result<Self> {
         let mut file = File::from(to.as_fd().try_clone_to_owned()?);
         let queue = Self(Arc::default());
@@ -97,8 +97,8 @@ impl OutputQueue {
         Ok(())
     }
 
-    /// Waits until everything is written, at most for `patience`; returns true if it is. If the machine stops the
-    /// process meanwhile, only 10 ms of that time count, so that the last lines are not lost.
+    /// Waits until everything is written, at most for `patience`; returns true if it is. If the machine stops
+    /// the process meanwhile, only 10 ms of that time count, so that the last lines are not lost.
     pub fn flush(&self, patience: Duration) -> bool {
         let mut left = patience;
         let mut state = self.0.lock();

@@ -1,4 +1,5 @@
-//! A timer as precise as the kernel's. The runtime's timer ends at whole milliseconds, up to two of them late.
+//! A timer as precise as the kernel's. The runtime's timer ends at whole milliseconds, up to two of them
+//! late.
 
 use std::io;
 use std::os::fd::OwnedFd;
@@ -15,8 +16,8 @@ use tokio::io::{Interest, Ready};
 pub struct PreciseTimer(AsyncFd<OwnedFd>);
 
 impl PreciseTimer {
-    /// Creates a timer that is not set. Must be called within a runtime. Fails e.g. if there are no file descriptors
-    /// left.
+    /// Creates a timer that is not set. Must be called within a runtime. Fails e.g. if there are no file
+    /// descriptors left.
     #[allow(unsafe_code)]
     pub fn new() -> io::Result<Self> {
         let flags = TimerfdFlags::NONBLOCK | TimerfdFlags::CLOEXEC;

@@ -1,8 +1,10 @@
-//! The log of the process on standard error: it never blocks and never fails, and one kind of message cannot flood it.
+//! The log of the process on standard error: it never blocks and never fails, and one kind of message cannot
+//! flood it.
 //!
-//! Lines wait in an [`OutputQueue`]. At most `MAX_LINES` of one kind are written within `WINDOW`, followed by a line with
-//! the number of further ones and the last of them. Debug and trace messages, which must be requested, are not limited.
-//! If standard error is the journal, a line is a record with a priority and fields.
+//! Lines wait in an [`OutputQueue`]. At most `MAX_LINES` of one kind are written within `WINDOW`, followed by
+//! a line with the number of further ones and the last of them. Debug and trace messages, which must be
+//! requested, are not limited. If standard error is the journal, a line is a record with a priority and
+//! fields.
 
 mod limits;
 mod warnings;
@@ -46,15 +48,15 @@ struct ProcessLog {
 /// The form of the log's lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LogForm {
-    /// With time and level, for a process that runs for long. Under systemd without time and colour, which the
-    /// journal adds.
+    /// With time and level, for a process that runs for long. Under systemd without time and colour, which
+    /// the journal adds.
     Timed,
     /// With a word for the level, `warning: …`, for a command.
     Messages,
 }
 
-/// Starts the log with the messages that `filter` lets through. A second start changes nothing. Fails if standard
-/// error cannot be duplicated or the thread cannot be started.
+/// Starts the log with the messages that `filter` lets through. A second start changes nothing. Fails if
+/// standard error cannot be duplicated or the thread cannot be started.
 pub fn start(filter: EnvFilter, form: LogForm, has_color: bool) -> io::Result<()> {
     if LOG.get().is_some() {
         return Ok(());
@@ -101,9 +103,10 @@ pub fn start(filter: EnvFilter, form: LogForm, has_color: bool) -> io::Result<()
     Ok(())
 }
 
-/// Writes lines unchanged. Before the log is started they go straight to standard error, and errors are ignored. With
-/// the journal they go to standard error as well, since the process may be about to end: the journal cannot assign a
-/// record of a process that is gone to its unit, so `journalctl -u` would not show it.
+/// Writes lines unchanged. Before the log is started they go straight to standard error, and errors are
+/// ignored. With the journal they go to standard error as well, since the process may be about to end: the
+/// journal cannot assign a record of a process that is gone to its unit, so `journalctl -u` would not show
+/// it.
 pub fn lines(level: Level, text: &str) {
     match LOG.get() {
         Some(log) if !log.is_journal => log.write(level, text, &[]),
@@ -117,8 +120,8 @@ fn write_directly(text: &str) {
     drop(io::Write::write_all(&mut io::stderr(), text.as_bytes()));
 }
 
-/// Logs a message about a subject, with these fields in the journal, whose names are in capitals. Messages about one
-/// subject are limited together.
+/// Logs a message about a subject, with these fields in the journal, whose names are in capitals. Messages
+/// about one subject are limited together.
 pub fn record(level: Level, subject: &str, text: &str, fields: &[(&str, &str)]) {
     let Some(log) = LOG.get().filter(|log| log.is_journal) else {
         match level {
@@ -312,8 +315,8 @@ impl<S: Subscriber> Filter<S> for KindLimit {
     }
 }
 
-/// Returns true for our own messages, except messages of the ROS side, which would be sent by the way that they
-/// are about.
+/// Returns true for our own messages, except messages of the ROS side, which would be sent by the way that
+/// they are about.
 fn is_for_others(target: &str) -> bool {
     target.starts_with(env!("CARGO_CRATE_NAME"))
         && !target.starts_with(concat!(env!("CARGO_CRATE_NAME"), "::io::ros"))

@@ -1,8 +1,9 @@
 //! Writes black-box files to disk in a thread, each completely or not at all, and keeps only a few.
 //!
-//! A recording is `fault-<counter>-<boot>-<time>.log` with its `.decisions` and its `.mcap` beside it. The counter
-//! continues from the files in the folder and orders them whatever the clock says, since a vehicle computer without a
-//! battery-backed clock starts each boot in the past. The boot and the time help readers. A `.draft` is a file being written.
+//! A recording is `fault-<counter>-<boot>-<time>.log` with its `.decisions` and its `.mcap` beside it. The
+//! counter continues from the files in the folder and orders them whatever the clock says, since a vehicle
+//! computer without a battery-backed clock starts each boot in the past. The boot and the time help readers.
+//! A `.draft` is a file being written.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -42,9 +43,9 @@ pub struct BlackBoxRecorder {
 }
 
 impl BlackBoxRecorder {
-    /// Starts the thread, which keeps the newest `keep` recordings in `folder` and tests at once whether it can write
-    /// there; `encoder` makes the messages of the MCAP files. A folder that cannot be written is reported in the log
-    /// and in the state, and tried again. Fails if the thread cannot be started.
+    /// Starts the thread, which keeps the newest `keep` recordings in `folder` and tests at once whether it
+    /// can write there; `encoder` makes the messages of the MCAP files. A folder that cannot be written is
+    /// reported in the log and in the state, and tried again. Fails if the thread cannot be started.
     pub fn start(folder: &Path, keep: usize, line: DecisionLine, encoder: Encoder) -> io::Result<Self> {
         let state = RecorderState { folder: folder.display().to_string(), ..RecorderState::default() };
         let state = Arc::new(Mutex::new(state));
@@ -204,8 +205,8 @@ fn fail(state: &Mutex<RecorderState>, error: String) {
     state.last_error = Some(error);
 }
 
-/// Returns the first eight digits of the boot's identity, from `BOOT_ID` (which also exists if a unit hides `/proc`
-/// from its service) or from the kernel.
+/// Returns the first eight digits of the boot's identity, from `BOOT_ID` (which also exists if a unit hides
+/// `/proc` from its service) or from the kernel.
 fn boot() -> String {
     let kernel = || fs::read_to_string("/proc/sys/kernel/random/boot_id").ok();
     let id = std::env::var("BOOT_ID").ok().or_else(kernel).unwrap_or_default();
@@ -253,9 +254,9 @@ impl Folder {
         written.and(removed)
     }
 
-    /// Writes a recording as the newest one; creates the folder if it is missing. After an error nothing is left,
-    /// except that a disk without space for the MCAP file, which is by far the largest, keeps the other files: they
-    /// can be replayed alone.
+    /// Writes a recording as the newest one; creates the folder if it is missing. After an error nothing is
+    /// left, except that a disk without space for the MCAP file, which is by far the largest, keeps the other
+    /// files: they can be replayed alone.
     fn save(
         &mut self,
         time: &str,

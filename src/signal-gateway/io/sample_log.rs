@@ -1,5 +1,5 @@
-//! The samples of ROS 2 topics in a recording, decoded: MCAP, and the sqlite3 files of `rosbag2`, a file or the folder of a
-//! bag. They are inputs of the gateway and, in a recording of its own, its calls.
+//! The samples of ROS 2 topics in a recording, decoded: MCAP, and the sqlite3 files of `rosbag2`, a file or
+//! the folder of a bag. They are inputs of the gateway and, in a recording of its own, its calls.
 
 use std::collections::VecDeque;
 use std::io;
@@ -107,7 +107,8 @@ pub struct LoggedSample {
     pub logged: WallStamp,
     /// The sample.
     pub content: SampleContent,
-    /// The sample of an [`Input`](SampleKind::Input) as it came, without its encapsulation header; empty for others.
+    /// The sample of an [`Input`](SampleKind::Input) as it came, without its encapsulation header; empty for
+    /// others.
     pub bytes: CdrBytes,
     /// Byte order of `bytes`.
     pub endian: Endian,
@@ -130,7 +131,8 @@ impl SampleLog {
         Self::open_within(path, topics, FileBudget::default())
     }
 
-    /// Like [`Self::open`], for a recording of which `log` reads the frames: together they cost no more than one reader may.
+    /// Like [`Self::open`], for a recording of which `log` reads the frames: together they cost no more than
+    /// one reader may.
     ///
     /// # Errors
     /// A file that cannot be read, or is of another kind.
@@ -163,8 +165,8 @@ impl SampleLog {
         })
     }
 
-    /// Returns the next sample that can be decoded. A file that was cut or is damaged ends there, which [`Self::losses`] tells; the next
-    /// file of the bag follows.
+    /// Returns the next sample that can be decoded. A file that was cut or is damaged ends there, which
+    /// [`Self::losses`] tells; the next file of the bag follows.
     ///
     /// # Errors
     /// A file that cannot be read.
@@ -193,7 +195,8 @@ impl SampleLog {
         &self.topics
     }
 
-    /// Returns the number of places where the recording could not be read, and the reason at the first of them.
+    /// Returns the number of places where the recording could not be read, and the reason at the first of
+    /// them.
     pub fn losses(&self) -> (u64, Option<&str>) {
         (self.losses, self.first_loss.as_deref())
     }
@@ -270,7 +273,8 @@ impl SampleLog {
     }
 }
 
-/// Returns the identity of a sample whose writer is not recorded: the samples of a topic are in the order of the file.
+/// Returns the identity of a sample whose writer is not recorded: the samples of a topic are in the order of
+/// the file.
 fn next_of_unknown(received: u64) -> SampleId {
     SampleId { writer: WriterId::default(), sequence: i64::try_from(received + 1).unwrap_or(i64::MAX) }
 }
@@ -306,7 +310,8 @@ mod tests {
         SampleContent::Input(Input::Planner(PlannerInput::OwnTurnCommand(EnumOrUnknown::Known(turn))))
     }
 
-    /// A file as the gateway records it: a turn command of each byte order, one that is cut off, and a hazard command.
+    /// A file as the gateway records it: a turn command of each byte order, one that is cut off, and a hazard
+    /// command.
     fn write(path: &Path) {
         let kinds = [(TURN, SubscriptionKind::OwnTurnCommand), (HAZARD, SubscriptionKind::OwnHazardCommand)];
         let subscriptions = kinds.map(|(name, kind)| Subscription::new(name, kind));

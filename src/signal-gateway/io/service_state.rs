@@ -65,7 +65,8 @@ fn parsed(properties: &str, environment: &str) -> ServiceState {
     }
 }
 
-/// Returns the configuration of a command line, as systemd shows it: `{ path=… ; argv[]=… run --config FILE ; … }`.
+/// Returns the configuration of a command line, as systemd shows it: `{ path=… ; argv[]=… run --config FILE ;
+/// … }`.
 fn configuration(command: &str) -> Option<String> {
     let mut words = command.split_whitespace();
     while let Some(word) = words.next() {

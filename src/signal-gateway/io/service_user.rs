@@ -11,8 +11,8 @@ pub const SERVICE_USER: &str = "signal-gateway";
 /// Prints the arguments that cannot be read.
 const SCRIPT: &str = r#"for file; do test -r "$file" || printf '%s\0' "$file"; done"#;
 
-/// Returns the files that the service's user cannot read, by absolute paths. This asks the kernel, which knows groups
-/// and access lists. Returns `None` without root, or without this user.
+/// Returns the files that the service's user cannot read, by absolute paths. This asks the kernel, which
+/// knows groups and access lists. Returns `None` without root, or without this user.
 pub fn unreadable_for_service(files: &[PathBuf]) -> Option<Vec<PathBuf>> {
     let user = [format!("--reuid={SERVICE_USER}"), format!("--regid={SERVICE_USER}")];
     let mut command = Command::new("setpriv");

@@ -1,4 +1,5 @@
-//! Standard input as a file with the name `-`. It cannot be read twice, so its content is kept once it was read as a whole.
+//! Standard input as a file with the name `-`. It cannot be read twice, so its content is kept once it was
+//! read as a whole.
 
 use std::io::{self, Read};
 use std::path::Path;
@@ -24,7 +25,8 @@ pub fn content(most: u64) -> io::Result<Vec<u8>> {
     Ok(content)
 }
 
-/// Returns standard input as a stream. Fails if it was already read as a whole for another file of the same command.
+/// Returns standard input as a stream. Fails if it was already read as a whole for another file of the same
+/// command.
 pub fn stream() -> io::Result<io::Stdin> {
     if CONTENT.lock().unwrap_or_else(PoisonError::into_inner).is_some() {
         let text = "standard input was already read for another file: give - only once";

@@ -21,8 +21,8 @@ pub struct Supervisor {
 impl Supervisor {
     /// Reads `NOTIFY_SOCKET`, `WATCHDOG_USEC` and `WATCHDOG_PID`; without them it does nothing.
     ///
-    /// Fails if `NOTIFY_SOCKET` is not an address that this process can use (neither an absolute path nor `@name`, or
-    /// too long), since the unit would otherwise wait for readiness until its timeout.
+    /// Fails if `NOTIFY_SOCKET` is not an address that this process can use (neither an absolute path nor
+    /// `@name`, or too long), since the unit would otherwise wait for readiness until its timeout.
     pub fn from_env() -> io::Result<Self> {
         Self::from_variables(|name| std::env::var_os(name), std::process::id())
     }

@@ -1,5 +1,5 @@
-//! The terminal of this process while a view is up: raw keys, the alternate screen, and standard error, whose lines go into
-//! the view.
+//! The terminal of this process while a view is up: raw keys, the alternate screen, and standard error, whose
+//! lines go into the view.
 //!
 //! Drawings go through an [`OutputQueue`]: a slow terminal skips drawings and delays nothing.
 
@@ -45,8 +45,8 @@ fn taken() -> MutexGuard<'static, Option<TakenTerminal>> {
     TAKEN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Returns true if a view can be shown: standard input and output are a terminal that knows control sequences, and
-/// this process is in its foreground.
+/// Returns true if a view can be shown: standard input and output are a terminal that knows control
+/// sequences, and this process is in its foreground.
 pub fn is_usable() -> bool {
     let is_dumb = std::env::var_os("TERM").is_none_or(|name| name.is_empty() || name == "dumb");
     let is_foreground = || tcgetpgrp(io::stdout()).is_ok_and(|group| group == getpgrp());
@@ -79,8 +79,9 @@ pub struct Screen {
 }
 
 impl Screen {
-    /// Takes the terminal. If standard error is a terminal too, `line` gets each line of it, from another thread.
-    /// Fails if the terminal cannot be set, a file cannot be duplicated, or a thread cannot be started.
+    /// Takes the terminal. If standard error is a terminal too, `line` gets each line of it, from another
+    /// thread. Fails if the terminal cannot be set, a file cannot be duplicated, or a thread cannot be
+    /// started.
     pub fn take(line: impl Fn(String) + Send + 'static) -> io::Result<Self> {
         let queue = OutputQueue::start("screen", &io::stdout())?;
         let stderr = if io::stderr().is_terminal() { Some(capture(line)?) } else { None };
@@ -96,7 +97,8 @@ impl Screen {
         Ok(Self { terminal, queue, lost: 0 })
     }
 
-    /// Draws, unless the terminal has not taken the last drawing yet. Fails if the size of the terminal is unknown.
+    /// Draws, unless the terminal has not taken the last drawing yet. Fails if the size of the terminal is
+    /// unknown.
     pub fn draw(&mut self, draw: impl FnOnce(&mut Frame<'_>)) -> io::Result<()> {
         if !self.queue.flush(Duration::ZERO) {
             return Ok(());
@@ -157,8 +159,8 @@ impl Drop for Screen {
     }
 }
 
-/// Replaces standard error by a pipe and passes its lines to `line` while the terminal is taken, and later to the
-/// original standard error, which is returned.
+/// Replaces standard error by a pipe and passes its lines to `line` while the terminal is taken, and later to
+/// the original standard error, which is returned.
 fn capture(line: impl Fn(String) + Send + 'static) -> io::Result<OwnedFd> {
     let (reader, writer) = io::pipe()?;
     let stderr = rustix::stdio::stderr().try_clone_to_owned()?;

@@ -37,7 +37,8 @@ pub struct Replay {
     filling: Option<GapFilling>,
 }
 
-/// For how long reports are repeated and statuses refreshed in a gap of a recording, unless it is played in real time.
+/// For how long reports are repeated and statuses refreshed in a gap of a recording, unless it is played in
+/// real time.
 pub const FILLED_GAP: Duration = Duration::from_secs(60);
 
 impl Replay {
@@ -102,8 +103,8 @@ impl Replay {
         Self { filling: None, ..self }
     }
 
-    /// The next deadline before the next input; `None` if that comes first, or if the deadline lies in a part of a gap that is not
-    /// filled.
+    /// The next deadline before the next input; `None` if that comes first, or if the deadline lies in a part
+    /// of a gap that is not filled.
     fn deadline_before_input(&self) -> Option<MonoTime> {
         let deadline = self.gateway.next_deadline().max(self.now.mono);
         let comes_first = |(_, at): &(RecordedInput, Now)| {

@@ -1,5 +1,5 @@
-//! A recorded run of the gateway, call by call: what it received, when it looked, and what became of its frames are in the
-//! recording, so that it decides the same again, to the byte and at the same times.
+//! A recorded run of the gateway, call by call: what it received, when it looked, and what became of its
+//! frames are in the recording, so that it decides the same again, to the byte and at the same times.
 
 use std::collections::VecDeque;
 use std::io;
@@ -228,7 +228,8 @@ impl Calls {
         if self.ahead.front().is_some_and(is_wanted) { self.take() } else { Ok(None) }
     }
 
-    /// Goes on to a call that was taken. Its clock cannot run back, nor so far ahead that the deadlines until then never end.
+    /// Goes on to a call that was taken. Its clock cannot run back, nor so far ahead that the deadlines until
+    /// then never end.
     fn accept(&mut self, timed: &mut TimedCall, sink: &mut impl RunSink) {
         let from = self.at.mono;
         let to = from.after(MAX_SILENCE.min(USUAL_STEP.saturating_add(self.held_up)));

@@ -12,7 +12,8 @@ use gateway_core::gateway::GatewaySettings;
 pub struct Routes(pub Vec<(String, BusIndex)>);
 
 impl Routes {
-    /// Returns each configured interface under its own name, and under the name of its bus, which the gateway's own recordings have.
+    /// Returns each configured interface under its own name, and under the name of its bus, which the
+    /// gateway's own recordings have.
     pub fn by_interface(settings: &GatewaySettings) -> Self {
         let buses = || settings.buses.iter().zip((0..=u8::MAX).map(BusIndex));
         let interfaces = buses().map(|(bus, index)| (bus.interface.clone(), index));

@@ -114,7 +114,8 @@ impl RecordedInput {
         }
     }
 
-    /// Returns the input as the gateway takes it; `None` for a sample that is none, such as a call of the gateway that recorded it.
+    /// Returns the input as the gateway takes it; `None` for a sample that is none, such as a call of the
+    /// gateway that recorded it.
     pub fn into_input(self) -> Option<Input> {
         match self {
             Self::Can(input) => Some(input.into()),

@@ -144,7 +144,8 @@ impl Event {
         if is_bad { &self.text } else { "" }
     }
 
-    /// `MESSAGE_ID` in the journal. There is one for each kind, and for each level of a status; they never change.
+    /// `MESSAGE_ID` in the journal. There is one for each kind, and for each level of a status; they never
+    /// change.
     pub fn message_id(&self) -> &'static str {
         match (self.kind, self.level) {
             (ChangeKind::ReportPublished, _) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e101",

@@ -1,5 +1,5 @@
-//! How a snapshot is shown: the level, the words and the sentences of each thing, which the page's feed carries, and of
-//! which terminal and status text are made.
+//! How a snapshot is shown: the level, the words and the sentences of each thing, which the page's feed
+//! carries, and of which terminal and status text are made.
 
 use std::collections::BTreeSet;
 
@@ -153,7 +153,8 @@ pub struct CandidateView {
     pub outcome: String,
     /// True for the one that is signalled.
     pub has_won: bool,
-    /// Distances to its desired start, desired end, required start and required end, m; `None` without a record.
+    /// Distances to its desired start, desired end, required start and required end, m; `None` without a
+    /// record.
     pub distances_m: Option<[f64; 4]>,
 }
 

@@ -39,7 +39,8 @@ pub fn openmetrics(snapshot: &Snapshot) -> String {
     written
 }
 
-/// The metrics in the text format before `OpenMetrics`, in which a counter's name ends in `_total` everywhere.
+/// The metrics in the text format before `OpenMetrics`, in which a counter's name ends in `_total`
+/// everywhere.
 pub fn classic(snapshot: &Snapshot) -> String {
     let written = openmetrics(snapshot);
     let suffixes = |kind: &'static str, suffix: &'static str| {

@@ -23,8 +23,8 @@
 //! | [`chart`] | the chart of a drive or a scenario |
 //! | [`palette`] | colours by meaning, for all of them |
 //!
-//! Text and JSON are lines, written as they come. An event is an [`Entry`], with its text and its fields; a state
-//! has a [`chart::Bar`] in a chart for as long as it lasts.
+//! Text and JSON are lines, written as they come. An event is an [`Entry`], with its text and its fields; a
+//! state has a [`chart::Bar`] in a chart for as long as it lasts.
 
 pub mod car_models;
 pub mod chart;

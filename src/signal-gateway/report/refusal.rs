@@ -1,4 +1,5 @@
-//! Problems of a configuration for people: each with its line of the file, a caret below its place, and the remedy.
+//! Problems of a configuration for people: each with its line of the file, a caret below its place, and the
+//! remedy.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};

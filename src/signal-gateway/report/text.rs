@@ -32,7 +32,8 @@ pub struct Layout {
 /// The narrowest column in which a text is wrapped, characters.
 const MIN_COLUMN: usize = 30;
 
-/// The lines of a text that is wrapped between words in a column of `width`; `used` characters of the first line are taken.
+/// The lines of a text that is wrapped between words in a column of `width`; `used` characters of the first
+/// line are taken.
 pub fn wrapped(text: &str, width: Option<usize>, used: usize) -> Vec<String> {
     let width = width.map_or(usize::MAX, |width| width.max(MIN_COLUMN));
     let mut lines = vec![String::new()];
@@ -71,8 +72,8 @@ pub fn counted(count: u64, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
-/// The path as people write it: `dbc/a.dbc` for `config/vehicles/../../dbc/a.dbc`, `built-in dbc/a.dbc` for a file in the
-/// binary. For texts alone, since a folder may be a link.
+/// The path as people write it: `dbc/a.dbc` for `config/vehicles/../../dbc/a.dbc`, `built-in dbc/a.dbc` for a
+/// file in the binary. For texts alone, since a folder may be a link.
 pub fn plain_path(path: &Path) -> String {
     let mut plain = PathBuf::new();
     for component in path.components() {

@@ -132,7 +132,8 @@ impl View {
         self.tell(at)
     }
 
-    /// Logs the events of this moment as one record, which has the level of the worst: what happens at once has one cause.
+    /// Logs the events of this moment as one record, which has the level of the worst: what happens at once
+    /// has one cause.
     fn log_moment(&mut self) {
         let events = std::mem::take(&mut self.moment);
         let Some(worst) = events.iter().max_by_key(|event| event.level) else { return };
@@ -176,7 +177,8 @@ impl View {
         }
     }
 
-    /// Holds the present caption against the state when that is due, and shows the traffic lights that have changed.
+    /// Holds the present caption against the state when that is due, and shows the traffic lights that have
+    /// changed.
     ///
     /// # Errors
     /// A caption that does not hold.

@@ -58,7 +58,8 @@ impl Perceived {
 }
 
 impl Network {
-    /// Replaces the last report of each group of a message. Adds the ids of groups that may differ to `changed`.
+    /// Replaces the last report of each group of a message. Adds the ids of groups that may differ to
+    /// `changed`.
     pub(super) fn take(
         &mut self,
         stamp: ArbiterStamp,

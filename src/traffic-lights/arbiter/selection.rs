@@ -50,8 +50,8 @@ pub(super) fn select(
     }
 }
 
-/// Returns both sides together; for each shape the preferred side wins, then the more confident element, then the
-/// first one.
+/// Returns both sides together; for each shape the preferred side wins, then the more confident element, then
+/// the first one.
 fn pooled<'a>(
     perception: impl IntoIterator<Item = &'a GroupElement>,
     external: &'a [GroupElement],
@@ -78,8 +78,8 @@ fn one_for_each_shape(elements: &[GroupElement]) -> Vec<GroupElement> {
     pooled(elements, &[], Priority::Confidence)
 }
 
-/// For vehicles: elements that both sides report; where they differ, or one side is missing, unknown elements of the
-/// same shapes.
+/// For vehicles: elements that both sides report; where they differ, or one side is missing, unknown elements
+/// of the same shapes.
 fn matched(perception: Option<&[GroupElement]>, external: Option<&[GroupElement]>) -> Vec<GroupElement> {
     match (perception, external) {
         (Some(perception), Some(external)) if agree(perception, external) => one_for_each_shape(perception),

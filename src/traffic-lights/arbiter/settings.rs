@@ -27,7 +27,8 @@ pub struct ArbiterSettings {
     pub external_delay_tolerance: Duration,
     /// Largest difference between an external and a perception stamp: `external_time_tolerance`.
     pub external_time_tolerance: Duration,
-    /// Largest time by which perception may lag behind the newest external stamp: `perception_time_tolerance`.
+    /// Largest time by which perception may lag behind the newest external stamp:
+    /// `perception_time_tolerance`.
     pub perception_time_tolerance: Duration,
     /// The preferred side; without effect on vehicle groups when matching is on.
     pub priority: Priority,

@@ -48,8 +48,8 @@ impl Draws {
         probability > 0.0 && self.share(kind, of, message) < probability
     }
 
-    /// Returns the generator of a draw. Each key is mixed with a number of the generator that the keys before it
-    /// seed.
+    /// Returns the generator of a draw. Each key is mixed with a number of the generator that the keys before
+    /// it seed.
     fn generator(self, kind: DrawKind, [one, other]: [u64; 2], message: u64) -> Pcg32 {
         let keys = [kind as u64, one, other];
         let seed = keys.into_iter().fold(self.seed, |seed, key| Pcg32::seed_from_u64(seed).next_u64() ^ key);

@@ -14,8 +14,8 @@ pub struct FaultSettings {
     pub seed: u64,
     /// Mean time from sending to arrival, at most [`MAX_LATENCY`].
     pub latency: Duration,
-    /// Largest difference of a message's latency from the mean, at most the latency. All values in between are
-    /// equally likely. Messages do not overtake each other.
+    /// Largest difference of a message's latency from the mean, at most the latency. All values in between
+    /// are equally likely. Messages do not overtake each other.
     pub jitter: Duration,
     /// Probability that a message does not arrive.
     pub loss: f64,

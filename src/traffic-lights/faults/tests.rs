@@ -199,7 +199,8 @@ fn a_frozen_sender_repeats_its_last_message() {
         assert!(is_new || arrived[at].1.stamp == arrived[at - 1].1.stamp, "message {at}");
         repeated += f64::from(u8::from(!is_new));
     }
-    // A freeze continues with 0.8, and else begins with 0.1. Messages are not independent, so the bound is wider.
+    // A freeze continues with 0.8, and else begins with 0.1. Messages are not independent, so the bound is
+    // wider.
     let share = 0.1 / (1.0 - 0.8 * 0.9);
     let share_found = repeated / f64::from(MANY);
     assert!((share_found - share).abs() < 0.06, "{share_found}, expected {share}");

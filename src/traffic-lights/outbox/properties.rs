@@ -1,5 +1,5 @@
-//! Lists that are brought up to date equal lists that are made from nothing, whatever changes in whatever order; so do
-//! the counts of the diagnostics.
+//! Lists that are brought up to date equal lists that are made from nothing, whatever changes in whatever
+//! order; so do the counts of the diagnostics.
 
 use std::collections::BTreeMap;
 use std::time::Duration;

@@ -1,5 +1,5 @@
-//! Whatever is received for groups that share heads, in whatever order: each group is sent with its own last valid state
-//! and those of its predictions that are still ahead.
+//! Whatever is received for groups that share heads, in whatever order: each group is sent with its own last
+//! valid state and those of its predictions that are still ahead.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -46,8 +46,8 @@ fn lights(one_group_per_head: bool) -> TrafficLights {
     TrafficLights::new(settings, now(0))
 }
 
-/// One state that is received: a group, a layer, a state or none, and predictions by their offset in milliseconds and
-/// their reliability.
+/// One state that is received: a group, a layer, a state or none, and predictions by their offset in
+/// milliseconds and their reliability.
 #[derive(Debug, Clone)]
 struct Arrival {
     id: i64,

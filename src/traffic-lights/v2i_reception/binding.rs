@@ -44,9 +44,9 @@ impl V2iBinding {
 pub struct V2iSource {
     /// The signals of the states.
     pub states: V2iStates,
-    /// Status signals, true when the states can be used. All of them must be true: one without a value makes the
-    /// states invalid, since the unit that sends them may have failed
-    /// (docs/spec/traffic-lights.md, "V2X unit on CAN").
+    /// Status signals, true when the states can be used. All of them must be true: one without a value makes
+    /// the states invalid, since the unit that sends them may have failed (docs/spec/traffic-lights.md,
+    /// "V2X unit on CAN").
     pub status: Vec<Role<bool>>,
 }
 
@@ -99,7 +99,8 @@ pub struct CyclingMessage {
     pub group: SignalIndex,
     /// The mapped groups, ascending by their keys; all have the same signals.
     pub groups: Vec<(GroupKey, BoundGroup)>,
-    /// Age at which a state that is not received again becomes invalid while the message continues for other groups.
+    /// Age at which a state that is not received again becomes invalid while the message continues for other
+    /// groups.
     pub timeout: Duration,
 }
 

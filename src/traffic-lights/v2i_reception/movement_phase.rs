@@ -4,9 +4,9 @@
 use crate::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
 use can_signal::validation::meaning::Meaning;
 
-/// Returns the standard's numbers, 0 to 9, with their bulbs. `protected`, an arrow or else a circle, is the shape of
-/// green for a movement without conflicting traffic: its number does not include a direction. Only green is ever an
-/// arrow, since Autoware before April 2026 passes on an arrow of any colour.
+/// Returns the standard's numbers, 0 to 9, with their bulbs. `protected`, an arrow or else a circle, is the
+/// shape of green for a movement without conflicting traffic: its number does not include a direction. Only
+/// green is ever an arrow, since Autoware before April 2026 passes on an arrow of any colour.
 pub fn movement_phase_states(protected: BulbShape) -> [(i128, Meaning<BulbSet>); 10] {
     let one = |color, status, shape| {
         let bulb = Bulb { color, status, shape };

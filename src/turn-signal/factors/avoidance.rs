@@ -1,7 +1,7 @@
-//! Avoidance made of planning factors. A factor holds a batch of shift lines from its first start to its last end: exact
-//! when the batch is one line. The lines between are taken from the planned path, on which they are a little shorter
-//! than planned. An avoidance counts as approved when the planned path follows one of its lines, since factors do not
-//! name the state. Lines have no id: their ends stand for it.
+//! Avoidance made of planning factors. A factor holds a batch of shift lines from its first start to its last
+//! end: exact when the batch is one line. The lines between are taken from the planned path, on which they
+//! are a little shorter than planned. An avoidance counts as approved when the planned path follows one of
+//! its lines, since factors do not name the state. Lines have no id: their ends stand for it.
 
 use super::factor::{FactorContext, FactorInterval, Made, Ramp};
 use super::path_offsets::PathOffsets;
@@ -71,9 +71,9 @@ pub(super) fn along(
 fn ramps(path_offsets: &PathOffsets, interval: &FactorInterval, threshold_m: f64) -> Vec<Ramp> {
     if interval.shift_m().abs() < threshold_m {
         let mut ramps = path_offsets.own_ramps(interval.start(), interval.end(), threshold_m);
-        // The factor has the start of the first one and the end of the last one; the path shows them late and early.
-        // Near the vehicle it may lack the first one, and far ahead the last one: the ramp that then is first or last
-        // keeps its own ends.
+        // The factor has the start of the first one and the end of the last one; the path shows them late and
+        // early. Near the vehicle it may lack the first one, and far ahead the last one: the ramp that then
+        // is first or last keeps its own ends.
         let shifts = |ramp: &Ramp| {
             let shift_m = ramp.after_m - ramp.before_m;
             (shift_m.abs() >= threshold_m).then_some(shift_m > 0.0)

@@ -1,6 +1,7 @@
-//! Lane changes made of planning factors, which have side, start and end. The planner drives one already when its planned
-//! path crosses a bound; the crossing is exact to the spacing of the path. The length that the planner keeps for a lane
-//! change before its lane ends is not published: the length of the change stands for it.
+//! Lane changes made of planning factors, which have side, start and end. The planner drives one already when
+//! its planned path crosses a bound; the crossing is exact to the spacing of the path. The length that the
+//! planner keeps for a lane change before its lane ends is not published: the length of the change stands for
+//! it.
 
 use super::factor::{Behavior, FactorContext, FactorInterval};
 use super::path_offsets::{PathOffsets, crossing};

@@ -18,7 +18,8 @@ pub(super) const MAX_LANES_BETWEEN: u32 = 4;
 #[derive(Debug, Clone)]
 pub(super) struct PathOffsets {
     pub(super) poses: Vec<Pose>,
-    /// Limits by which a point of the path is found by heading and height as well; `None` = by position alone.
+    /// Limits by which a point of the path is found by heading and height as well; `None` = by position
+    /// alone.
     limits: Option<NearestLimits>,
     /// The lanelets of the path that follow each other, from its first one on: the lane the vehicle
     /// is in, also while the path leads beside it.
@@ -43,7 +44,8 @@ impl PathOffsets {
         Some(Self { poses, limits, lanes, middle, offsets_m })
     }
 
-    /// Returns the path with the mean of the offsets around each of its points, of as many before as after it, within a distance.
+    /// Returns the path with the mean of the offsets around each of its points, of as many before as after
+    /// it, within a distance.
     pub(super) fn smoothed(mut self, within_m: f64) -> Self {
         let mean_m = |(index, here): (usize, &Pose)| {
             let is_near = |pose: &&Pose| pose.position.distance_m(here.position) <= within_m;
@@ -118,8 +120,8 @@ impl PathOffsets {
         ramps.map(|(_, ramp)| ramp).collect()
     }
 
-    /// Returns the ramps between two points of the path, each with the indices of its ends. An offset that moves back by no more than
-    /// `ripple_m` does not end a ramp.
+    /// Returns the ramps between two points of the path, each with the indices of its ends. An offset that
+    /// moves back by no more than `ripple_m` does not end a ramp.
     pub(super) fn ramps_within(
         &self,
         (first, last): (usize, usize),
@@ -198,7 +200,8 @@ fn lanes(context: &FactorContext<'_>, path: &[PlannedPathPoint]) -> Vec<LaneId> 
     chain
 }
 
-/// Returns the first and last index of every change in one direction of at least `threshold_m`, through ripples of at most `ripple_m`.
+/// Returns the first and last index of every change in one direction of at least `threshold_m`, through
+/// ripples of at most `ripple_m`.
 fn swings(offsets_m: &[f64], threshold_m: f64, ripple_m: f64) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
     let Some(first) = offsets_m.first() else { return Vec::new() };

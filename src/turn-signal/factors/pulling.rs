@@ -1,7 +1,8 @@
-//! Pull-out and pull-over made of planning factors, which have start, end and offsets. The rest is inferred: the vehicle
-//! has not departed while it is within a metre of the start, and the planner's path counts as one piece. The pose at
-//! which the vehicle begins to slow down before its path to the roadside is decided comes from a factor to stop or slow
-//! down; without one, it is the first point whose planned speed is what is left to the stop in the search time.
+//! Pull-out and pull-over made of planning factors, which have start, end and offsets. The rest is inferred:
+//! the vehicle has not departed while it is within a metre of the start, and the planner's path counts as one
+//! piece. The pose at which the vehicle begins to slow down before its path to the roadside is decided comes
+//! from a factor to stop or slow down; without one, it is the first point whose planned speed is what is left
+//! to the stop in the search time.
 
 use super::factor::{Behavior, FactorContext, Made, Ramp};
 use super::path_offsets::PathOffsets;

@@ -42,8 +42,8 @@ impl ReferenceLine {
         Self { first, pieces }
     }
 
-    /// Returns the offset of a pose to the left of the nearest piece, metres; 0 without a line. With `limits`, of the pieces that
-    /// face alike, if there are any: a line may come back by the lane beside.
+    /// Returns the offset of a pose to the left of the nearest piece, metres; 0 without a line. With
+    /// `limits`, of the pieces that face alike, if there are any: a line may come back by the lane beside.
     pub(super) fn offset_m(&self, pose: Pose, limits: Option<NearestLimits>) -> f64 {
         self.offset_near_m(pose, limits, &mut 0)
     }
@@ -54,7 +54,8 @@ impl ReferenceLine {
         poses.iter().map(|pose| self.offset_near_m(*pose, limits, &mut near)).collect()
     }
 
-    /// `near` is the index of a piece from which on the nearest is probably found, and becomes the index of the nearest.
+    /// `near` is the index of a piece from which on the nearest is probably found, and becomes the index of
+    /// the nearest.
     fn offset_near_m(&self, pose: Pose, limits: Option<NearestLimits>, near: &mut usize) -> f64 {
         let point = pose.position;
         let faces_alike = |piece: &Piece| {
@@ -69,7 +70,8 @@ impl ReferenceLine {
         piece.left_m(point, piece.along_m(point))
     }
 
-    /// Returns the nearest of the pieces that qualify, the first of equally near ones, with its index. `probable` is looked at first.
+    /// Returns the nearest of the pieces that qualify, the first of equally near ones, with its index.
+    /// `probable` is looked at first.
     fn nearest(
         &self,
         point: Point,

@@ -1,9 +1,9 @@
 //! Manoeuvres of a planner that sends a plain trajectory and no planning factors
 //! (docs/turn-signal-decider.md, "Learned planners").
 //!
-//! The trajectory is put behind the way that the vehicle has come, so that a manoeuvre is seen as a whole until it is over. Its
-//! points are placed on the lanelets of the route, and each change of the offset from the middle of the vehicle's lane
-//! becomes a manoeuvre by where it begins and ends.
+//! The trajectory is put behind the way that the vehicle has come, so that a manoeuvre is seen as a whole
+//! until it is over. Its points are placed on the lanelets of the route, and each change of the offset from
+//! the middle of the vehicle's lane becomes a manoeuvre by where it begins and ends.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -32,14 +32,16 @@ const MAX_DRIVEN: usize = 120;
 const MAX_JUMP_M: f64 = 5.0;
 /// Points that are nearer to each other are one, metres: a vehicle that stands has many.
 const SAME_POINT_M: f64 = 0.1;
-/// A vehicle that begins to leave the roadside within this distance of where it stood pulls out from there, metres: a smooth path
-/// hardly moves at the ends of a ramp.
+/// A vehicle that begins to leave the roadside within this distance of where it stood pulls out from there,
+/// metres: a smooth path hardly moves at the ends of a ramp.
 const PULLS_OUT_WITHIN_M: f64 = 20.0;
 /// A vehicle that stands this near to the end of its trajectory has arrived, metres.
 const ARRIVED_M: f64 = 1.0;
-/// An offset may move back by so much within a manoeuvre, metres: positions are measured, and trajectories not smoothed.
+/// An offset may move back by so much within a manoeuvre, metres: positions are measured, and trajectories
+/// not smoothed.
 const RIPPLE_M: f64 = 0.2;
-/// A ramp may have crossed a bound of its lane up to so many points before it is seen to begin: a ripple hides its begin.
+/// A ramp may have crossed a bound of its lane up to so many points before it is seen to begin: a ripple
+/// hides its begin.
 const TRIMMED: usize = 5;
 /// Offsets are the mean of those within this distance, metres: positions and trajectories are noisy.
 const SMOOTHED_M: f64 = 4.0;
@@ -89,7 +91,8 @@ pub fn trajectory_manoeuvres(
     manoeuvres.into_iter().map(|value| Timed { at: trajectory.at, value }).collect()
 }
 
-/// Returns the driven path, the vehicle and the trajectory before it as one path on lanelets, and the index of the vehicle.
+/// Returns the driven path, the vehicle and the trajectory before it as one path on lanelets, and the index
+/// of the vehicle.
 fn whole_path(
     context: &FactorContext<'_>,
     driven: &DrivenPath,
@@ -136,7 +139,8 @@ fn whole_path(
     (on_lanes(context, way), ego_index)
 }
 
-/// Places the points of a path on the lanelets of the route: first the lanelet of the point, then those beside it.
+/// Places the points of a path on the lanelets of the route: first the lanelet of the point, then those
+/// beside it.
 fn on_lanes(context: &FactorContext<'_>, way: Vec<(Pose, f64)>) -> Vec<PlannedPathPoint> {
     let (road, route, limits) = (context.road, context.route, context.parameters.nearest);
     let mut before: Option<(LaneId, Vec<LaneId>)> = None;
@@ -269,8 +273,8 @@ fn off_middle_m(context: &FactorContext<'_>, point: &PlannedPathPoint) -> f64 {
     lane.map_or(0.0, |lane| middle(lane).offset_m(point.pose, limits))
 }
 
-/// Returns whether a path continues, or stands, where a ramp of it ends: otherwise the ramp leads beyond the horizon, and what it
-/// becomes is not known yet.
+/// Returns whether a path continues, or stands, where a ramp of it ends: otherwise the ramp leads beyond the
+/// horizon, and what it becomes is not known yet.
 fn is_complete(points: &[PlannedPathPoint], end: usize) -> bool {
     let (Some(at), Some(last)) = (points.get(end), points.last()) else { return false };
     last.speed_mps.abs() < STOP_SPEED_MPS || at.pose.position.distance_m(last.pose.position) > BEYOND_M

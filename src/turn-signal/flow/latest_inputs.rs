@@ -55,7 +55,8 @@ impl LatestInputs {
         }
     }
 
-    /// Returns the goal of the pull-over on a route; `None` when the last goal belongs to another route or is not finite.
+    /// Returns the goal of the pull-over on a route; `None` when the last goal belongs to another route or is
+    /// not finite.
     pub(super) fn modified_goal(&self, route: u128) -> Option<Pose> {
         self.modified_goal.filter(|(of, goal)| *of == route && goal.is_finite()).map(|(_, goal)| goal)
     }

@@ -53,8 +53,8 @@ impl ComparableCommand for HazardCommand {
 }
 
 impl<T: ComparableCommand> ShadowComparison<T> {
-    /// Compares the commands of one cycle. Two that ask for no light are alike: upstream's deciders say `NO_COMMAND` where this
-    /// one says `DISABLE`.
+    /// Compares the commands of one cycle. Two that ask for no light are alike: upstream's deciders say
+    /// `NO_COMMAND` where this one says `DISABLE`.
     pub(super) fn compare(
         &mut self,
         ours: T,

@@ -40,7 +40,8 @@ pub struct DeciderSnapshot {
     pub turn_agreement_percent: Option<f64>,
     /// Agreement of hazard commands with Autoware's own, percent; `None` unless compared.
     pub hazard_agreement_percent: Option<f64>,
-    /// Verdicts on the turn signals of another planner, by the rules of the decider; all zero unless in shadow.
+    /// Verdicts on the turn signals of another planner, by the rules of the decider; all zero unless in
+    /// shadow.
     pub signal_verdicts: VerdictCounts,
     /// Share of these signals that agree with the rules, percent; `None` when none was judged.
     pub signal_agreement_percent: Option<f64>,
@@ -56,7 +57,8 @@ pub struct WrongSignal {
     pub verdict: SignalVerdict,
     /// What it was asked for, e.g. `lane change to the left`; of a needless signal, `left`.
     pub subject: String,
-    /// Where the vehicle was when it was asked for, or when the needless signal began: x on the map, m to the millimetre.
+    /// Where the vehicle was when it was asked for, or when the needless signal began: x on the map, m to the
+    /// millimetre.
     pub x_m: f64,
     /// The same: y on the map.
     pub y_m: f64,
@@ -89,7 +91,8 @@ pub struct DecisionSnapshot {
     pub rule: Option<Case>,
     /// The minimum duration that keeps the command; `None` when none does.
     pub held: Option<Held>,
-    /// The junction before the next turn that offers its side and is not taken, and what becomes of the signal; `None` without one.
+    /// The junction before the next turn that offers its side and is not taken, and what becomes of the
+    /// signal; `None` without one.
     pub junction: Option<String>,
     /// The candidates with their outcomes.
     pub candidates: Vec<CandidateSnapshot>,
@@ -110,8 +113,8 @@ pub struct CandidateSnapshot {
     pub turn: TurnCommand,
     /// What became of it.
     pub outcome: CandidateOutcome,
-    /// Distances to its desired start, desired end, required start and required end, m to the millimetre, negative behind the vehicle;
-    /// `None` without a record, or where one is not a number.
+    /// Distances to its desired start, desired end, required start and required end, m to the millimetre,
+    /// negative behind the vehicle; `None` without a record, or where one is not a number.
     pub distances_m: Option<[f64; 4]>,
 }
 

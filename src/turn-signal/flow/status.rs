@@ -1,5 +1,5 @@
-//! Diagnostics of the decider: command, winner and rule, distances, the outcome of each other candidate, findings,
-//! agreement with Autoware.
+//! Diagnostics of the decider: command, winner and rule, distances, the outcome of each other candidate,
+//! findings, agreement with Autoware.
 
 use std::fmt;
 

@@ -1,6 +1,6 @@
 //! The rule for a vehicle that stands next to a turn with the signal of a manoeuvre on
-//! (docs/spec/turn-signal-decider.md, "Stop rule").
-//! Upstream meant to switch it off; the effect that remains is that plain lanelets stand in the queue of turns.
+//! (docs/spec/turn-signal-decider.md, "Stop rule"). Upstream meant to switch it off; the effect that remains
+//! is that plain lanelets stand in the queue of turns.
 
 use crate::decision_context::DecisionContext;
 use crate::side::Side;

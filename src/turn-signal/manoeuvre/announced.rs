@@ -6,16 +6,16 @@ use crate::subject::ManoeuvreKind;
 use lanelet2_map::geometry::Pose;
 use lanelet2_map::geometry::path::PathFrame;
 
-/// Ends farther apart than this in two consecutive cycles belong to two manoeuvres, metres. A lane change that waits
-/// moves with the vehicle, by less than this in a cycle.
+/// Ends farther apart than this in two consecutive cycles belong to two manoeuvres, metres. A lane change
+/// that waits moves with the vehicle, by less than this in a cycle.
 pub const SAME_END_M: f64 = 5.0;
-/// Nearer ends nevertheless belong to two manoeuvres when their distances from the vehicle along
-/// the path differ by more than this, metres: the path comes by twice, as on a ring or a helix. Within a cycle the vehicle
-/// itself passes less.
+/// Nearer ends nevertheless belong to two manoeuvres when their distances from the vehicle along the path
+/// differ by more than this, metres: the path comes by twice, as on a ring or a helix. Within a cycle the
+/// vehicle itself passes less.
 const SAME_VISIT_M: f64 = 25.0;
 
-/// Returns whether an end that is `before_m` ahead of the vehicle in one cycle and `now_m` in the next lies on one visit of
-/// the path, metres.
+/// Returns whether an end that is `before_m` ahead of the vehicle in one cycle and `now_m` in the next lies
+/// on one visit of the path, metres.
 pub fn is_same_visit(before_m: f64, now_m: f64) -> bool {
     (before_m - now_m).abs() <= SAME_VISIT_M
 }
@@ -65,7 +65,8 @@ impl ManoeuvreIdentity {
 }
 
 impl AnnouncedManoeuvres {
-    /// Returns the pose from which a manoeuvre is announced, and marks it as present in this cycle; `None` when it is not announced.
+    /// Returns the pose from which a manoeuvre is announced, and marks it as present in this cycle; `None`
+    /// when it is not announced.
     pub fn from(&mut self, identity: ManoeuvreIdentity) -> Option<Pose> {
         let free = self.known.iter_mut().filter(|announced| !announced.is_present);
         let nearest = free

@@ -1,5 +1,5 @@
-//! Lane changes (docs/spec/turn-signal-decider.md, "Lane change"). Upstream's has no start: it counts as begun from
-//! the first request (W9). Improved, it begins where the steering begins.
+//! Lane changes (docs/spec/turn-signal-decider.md, "Lane change"). Upstream's has no start: it counts as
+//! begun from the first request (W9). Improved, it begins where the steering begins.
 
 use super::announced::ManoeuvreIdentity;
 use super::memory::ManoeuvreMemory;
@@ -82,8 +82,8 @@ impl ManoeuvreMemory {
         SignalReason::OwnRule
     }
 
-    /// Returns the pose at which the announcement of a lane change began; `None` while it is too far ahead. Once
-    /// announced it stays so, however the vehicle slows down.
+    /// Returns the pose at which the announcement of a lane change began; `None` while it is too far ahead.
+    /// Once announced it stays so, however the vehicle slows down.
     fn announced_from(
         &mut self,
         context: &DecisionContext<'_>,
@@ -101,7 +101,8 @@ impl ManoeuvreMemory {
     }
 }
 
-/// Returns the pose at which a lane change that waits must begin at the latest, on the path of the module before.
+/// Returns the pose at which a lane change that waits must begin at the latest, on the path of the module
+/// before.
 fn terminal_start(context: &DecisionContext<'_>, change: &LaneChange) -> Option<Pose> {
     let path = Path::new(change.previous_path.iter().copied()).ok()?;
     let buffer_m = change.minimum_length_m

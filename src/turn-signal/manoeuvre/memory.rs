@@ -43,7 +43,8 @@ impl ManoeuvreMemory {
         outcome
     }
 
-    /// Judges a shift in a lanelet; upstream remembers in `ignored` the lanelet in which it does not judge the shift again.
+    /// Judges a shift in a lanelet; upstream remembers in `ignored` the lanelet in which it does not judge
+    /// the shift again.
     pub(super) fn judged_in_lane(
         &mut self,
         context: &DecisionContext<'_>,

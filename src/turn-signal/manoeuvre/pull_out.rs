@@ -73,8 +73,9 @@ impl ManoeuvreMemory {
     }
 }
 
-/// Returns whether the second half of the pull-out leads to a junction that offers its side and is not taken: there its signal would be taken for a
-/// turn. In the first half the vehicle may be near to the bound in a narrow lane, and needs its signal.
+/// Returns whether the second half of the pull-out leads to a junction that offers its side and is not taken:
+/// there its signal would be taken for a turn. In the first half the vehicle may be near to the bound in a
+/// narrow lane, and needs its signal.
 fn nears_junction(context: &DecisionContext<'_>, shift: &Shift<'_>) -> bool {
     let ShiftLine { start_index, end_index, .. } = shift.line;
     let whole_m = shift.path.offset_between_m(start_index, end_index);

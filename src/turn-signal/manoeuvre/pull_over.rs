@@ -1,5 +1,5 @@
-//! Pulling over to the roadside (docs/spec/turn-signal-decider.md, "Pull-over"), with the signal given before the path
-//! is decided.
+//! Pulling over to the roadside (docs/spec/turn-signal-decider.md, "Pull-over"), with the signal given before
+//! the path is decided.
 
 use super::announced::ManoeuvreIdentity;
 use super::memory::ManoeuvreMemory;

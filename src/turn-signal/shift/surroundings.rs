@@ -46,7 +46,8 @@ pub(super) fn is_inside(context: &DecisionContext<'_>, lanes: &[LaneId]) -> bool
     lanes.iter().filter_map(|id| context.road.lane(*id)).any(|lane| lane.contains(context.ego().position))
 }
 
-/// Returns the distance in metres from the front corner on `side` across to the bound on that side of the lanelet below it.
+/// Returns the distance in metres from the front corner on `side` across to the bound on that side of the
+/// lanelet below it.
 pub(super) fn distance_to_bound_m(context: &DecisionContext<'_>, side: Side) -> Option<f64> {
     let (vehicle, ego) = (context.vehicle, context.ego());
     let aside_m = match side {

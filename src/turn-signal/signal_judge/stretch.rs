@@ -116,7 +116,8 @@ impl ReceivedSignal {
         self.unasked.is_some_and(|unasked| unasked.follows && now.since(unasked.since) <= settings.linger)
     }
 
-    /// Returns the verdict on the time in which nothing was asked for, which ends now; `None` if it is short enough.
+    /// Returns the verdict on the time in which nothing was asked for, which ends now; `None` if it is short
+    /// enough.
     pub(super) fn needless(&self, settings: &JudgeSettings, now: MonoTime) -> Option<JudgedManoeuvre> {
         let DarkStart { at, odometry, reason } = self.dark.as_ref()?;
         let follows = self.unasked.is_some_and(|unasked| unasked.follows);
@@ -173,7 +174,8 @@ impl Stretch {
         }
     }
 
-    /// Notes a cycle. The opposite side is tolerated after the required section, and before it while it lingers.
+    /// Notes a cycle. The opposite side is tolerated after the required section, and before it while it
+    /// lingers.
     pub(super) fn note(
         &mut self,
         now: MonoTime,

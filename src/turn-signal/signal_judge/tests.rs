@@ -7,7 +7,8 @@ use lanelet2_map::geometry::Pose;
 const CYCLE_MS: usize = 100;
 const TURN: SignalSubject = SignalSubject::Turn(7);
 
-/// Something that is asked for: side, subject, time from the begin to the end, and the time in which it is required, ms.
+/// Something that is asked for: side, subject, time from the begin to the end, and the time in which it is
+/// required, ms.
 #[derive(Debug, Clone, Copy)]
 struct Asked {
     side: Side,

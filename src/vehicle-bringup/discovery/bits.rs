@@ -63,8 +63,8 @@ const MAX_CHANGES: u32 = 60;
 /// Smallest number of changes by which the upper bit of a number is known.
 const MIN_CARRIES: u32 = 3;
 
-/// Reduces a message to bits that do not change by themselves, without those in `excluded`; `None` when none are
-/// left.
+/// Reduces a message to bits that do not change by themselves, without those in `excluded`; `None` when none
+/// are left.
 pub(super) fn quiet_bits<'a>(
     track: &FrameTrack,
     timeline: &'a ActionTimeline,
@@ -107,8 +107,8 @@ pub(super) fn quiet_bits<'a>(
         return None;
     }
     let changed = (0..length * 8).map(|bit| is_noise(bit) || changes[bit].all > 0).collect();
-    // A bit that is always set counts in the values of a signal around it, as it does in the DBC. Noise and excluded bits
-    // are 0 in the contents.
+    // A bit that is always set counts in the values of a signal around it, as it does in the DBC. Noise and
+    // excluded bits are 0 in the contents.
     let mut constant = [0; MAX_DATA];
     for bit in (0..length * 8).filter(|bit| changes[*bit].all == 0) {
         constant[bit / 8] |= 1 << (bit % 8);
@@ -213,8 +213,8 @@ impl QuietChanges {
 #[derive(Debug, Clone, Copy, Default)]
 struct BitChanges {
     all: u32,
-    /// Changes at which the next lower bit fell, or rose when this one fell, as when a number goes up or down by one;
-    /// in the orders of Intel and Motorola.
+    /// Changes at which the next lower bit fell, or rose when this one fell, as when a number goes up or down
+    /// by one; in the orders of Intel and Motorola.
     carries: [u32; 2],
 }
 

@@ -249,7 +249,8 @@ impl ResponseTime {
 
 /// Weight of a request that was not followed.
 const MISSED: usize = 30;
-/// Largest difference in time between the driver's reaction, lights and messages, in addition to message periods.
+/// Largest difference in time between the driver's reaction, lights and messages, in addition to message
+/// periods.
 const SIMULTANEOUS: Duration = Duration::from_millis(150);
 
 /// A candidate with its evidence.
@@ -259,7 +260,8 @@ pub struct SignalCandidate<F> {
     pub form: F,
     /// Way in which it shows the action.
     pub shape: ResponseShape,
-    /// Requests that it followed, for each of [`DriverAction::ALL`](super::timeline::DriverAction::ALL), with their number.
+    /// Requests that it followed, for each of [`DriverAction::ALL`](super::timeline::DriverAction::ALL), with
+    /// their number.
     pub followed: [(usize, usize); 3],
     /// Everything that speaks against it.
     pub drawbacks: Vec<Drawback>,
@@ -307,7 +309,8 @@ impl<F> SignalCandidate<F> {
         other.missed() <= self.missed() && other.weight() < self.weight() + MISSED
     }
 
-    /// Returns how often the other candidate came or went at another moment, and the number of all common times.
+    /// Returns how often the other candidate came or went at another moment, and the number of all common
+    /// times.
     fn times_apart(&self, other: &Self) -> (usize, usize) {
         let times = self.times.iter().flatten().zip(other.times.iter().flatten());
         let both: Vec<_> = times.filter_map(|(own, other)| own.zip(*other)).collect();
@@ -359,7 +362,8 @@ impl<F> SignalCandidate<F> {
         format!("{count} of {of}")
     }
 
-    /// Returns the drawbacks of this candidate that `best` does not have, or a text for its rank if there are none.
+    /// Returns the drawbacks of this candidate that `best` does not have, or a text for its rank if there are
+    /// none.
     pub fn explanation<G>(&self, best: &SignalCandidate<G>) -> String {
         let own = self.drawbacks.iter().filter(|drawback| !best.drawbacks.contains(drawback));
         let texts: Vec<_> = own.map(ToString::to_string).collect();

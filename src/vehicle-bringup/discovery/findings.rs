@@ -28,8 +28,8 @@ pub struct DiscoveryFindings {
     pub turn_doubt: Option<Doubt>,
     /// Reason for which the hazard lights are not sure.
     pub hazard_doubt: Option<Doubt>,
-    /// Signal that follows both sides, but was left out because it changed during [`DriverMark::Quiet`], as a lever that
-    /// is moved then does; `None` if both sides are sure.
+    /// Signal that follows both sides, but was left out because it changed during [`DriverMark::Quiet`], as a
+    /// lever that is moved then does; `None` if both sides are sure.
     ///
     /// [`DriverMark::Quiet`]: can_signal::can::DriverMark::Quiet
     pub moved_at_rest: Option<TurnForm>,
@@ -97,7 +97,8 @@ impl DiscoveryFindings {
         let is_shown =
             hazard_certainty(&hazard) == Some(Certainty::Sure) && hazard_doubt(&messages, &hazard).is_none();
         if !is_shown && let Some(at) = turn.iter().position(shows_all) {
-            // Lamps that show the hazard lights as well are better than a lever that does not, when nothing else does.
+            // Lamps that show the hazard lights as well are better than a lever that does not, when nothing
+            // else does.
             turn[..=at].rotate_right(1);
         }
         if let Some(turn) = turn.first_mut() {

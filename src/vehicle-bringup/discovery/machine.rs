@@ -30,7 +30,8 @@ pub enum DiscoveryEvent {
     Finished(Box<DiscoveryFindings>),
 }
 
-/// A session with a driver. Call [`Self::poll_event`] until it returns `None`, then again at [`Self::next_deadline`].
+/// A session with a driver. Call [`Self::poll_event`] until it returns `None`, then again at
+/// [`Self::next_deadline`].
 #[derive(Debug, Clone)]
 pub struct Discovery {
     session: Session,

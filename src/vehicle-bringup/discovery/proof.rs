@@ -62,7 +62,8 @@ impl fmt::Display for Contradiction {
 /// What the reports over a session must show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Requirements {
-    /// Number of requests of each of [`DriverAction::ALL`] that must be met: those that the found signals followed.
+    /// Number of requests of each of [`DriverAction::ALL`] that must be met: those that the found signals
+    /// followed.
     pub followed: [usize; 3],
     /// True if the hazard lights are reported.
     pub has_hazard: bool,
@@ -147,8 +148,8 @@ pub fn compare(
     Ok(())
 }
 
-/// Checks one request: the last action that was reported is the requested one, and it has ended before the next
-/// request. A driver may have corrected another action before.
+/// Checks one request: the last action that was reported is the requested one, and it has ended before the
+/// next request. A driver may have corrected another action before.
 fn meets(window: &RequestWindow, runs: &[ReportedRun], is_reported: bool) -> Result<(), ContradictingReport> {
     let (begin, latest) = (window.on.before(EARLY), window.off.after(LATE));
     let end = window.end.before(EARLY);
@@ -187,7 +188,8 @@ mod tests {
         end: MonoTime::from_millis(19_000),
     };
 
-    /// Compares reports, as states from these times on in ms, with one request to the right after ten quiet seconds.
+    /// Compares reports, as states from these times on in ms, with one request to the right after ten quiet
+    /// seconds.
     fn contradiction(reports: &[(u64, ReportedState)]) -> Option<ContradictingReport> {
         let quiet = vec![(MonoTime::ZERO, MonoTime::from_millis(9_300))];
         let timeline = ActionTimeline { windows: vec![WINDOW], quiet };

@@ -29,7 +29,8 @@ pub(super) struct SignalResponse {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Responses {
     pub(super) idle: u64,
-    /// Response to each request: `Ok(None)` when the signal stayed at rest, `Err` when it changed in an unknown way.
+    /// Response to each request: `Ok(None)` when the signal stayed at rest, `Err` when it changed in an
+    /// unknown way.
     of: Vec<Result<Option<SignalResponse>, Irregular>>,
     /// Values other than at rest for each request, with the time of the first one.
     begun: Vec<(Option<MonoTime>, BTreeSet<u64>)>,
@@ -266,7 +267,8 @@ mod tests {
         end: MonoTime::from_millis(19_000),
     };
 
-    /// Returns the responses to one request of a signal that rests at 0 and has these values from these times on, ms.
+    /// Returns the responses to one request of a signal that rests at 0 and has these values from these times
+    /// on, ms.
     fn responses(values: &[(u64, u64)]) -> Responses {
         let mut runs: Vec<ValueRun> = Vec::new();
         for pair in values.windows(2).filter(|pair| pair[0].1 != 0) {

@@ -151,8 +151,8 @@ impl<'a> Responding<'a> {
         drawbacks
     }
 
-    /// Returns the number of bits that also show presses to the sides and are separated from these `bits` of a momentary
-    /// switch by constant bits at most, so that they belong to it.
+    /// Returns the number of bits that also show presses to the sides and are separated from these `bits` of
+    /// a momentary switch by constant bits at most, so that they belong to it.
     fn cut_of_stalk(&self, bits: &[u16]) -> usize {
         let timeline = self.quiet.timeline;
         let shows_a_press = |responses: &Responses| {
@@ -182,8 +182,8 @@ impl<'a> Responding<'a> {
         let others = self.bits.iter().map(|(bit, _)| *bit).filter(|bit| is_apart(*bit));
         let mut others = others.filter(|bit| !bits.contains(bit) && !self.like_checksum.contains(&(bit / 8)));
         let in_byte = |byte: u16| self.bits.iter().filter(|(bit, _)| bit / 8 == byte).count();
-        // Sums keep the place in a byte or nibble, others change many bits, and counters run with frames that are rare. What
-        // is neither shows the same a second time.
+        // Sums keep the place in a byte or nibble, others change many bits, and counters run with frames that
+        // are rare. What is neither shows the same a second time.
         let may_be_derived = |bit: u16, other: u16| {
             bit % 4 == other % 4
                 || ((!shows_all || bit / 8 != other / 8) && in_byte(other / 8) >= MIN_CHECKSUM_BITS)
@@ -201,7 +201,8 @@ impl<'a> Responding<'a> {
     }
 }
 
-/// Returns true for neighbouring bits, within a byte or where Motorola or Intel order continues in the next byte.
+/// Returns true for neighbouring bits, within a byte or where Motorola or Intel order continues in the next
+/// byte.
 fn is_beside(bit: u16, other: u16) -> bool {
     let follows = |bit: u16, other: u16| other == bit + 1 || (bit.is_multiple_of(8) && other == bit + 15);
     follows(bit, other) || follows(other, bit)
@@ -311,7 +312,8 @@ fn enumerated(
     }
     let signal = message.signal(layout);
     let bits = signal.bits();
-    // A bit that shows an action in another manner, or none of them, belongs to another signal: a button beside a stalk.
+    // A bit that shows an action in another manner, or none of them, belongs to another signal: a button
+    // beside a stalk.
     let shown =
         if left.shape == ResponseShape::Momentary { &DriverAction::ALL[..2] } else { &DriverAction::ALL[..] };
     let mut others = message.bits.iter().filter(|(bit, _)| bits.contains(bit));
@@ -349,7 +351,8 @@ fn enumerated(
     Some(SignalCandidate { form, shape: left.shape, followed, drawbacks, times })
 }
 
-/// Builds a stalk with the half presses that were seen on the way to a full press, or that ended an indication.
+/// Builds a stalk with the half presses that were seen on the way to a full press, or that ended an
+/// indication.
 fn stalk(
     signal: FoundSignal,
     responses: &Responses,

@@ -1,7 +1,8 @@
 //! The requests to the driver, one after the other, as a state machine without a clock.
 //!
-//! Call [`Session::poll`] with the current time until it returns `None`, then again at [`Session::next_deadline`].
-//! After [`SessionStep::Evaluate`] call [`Session::evaluated`] with the actions to repeat.
+//! Call [`Session::poll`] with the current time until it returns `None`, then again at
+//! [`Session::next_deadline`]. After [`SessionStep::Evaluate`] call [`Session::evaluated`] with the actions
+//! to repeat.
 
 use std::time::Duration;
 

@@ -50,8 +50,8 @@ pub(super) fn restless(quiet: &QuietBits<'_>, bits: &[(u16, Responses)]) -> Vec<
     quiet.bits.iter().copied().filter(|bit| changes(bit) && !responds(bit)).collect()
 }
 
-/// Returns the bits that are on only while an action is requested, and at some presses of a momentary switch: a half
-/// press that the full one follows at once does not show in each of them.
+/// Returns the bits that are on only while an action is requested, and at some presses of a momentary switch:
+/// a half press that the full one follows at once does not show in each of them.
 pub(super) fn companions(quiet: &QuietBits<'_>, bits: &[(u16, Responses)]) -> Vec<u16> {
     let timeline = quiet.timeline;
     let is_momentary = |(_, responses): &&(u16, Responses)| {

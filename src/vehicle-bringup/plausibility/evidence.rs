@@ -20,7 +20,8 @@ pub struct ProfileEvidence {
     pub messages: Vec<MessageEvidence>,
     /// States of each turn source, in the order of the binding.
     pub turn: Vec<StateHistory>,
-    /// States of each hazard source, in the order of the binding; without frames where both turn sides show it.
+    /// States of each hazard source, in the order of the binding; without frames where both turn sides show
+    /// it.
     pub hazard: Vec<StateHistory>,
     /// States of the requirements of the profile.
     requirements: RequirementStates,
@@ -55,7 +56,8 @@ impl ProfileEvidence {
         &self.lights
     }
 
-    /// Returns the first requirement of the profile that is not met, those that are contradicted before others.
+    /// Returns the first requirement of the profile that is not met, those that are contradicted before
+    /// others.
     pub fn unmet(&self) -> Option<Unmet> {
         self.requirements.unmet()
     }

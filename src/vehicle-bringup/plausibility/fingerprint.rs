@@ -1,7 +1,9 @@
-//! The platform of a bus by its identifiers: the share of them that a public list of the platform's messages explains.
+//! The platform of a bus by its identifiers: the share of them that a public list of the platform's messages
+//! explains.
 //!
-//! One identifier with its usual length means little, since different makes use the same ones; how many of the whole bus
-//! are in a list means much. The limits were chosen with public recordings, and `docs/identify.md` has their margins.
+//! One identifier with its usual length means little, since different makes use the same ones; how many of
+//! the whole bus are in a list means much. The limits were chosen with public recordings, and
+//! `docs/identify.md` has their margins.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,11 +15,14 @@ pub const MIN_IDENTIFIERS: u32 = 12;
 const MIN_PERCENT: u32 = 15;
 /// Smallest ratio of that share to the share that chance explains.
 const MIN_RATIO_TO_CHANCE: u32 = 2;
-/// Fraction of a list, one in so many, from which on a bus is not of another platform, even if the list is short.
+/// Fraction of a list, one in so many, from which on a bus is not of another platform, even if the list is
+/// short.
 const RECEIVED_FRACTION: u32 = 5;
-/// Smallest distance of the explained identifiers from their number by chance, standard deviations, that names a platform.
+/// Smallest distance of the explained identifiers from their number by chance, standard deviations, that
+/// names a platform.
 const MIN_DEVIATIONS: f64 = 10.0;
-/// Smallest assumed chance that a list has an identifier, so that a short list names nothing by three or four.
+/// Smallest assumed chance that a list has an identifier, so that a short list names nothing by three or
+/// four.
 const MIN_CHANCE: f64 = 0.01;
 /// Number of identifiers of 11 bits.
 const STANDARD_IDENTIFIERS: u32 = 2048;
@@ -128,7 +133,8 @@ impl Fingerprint {
         })
     }
 
-    /// Returns the best match among the lists of one platform; `None` without a list, or below [`MIN_IDENTIFIERS`].
+    /// Returns the best match among the lists of one platform; `None` without a list, or below
+    /// [`MIN_IDENTIFIERS`].
     pub fn compare_best<'a>(
         &self,
         lists: impl IntoIterator<Item = &'a PlatformList>,
@@ -137,8 +143,8 @@ impl Fingerprint {
         matches.max_by(|one, other| one.deviations().total_cmp(&other.deviations()))
     }
 
-    /// Names the platform whose list explains far more identifiers than chance does, with other lists of the same
-    /// make that explain as many; empty if none does.
+    /// Names the platform whose list explains far more identifiers than chance does, with other lists of the
+    /// same make that explain as many; empty if none does.
     pub fn platforms<'a>(&self, lists: &'a [PlatformList]) -> Vec<PlatformMatch<'a>> {
         let Some(best) = self.compare_best(lists).filter(PlatformMatch::names_platform) else {
             return Vec::new();
@@ -179,8 +185,8 @@ impl PlatformMatch<'_> {
         self.explained >= self.min_explained()
     }
 
-    /// Returns true if the bus is one of another platform: neither has it many identifiers of the list, nor the list
-    /// many of the bus.
+    /// Returns true if the bus is one of another platform: neither has it many identifiers of the list, nor
+    /// the list many of the bus.
     pub fn is_of_other_platform(&self) -> bool {
         let is_unlisted = RECEIVED_FRACTION * self.explained < count(self.list.messages.iter());
         !self.is_of_platform() && is_unlisted

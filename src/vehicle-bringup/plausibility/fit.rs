@@ -101,9 +101,9 @@ impl Support {
 /// Points from which a profile fits: a period alone is not enough, with the platform it is.
 const FITTING: u32 = 20;
 
-/// Judges a profile; `None` when none of its messages was received. `heartbeats` has its heartbeat messages that were
-/// received. `platform` is the best match of its lists, or `None` if the profile names none or
-/// the bus has too few identifiers.
+/// Judges a profile; `None` when none of its messages was received. `heartbeats` has its heartbeat messages
+/// that were received. `platform` is the best match of its lists, or `None` if the profile names none or the
+/// bus has too few identifiers.
 pub fn fit(
     evidence: &ProfileEvidence,
     heartbeats: &[IdMatch],

@@ -171,7 +171,8 @@ impl SignalContent {
     }
 }
 
-/// Returns what a signal may say of a gear, best first: a gearbox may have no park, and a signal only some of the gears.
+/// Returns what a signal may say of a gear, best first: a gearbox may have no park, and a signal only some of
+/// the gears.
 fn gear_codes(gear: Gear) -> impl Iterator<Item = SignalValue> {
     let neutral = (gear == Gear::Park).then_some(Gear::Neutral);
     let forward = Gear::all().filter(|gear| gear.direction() == Some(1.0));

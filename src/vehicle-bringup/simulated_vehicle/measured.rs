@@ -99,7 +99,8 @@ impl MeasuredQuantity {
         }
     }
 
-    /// Returns the raw value of a part: of the valid values the one that, with the other part, is closest to the reading.
+    /// Returns the raw value of a part: of the valid values the one that, with the other part, is closest to
+    /// the reading.
     pub(super) fn raw(&self, readings: &Readings, part: QuantityPart) -> i128 {
         let value = self.value(readings);
         let exact = (value - self.quantity.offset) / self.quantity.factor;

@@ -12,8 +12,8 @@ pub const ACCELERATION_MPS2: f64 = 2.0;
 pub const EMERGENCY_MPS2: f64 = 8.0;
 /// Rate at which the front wheels turn, rad/s.
 pub const STEERING_RADPS: f64 = 0.4;
-/// How far and how often the front wheels sway while the vehicle moves, rad and s: no driver holds them still, and checks
-/// for frozen sensors know it.
+/// How far and how often the front wheels sway while the vehicle moves, rad and s: no driver holds them
+/// still, and checks for frozen sensors know it.
 const SWAY: (f64, f64) = (0.002, 1.7);
 
 /// Dimensions of the vehicle: the configured ones, and defaults of a mid-size car for the others.

@@ -82,8 +82,8 @@ pub(super) enum CancelPress {
 }
 
 impl VehiclePlan {
-    /// Builds the plan of a profile, for a vehicle with the configured dimensions. `buses` and `databases` are indexed by
-    /// [`BusIndex`].
+    /// Builds the plan of a profile, for a vehicle with the configured dimensions. `buses` and `databases`
+    /// are indexed by [`BusIndex`].
     pub fn new(
         lights: &LightsBinding,
         (status, geometry): (&StatusBinding, &VehicleGeometry),

@@ -79,7 +79,8 @@ pub struct SimulatedVehicle {
 }
 
 impl SimulatedVehicle {
-    /// Creates a parked vehicle in autonomous mode with all lights off and all doors closed. The first frames are due from now on, 1 ms apart.
+    /// Creates a parked vehicle in autonomous mode with all lights off and all doors closed. The first frames
+    /// are due from now on, 1 ms apart.
     pub fn new(plan: VehiclePlan, simulation: SimulationSettings, now: MonoTime) -> Self {
         let starts = (0_u64..).map(|index| now.after(Duration::from_millis(index)));
         let transmissions = plan.messages.iter().zip(starts);
@@ -126,8 +127,8 @@ impl SimulatedVehicle {
         self.scheduled.insert(position.unwrap_or(self.scheduled.len()), (at, request));
     }
 
-    /// Moves as given within a time, in place of earlier requests: forward with drive, backward with reverse. Call
-    /// [`Self::settle`] afterwards.
+    /// Moves as given within a time, in place of earlier requests: forward with drive, backward with reverse.
+    /// Call [`Self::settle`] afterwards.
     pub fn follow(&mut self, speed_mps: f64, heading_rate_radps: f64, within: Duration, now: MonoTime) {
         self.motion.follow(speed_mps, heading_rate_radps, within, now);
     }

@@ -1,4 +1,5 @@
-//! Starts the plugin as the main program of `zenoh-bridge-ros2dds` does, with the one option that the tests need.
+//! Starts the plugin as the main program of `zenoh-bridge-ros2dds` does, with the one option that the tests
+//! need.
 //!
 //! Usage: zenoh-bridge-ros2dds -c CONFIGURATION
 

@@ -26,7 +26,8 @@ fn set(clock: &Writer, topic: usize, ms: i64) {
     }
 }
 
-/// Sends a time until it has its effect: a clock is best effort, so that a message of it may be lost, and is sent all the time.
+/// Sends a time until it has its effect: a clock is best effort, so that a message of it may be lost, and is
+/// sent all the time.
 fn set_until(clock: &Writer, topic: usize, ms: i64, what: &str, has_effect: impl Fn() -> bool) {
     let mut pace = Pace::every(BEAT);
     wait_until(what, || {
@@ -75,7 +76,8 @@ fn the_lights_follow_the_clock_of_a_peer_and_stand_still_with_it() {
     a_second(&reader);
     assert!(stamps(&reader, Mark::START, "camera").is_empty(), "nothing is sent before the first time");
 
-    // Its first time, and half a second more. Of times that wait only the newest counts, so one after the other.
+    // Its first time, and half a second more. Of times that wait only the newest counts, so one after the
+    // other.
     begin(&reader, &clock, 1_000_000, "0");
     set_until(&clock, 0, 1_000_500, GREEN, || {
         reader.has(Mark::START, "camera", |data| light_text::of(data) == GREEN)
@@ -85,7 +87,8 @@ fn the_lights_follow_the_clock_of_a_peer_and_stand_still_with_it() {
     assert!(sent.is_sorted() && sent.len() <= 16, "no more than half a second of frames: {sent:?}");
     assert!(sent.iter().all(|stamp| (1_000 * SECOND..=1_000_500_000_001).contains(stamp)), "{sent:?}");
 
-    // 4.5 s after the beginning the third phase has begun, and the same frame is not sent again by other clocks.
+    // 4.5 s after the beginning the third phase has begun, and the same frame is not sent again by other
+    // clocks.
     let mark = reader.mark();
     set_until_state(&reader, (&clock, 0), 1_004_500, "camera", STOP);
     a_second(&reader);
@@ -172,8 +175,8 @@ fn the_camera_of_a_peer_is_merged_and_not_repeated_when_it_stops() {
         });
         assert!(last_red.is_some_and(|stamp| stamp <= (begin_s + 1) * SECOND + 1), "{last_red:?}");
     }
-    // Beside V2I, which is less sure: the camera's while it sends, V2I's afterwards. V2I comes by another way than the clock,
-    // which goes on until it is there.
+    // Beside V2I, which is less sure: the camera's while it sends, V2I's afterwards. V2I comes by another way
+    // than the clock, which goes on until it is there.
     let green = "34806: green on circle 0.50";
     others.send(V2I_TOPIC, "112 34806 3 1 2 0.5");
     let (mut pace, mut ms) = (Pace::every(BEAT), 112_200);

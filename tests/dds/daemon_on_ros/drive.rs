@@ -53,7 +53,8 @@ const LONG_AGE_LIMITS: &str = "[turn_signal.age_limits]\nodometry_ms = 60000\npl
     manoeuvre_ms = 60000\nscenario_ms = 60000\n\
     hazard_request_ms = 60000\n";
 
-/// A machine that leaves both sides waiting for longer, or as long in all within some seconds, spoils a drive, seconds.
+/// A machine that leaves both sides waiting for longer, or as long in all within some seconds, spoils a
+/// drive, seconds.
 const STALL_S: f64 = 0.15;
 /// A spoilt drive is driven so often, and is not judged when all of them were spoilt.
 const ATTEMPTS: u32 = 3;
@@ -323,8 +324,8 @@ fn a_shadow_publishes_nothing_and_reports_its_agreement() {
     }
 }
 
-/// Autoware's own decider commands what ours would, but for some seconds of the wrong side. False if the machine kept the
-/// gateway from seeing any of them.
+/// Autoware's own decider commands what ours would, but for some seconds of the wrong side. False if the
+/// machine kept the gateway from seeing any of them.
 fn shadow(bench: &Bench) -> bool {
     /// Cycles with the wrong side, longer than a busy machine keeps the gateway from seeing them.
     const WRONG: std::ops::Range<usize> = 42..108;

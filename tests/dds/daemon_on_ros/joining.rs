@@ -38,8 +38,8 @@ fn a_late_joiner_gets_the_current_state_of_a_silent_topic_and_then_what_follows(
         let samples = reader.samples(Mark::START, "v2i").into_iter();
         samples.map(|mut line| line["data"].take()).collect()
     };
-    // DDS tidies up now and then: more than the depth is handed over, and never less. A participant that replaced one
-    // which stood still has nothing but the current one to hand over.
+    // DDS tidies up now and then: more than the depth is handed over, and never less. A participant that
+    // replaced one which stood still has nothing but the current one to hand over.
     let newest = wait_for("the newest messages at both readers", || {
         let [published, handed_over] = [&early, &late].map(contents);
         let least = if stood_still(&gateway) { 1 } else { DEPTH };

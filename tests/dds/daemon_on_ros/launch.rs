@@ -1,4 +1,5 @@
-//! The gateway as `launch_ros` starts a node: names, remapped topics and a file of parameters after `--ros-args`.
+//! The gateway as `launch_ros` starts a node: names, remapped topics and a file of parameters after
+//! `--ros-args`.
 
 use signal_gateway::io::ros::session::DISTRO;
 

@@ -1,5 +1,5 @@
-//! Traffic lights and turn signal decisions end to end: scenarios, and inputs of others over ROS 2, come out of
-//! the built binary at a reader of another make.
+//! Traffic lights and turn signal decisions end to end: scenarios, and inputs of others over ROS 2, come out
+//! of the built binary at a reader of another make.
 //!
 //! Everything happens on the loopback.
 
@@ -56,8 +56,9 @@ impl Bench {
     }
 }
 
-/// True if the machine held up a gateway for so long that it continued with another participant, or another network process,
-/// as its log has it: then some messages come twice, and the histories for late joiners begin anew.
+/// True if the machine held up a gateway for so long that it continued with another participant, or another
+/// network process, as its log has it: then some messages come twice, and the histories for late joiners
+/// begin anew.
 fn stood_still(gateway: &Process) -> bool {
     let signs = ["stood_still=true", "has ended (no answer)"];
     gateway.log().iter().any(|line| signs.iter().any(|sign| line.contains(sign)))

@@ -65,7 +65,8 @@ impl Reader {
         self.samples(mark, name).iter().any(|line| is_it(&line["data"]))
     }
 
-    /// True if a sample of `name` after `mark` that `is_it` comes in time, so that the caller need not try once more.
+    /// True if a sample of `name` after `mark` that `is_it` comes in time, so that the caller need not try
+    /// once more.
     pub(crate) fn comes(&self, mark: Mark, name: &str, is_it: impl Fn(&Value) -> bool) -> bool {
         const PATIENCE: Duration = Duration::from_secs(10);
         let find = |(_, line): &Line| (is_sample(line, name) && is_it(&line["data"])).then_some(());
@@ -105,7 +106,8 @@ impl Reader {
         line["qos"].as_str().unwrap().to_owned()
     }
 
-    /// Waits until diagnostics after `mark` have a value and level of a task that satisfy `accept`; returns the status.
+    /// Waits until diagnostics after `mark` have a value and level of a task that satisfy `accept`; returns
+    /// the status.
     pub(crate) fn status(
         &self,
         mark: Mark,
@@ -143,8 +145,8 @@ pub(crate) struct Writer {
 }
 
 impl Writer {
-    /// Starts it and waits until every topic is read: kind and topic of each. A clock is best effort, as nodes of ROS
-    /// publish it, the others are reliable.
+    /// Starts it and waits until every topic is read: kind and topic of each. A clock is best effort, as
+    /// nodes of ROS publish it, the others are reliable.
     pub(crate) fn start(cyclone: &Cyclone, domain: u16, topics: &[(&str, &str)]) -> Self {
         let names: Vec<_> = topics.iter().map(|(_, topic)| format!("rt/{topic}")).collect();
         let written = topics.iter().zip(&names).map(|((kind, _), topic)| Writing {

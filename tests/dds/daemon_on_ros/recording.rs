@@ -1,4 +1,5 @@
-//! A recording that `run` plays: commands over ROS 2 are followed in a dry run, with what is wrong on their topics.
+//! A recording that `run` plays: commands over ROS 2 are followed in a dry run, with what is wrong on their
+//! topics.
 
 use std::time::{Duration, SystemTime};
 

@@ -56,7 +56,8 @@ struct Schedule {
 }
 
 impl Schedule {
-    /// From the change of the phase that was seen best: the one between the two samples that are closest to each other.
+    /// From the change of the phase that was seen best: the one between the two samples that are closest to
+    /// each other.
     fn new(samples: &[Value], states: &[&str; 3]) -> Self {
         let phase = |line: &Value| states.iter().position(|state| *state == light_text::of(&line["data"]));
         let changes = samples.windows(2).filter(|pair| phase(&pair[0]) != phase(&pair[1]));
@@ -105,8 +106,8 @@ fn off(ns: i64, period_ns: i64) -> i64 {
     ((ns + period_ns / 2).rem_euclid(period_ns) - period_ns / 2).abs()
 }
 
-/// Asserts that stamps are whole periods apart, mostly one, and that samples were sent at their stamps, as far as the machine lets
-/// a thread beside the gateway run in time.
+/// Asserts that stamps are whole periods apart, mostly one, and that samples were sent at their stamps, as
+/// far as the machine lets a thread beside the gateway run in time.
 fn assert_rhythm(what: &str, samples: &[Value], period_ns: i64, beside: Lateness) {
     for pair in samples.windows(2) {
         // Each stamp is rounded to nanoseconds.

@@ -1,4 +1,5 @@
-//! The reports on the vehicle's status end to end: frames that are played go out of the built binary to readers of another make.
+//! The reports on the vehicle's status end to end: frames that are played go out of the built binary to
+//! readers of another make.
 
 use std::time::Duration;
 

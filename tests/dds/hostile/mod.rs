@@ -1,5 +1,6 @@
-//! A network process that somebody has taken over: this test program, started by a session as its network process, and confined as
-//! any. It tries each of [`ATTACKS`] and prints the outcome; without confinement, nearly all succeed.
+//! A network process that somebody has taken over: this test program, started by a session as its network
+//! process, and confined as any. It tries each of [`ATTACKS`] and prints the outcome; without confinement,
+//! nearly all succeed.
 
 mod attacks;
 
@@ -23,7 +24,8 @@ use attacks::{ATTACKS, Attacker};
 
 /// The environment variable that makes [`taken_over`] attack: `confined` or `free`.
 const ROLE: &str = "SIGNAL_GATEWAY_TEST_HOSTILE";
-/// What refuses: the filter, Landlock or the rights of files, calls that do not exist, the limit of memory, the service manager.
+/// What refuses: the filter, Landlock or the rights of files, calls that do not exist, the limit of memory,
+/// the service manager.
 const REFUSALS: [i32; 5] = [libc::EPERM, libc::EACCES, libc::ENOSYS, libc::ENOMEM, libc::EAFNOSUPPORT];
 /// The table of this test in the documents.
 const TABLE: [&str; 2] = ["<!-- attacks -->", "<!-- end of attacks -->"];
@@ -216,8 +218,8 @@ fn the_documents_say_what_is_refused() {
     }
 }
 
-/// As the service of the network process: `tests/systemd/run` starts it in the unit of that, where a gateway connects. What came of
-/// the attacks is said once that has left.
+/// As the service of the network process: `tests/systemd/run` starts it in the unit of that, where a gateway
+/// connects. What came of the attacks is said once that has left.
 #[test]
 #[ignore = "started by tests/systemd/run"]
 fn under_the_unit_of_the_network_process() {

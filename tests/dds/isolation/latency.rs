@@ -45,7 +45,8 @@ fn sender(domain_id: u16, name: &str, isolation: Isolation) -> RosSession {
     session(domain_id, name, isolation, topics, &[])
 }
 
-/// The time until a command of this number has been received; `None` when a network side was replaced meanwhile.
+/// The time until a command of this number has been received; `None` when a network side was replaced
+/// meanwhile.
 async fn travel(session: &RosSession, inbox: &Inbox, number: i64) -> Option<Duration> {
     let stamp = WallStamp::from_nanos(number);
     let (sent, restarts) = (Instant::now(), session.status().network.restarts);
@@ -74,8 +75,8 @@ fn percentiles(mut times: Vec<Duration>) -> (Duration, Duration) {
     (at(50), at(99))
 }
 
-/// A command goes from one session to another, whose network side is a thread in both cases. The two kinds take turns,
-/// so that whatever else the machine does troubles both.
+/// A command goes from one session to another, whose network side is a thread in both cases. The two kinds
+/// take turns, so that whatever else the machine does troubles both.
 #[test]
 fn the_boundary_of_the_process_adds_little_to_a_message() {
     let domain = domain();

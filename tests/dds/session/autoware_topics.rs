@@ -26,8 +26,8 @@ pub(crate) const KINDS: [(&str, SubscriptionKind); 13] = [
 ];
 
 pub(crate) fn subscriptions() -> Vec<Subscription> {
-    // Deeper than they are: a sample that is overtaken in time is not lost, however long the machine keeps the session from
-    // taking it.
+    // Deeper than they are: a sample that is overtaken in time is not lost, however long the machine keeps
+    // the session from taking it.
     let deep = |kind, name: &str| Subscription { depth: 1000, ..Subscription::new(name, kind) };
     KINDS.iter().map(|(name, kind)| deep(*kind, &format!("/{name}"))).collect()
 }

@@ -126,7 +126,8 @@ impl Role {
 
 /// Time that an orderly end may take.
 const STOP_LIMIT: Duration = Duration::from_millis(500);
-/// A network side that stood still for so long continues with a new participant, since peers may have given up the old one.
+/// A network side that stood still for so long continues with a new participant, since peers may have given
+/// up the old one.
 const STANDSTILL: Duration = Duration::from_secs(2);
 /// A report is repeated for so long by a writer that is new, for volatile readers that have not met it yet.
 const REPEATED: Duration = Duration::from_secs(3);
@@ -233,9 +234,10 @@ impl Gateway {
         })
     }
 
-    /// Waits until so many participants have been replaced; gives the status. Those that stood still do not count: peers may
-    /// have given them up, and their successors meet everybody anew, also those that were missing. In a session without a
-    /// process of its own for the network, a thread that only sleeps must then have been late as well.
+    /// Waits until so many participants have been replaced; gives the status. Those that stood still do not
+    /// count: peers may have given them up, and their successors meet everybody anew, also those that were
+    /// missing. In a session without a process of its own for the network, a thread that only sleeps must
+    /// then have been late as well.
     pub(crate) fn expect_rebuilds(&self, count: u64) -> Value {
         let is_it = |status: &Value| {
             let (rebuilds, standstills) = (status["rebuilds"].as_u64().unwrap(), self.standstills());
@@ -250,7 +252,8 @@ impl Gateway {
         status
     }
 
-    /// Number of participants that were replaced because the machine let the network side stand still, as its log has it.
+    /// Number of participants that were replaced because the machine let the network side stand still, as its
+    /// log has it.
     pub(crate) fn standstills(&self) -> u64 {
         let lines = self.0.lines(Mark::START).into_iter();
         let is_it = |line: &Value| {
@@ -270,8 +273,9 @@ impl Gateway {
             .any(|(_, line)| line["text"].as_str().is_some_and(|line| line.contains(text)))
     }
 
-    /// True if it still has its first participant. One that the machine held up continues with another one, which does
-    /// everything once more; [`expect_rebuilds`](Self::expect_rebuilds) sees to it that nothing else makes it do so.
+    /// True if it still has its first participant. One that the machine held up continues with another one,
+    /// which does everything once more; [`expect_rebuilds`](Self::expect_rebuilds) sees to it that nothing
+    /// else makes it do so.
     pub(crate) fn is_undisturbed(&self) -> bool {
         let status = self.status();
         let is_undisturbed = status["rebuilds"] == 0 && status["restarts"] == 0;
@@ -281,24 +285,25 @@ impl Gateway {
         is_undisturbed
     }
 
-    /// Asserts what holds unless something that RustDDS does every 6 s is a second late; a thread that only sleeps must then
-    /// have been late as well.
+    /// Asserts what holds unless something that RustDDS does every 6 s is a second late; a thread that only
+    /// sleeps must then have been late as well.
     pub(crate) fn assert_brief(&self, what: &str, holds: bool) {
         if !holds {
             assert_gap(&self.status(), what, Duration::from_secs(1));
         }
     }
 
-    /// Sends a report, and waits until a volatile reader has it, see [`expect_by_itself`](Self::expect_by_itself).
+    /// Sends a report, and waits until a volatile reader has it, see
+    /// [`expect_by_itself`](Self::expect_by_itself).
     pub(crate) fn expect_at(&self, reader: &JsonProcess, command: &str, is_it: impl Fn(&Value) -> bool) {
         let beside = Bystander::start();
         self.send(command);
         self.expect_by_itself(reader, command, beside, is_it);
     }
 
-    /// Waits until a volatile reader has a report that was sent. A reader that the machine keeps from meeting a new writer for
-    /// longer than that repeats its report misses it: then it is sent again, and a thread that only sleeps must have been
-    /// late as well.
+    /// Waits until a volatile reader has a report that was sent. A reader that the machine keeps from meeting
+    /// a new writer for longer than that repeats its report misses it: then it is sent again, and a thread
+    /// that only sleeps must have been late as well.
     pub(crate) fn expect_by_itself(
         &self,
         reader: &JsonProcess,
@@ -346,8 +351,8 @@ pub(crate) fn assert_no_restart(status: &Value) {
     }
 }
 
-/// Asserts that a process of a gateway may have been held up for so long: a thread that only sleeps was late as well, or
-/// another one has waited for a processor for half of it.
+/// Asserts that a process of a gateway may have been held up for so long: a thread that only sleeps was late
+/// as well, or another one has waited for a processor for half of it.
 fn assert_gap(status: &Value, what: &str, gap: Duration) {
     let Measured { lateness, waited } = Measured::of(status);
     lateness.assert_gap(what, gap, gap / 2 + waited);

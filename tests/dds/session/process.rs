@@ -28,11 +28,11 @@ use super::{ROLE, autoware_topics, lights};
 use crate::support::processor::waited;
 use crate::support::waiting::{Bystander, Lateness};
 
-/// Not a test by itself: does nothing unless [`super::Role::start`] started it. One command a
-/// line: `turn left 5` publishes with a stamp of 5 s and 1 ns, `turn withdraw` withdraws,
-/// `hazard on 5` and `command left 5` likewise; `diagnostics TEXT`, `value TEXT` (diagnostics
-/// that end with this text), `velocity 2.5 5` (m/s), `gear reverse 5`, `warn TEXT` (for `/rosout`), `parameters` (others than before), `status`, `stop`; and those of [`lights::send`].
-/// Its log, and that of its network process, are on standard error.
+/// Not a test by itself: does nothing unless [`super::Role::start`] started it. One command a line: `turn
+/// left 5` publishes with a stamp of 5 s and 1 ns, `turn withdraw` withdraws, `hazard on 5` and `command left
+/// 5` likewise; `diagnostics TEXT`, `value TEXT` (diagnostics that end with this text), `velocity 2.5 5`
+/// (m/s), `gear reverse 5`, `warn TEXT` (for `/rosout`), `parameters` (others than before), `status`, `stop`;
+/// and those of [`lights::send`]. Its log, and that of its network process, are on standard error.
 #[test]
 fn session_process() {
     let Ok(role) = std::env::var(ROLE) else { return };

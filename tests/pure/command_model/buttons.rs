@@ -1,4 +1,5 @@
-//! A vehicle with a hazard button that springs back and a turn message that cannot express that nothing is requested.
+//! A vehicle with a hazard button that springs back and a turn message that cannot express that nothing is
+//! requested.
 
 use can_signal::can::frame::CanId;
 use can_signal::can::link::LinkState;

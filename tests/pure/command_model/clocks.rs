@@ -1,5 +1,5 @@
-//! No clock keeps a command from the vehicle: clocks of senders and of this host that are ahead, behind, or step, and
-//! several writers of one topic.
+//! No clock keeps a command from the vehicle: clocks of senders and of this host that are ahead, behind, or
+//! step, and several writers of one topic.
 
 use gateway_base::time::WallStamp;
 use gateway_core::command::Reported;

@@ -113,7 +113,8 @@ impl Day {
         let expected = requested(self.rules, &self.history, at);
         let request = self.bench.flow.decision().request;
         let reported = self.history.iter().any(|(_, event)| matches!(event, Event::Report(..)));
-        // The driver may take from what is requested, but nothing else, and never an "on" of the hazard lights.
+        // The driver may take from what is requested, but nothing else, and never an "on" of the hazard
+        // lights.
         self.hazard_requested |= expected.1 == Some(true);
         if !reported {
             // Without a report only what was switched on is switched off.

@@ -232,8 +232,8 @@ fn where_the_decider_is_the_source_it_alone_commands_the_turn_and_may_request_ha
     assert_eq!(desk.requested(), "hazard, any turn");
 }
 
-/// Twenty metres before a turn to the left; then nothing of the localisation for longer than its limit, but for
-/// shorter than the limit of a command, which the last one outlasts.
+/// Twenty metres before a turn to the left; then nothing of the localisation for longer than its limit, but
+/// for shorter than the limit of a command, which the last one outlasts.
 #[test]
 fn a_gap_of_the_odometry_commands_no_off() {
     let keys = "tx = \"on\"\nsource = \"decider\"\n[turn_signal]\nenabled = true\nmap = \"map.osm\"";

@@ -107,8 +107,8 @@ fn side(raw: u8) -> Turn {
     }
 }
 
-/// Goes through all messages of one topic; `highest` = its highest defined value, `urgent` = the one that counts
-/// whatever its stamp.
+/// Goes through all messages of one topic; `highest` = its highest defined value, `urgent` = the one that
+/// counts whatever its stamp.
 fn stand(
     history: &[(u64, Event)],
     at: u64,

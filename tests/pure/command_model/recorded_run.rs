@@ -130,8 +130,8 @@ fn car() -> Settings {
     settings("tx = \"on\"", PROFILE)
 }
 
-/// A run with frames, commands, a link that goes down and comes back, lost frames, a full queue and a stop; no time is a whole
-/// millisecond, and once nothing is looked at for half a second.
+/// A run with frames, commands, a link that goes down and comes back, lost frames, a full queue and a stop;
+/// no time is a whole millisecond, and once nothing is looked at for half a second.
 fn recorded() -> Recorded {
     let settings = car();
     let mut run = Recorded {
@@ -350,7 +350,8 @@ fn the_documents_list_what_no_replay_has() {
 proptest! {
     #![proptest_config(Config { cases: 16, failure_persistence: None, ..Config::default() })]
 
-    /// Times of centuries, other numbers and kinds, calls without what belongs to them: the replay comes to its end.
+    /// Times of centuries, other numbers and kinds, calls without what belongs to them: the replay comes to
+    /// its end.
     #[test]
     fn calls_of_any_content_and_order_end_nothing(
         changes in prop::collection::vec((0..400_usize, 0..64_usize, any::<u8>()), 1..20),

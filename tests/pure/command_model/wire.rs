@@ -24,7 +24,8 @@ fn j1850(data: &[u8]) -> u8 {
     !data.iter().fold(0xFF, |crc, byte| (0..8).fold(crc ^ byte, |crc, _| step(crc)))
 }
 
-/// CRC of Hyundai and Kia of a message of 32 bytes on CAN FD, bit by bit: over the bytes behind it and the identifier.
+/// CRC of Hyundai and Kia of a message of 32 bytes on CAN FD, bit by bit: over the bytes behind it and the
+/// identifier.
 fn hyundai_fd(data: &[u8], id: u16) -> u16 {
     let step = |crc: u16| if crc & 0x8000 == 0 { crc << 1 } else { crc << 1 ^ 0x1021 };
     let covered = data[2..].iter().copied().chain(id.to_le_bytes());

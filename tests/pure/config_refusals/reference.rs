@@ -122,7 +122,8 @@ fn assert_accepted(what: &str, texts: &MemoryFiles) {
     }
 }
 
-/// The lines that are shown, without the keys that stand for another one or name what the profile does not have.
+/// The lines that are shown, without the keys that stand for another one or name what the profile does not
+/// have.
 fn uncommented(gateway: &str) -> String {
     let stands_apart =
         |line: &String| ["steering_table", "vgr_coef", "gear_source"].iter().any(|key| line.starts_with(key));

@@ -1,6 +1,7 @@
-//! The schemas that are kept by hand against the readers: each table of each shipped file gets a key that does not exist, and each of
-//! its values is replaced by one that cannot be right. The readers then name the keys, the ranges and the keywords that they accept.
-//! `schemas` and `tests/editor` ask validators that are not ours.
+//! The schemas that are kept by hand against the readers: each table of each shipped file gets a key that
+//! does not exist, and each of its values is replaced by one that cannot be right. The readers then name the
+//! keys, the ranges and the keywords that they accept. `schemas` and `tests/editor` ask validators that are
+//! not ours.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -46,7 +47,8 @@ impl Comparison {
         Self { kind, schema: shipped(kind), named, seen, differences }
     }
 
-    /// The schema that a node stands for, with its path: references are followed, and of several the one of the value's type counts.
+    /// The schema that a node stands for, with its path: references are followed, and of several the one of
+    /// the value's type counts.
     fn resolved(&self, node: &Value, at: String, value: &Value) -> (Value, String) {
         if let Some(reference) = node["$ref"].as_str() {
             let target = self.schema.pointer(reference.trim_start_matches('#')).unwrap().clone();

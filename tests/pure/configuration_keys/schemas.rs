@@ -1,5 +1,6 @@
-//! The JSON Schemas for editors, `docs/schema`. The gateway's is made of the rows of its keys. The others are kept by hand, except the
-//! keys that drives share with the gateway; `agreement` holds them against their readers.
+//! The JSON Schemas for editors, `docs/schema`. The gateway's is made of the rows of its keys. The others are
+//! kept by hand, except the keys that drives share with the gateway; `agreement` holds them against their
+//! readers.
 
 use std::path::PathBuf;
 

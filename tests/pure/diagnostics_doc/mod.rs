@@ -1,9 +1,10 @@
-//! `docs/diagnostics.md` lists every status with its messages, what to do and its keys, and lists nothing else. It is made of
-//! `gateway_core::gateway::catalogue` and `tests/diagnostics.toml` by `UPDATE_DOCS=1 cargo test --test pure diagnostics_doc`.
+//! `docs/diagnostics.md` lists every status with its messages, what to do and its keys, and lists nothing
+//! else. It is made of `gateway_core::gateway::catalogue` and `tests/diagnostics.toml` by `UPDATE_DOCS=1
+//! cargo test --test pure diagnostics_doc`.
 //!
-//! Three tests hold the list against the code: gateways of every kind are driven until they have reported all that
-//! is listed; all that they and the other gateways of the tests report is listed; and every text in the sources
-//! that make statuses is in the document, reported by a test or not.
+//! Three tests hold the list against the code: gateways of every kind are driven until they have reported all
+//! that is listed; all that they and the other gateways of the tests report is listed; and every text in the
+//! sources that make statuses is in the document, reported by a test or not.
 
 mod drives;
 mod remedies;
@@ -35,8 +36,8 @@ const NOT_IN_A_STATUS: [&str; 13] = [
     "turn indicators {} ({}), hazard lights {} ({}), control mode {}",
     // Of a link that is up, which explains nothing.
     "{interface} is up",
-    // Of a decider without its flow, as in `decide`: a gateway's time does not go back, it has a map, refuses routes
-    // beside it, and has decided before it is queried.
+    // Of a decider without its flow, as in `decide`: a gateway's time does not go back, it has a map, refuses
+    // routes beside it, and has decided before it is queried.
     "nothing decided yet",
     "no inputs",
     "odometry is in the future",

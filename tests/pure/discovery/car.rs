@@ -74,8 +74,8 @@ impl Car {
         Self::with(seed, Message::multiplex)
     }
 
-    /// A car whose indicators are easily mistaken: a stalk that springs back, whose half press shows in some of the
-    /// presses; values with a bit that is always set; messages that are sent at changes alone.
+    /// A car whose indicators are easily mistaken: a stalk that springs back, whose half press shows in some
+    /// of the presses; values with a bit that is always set; messages that are sent at changes alone.
     pub(crate) fn mistakable(seed: u64) -> Self {
         let mut car = Self::bare(seed, [4, 12]);
         car.ending = car.random.choose(&[Ending::HalfOpposite, Ending::SameAgain]);
@@ -338,8 +338,8 @@ impl Car {
         }
     }
 
-    /// Arbitrary frames of a message while the indicators are in this state; `None` for a message that does not
-    /// belong to the indicators.
+    /// Arbitrary frames of a message while the indicators are in this state; `None` for a message that does
+    /// not belong to the indicators.
     pub(crate) fn arbitrary_frames(&mut self, id: CanId, lights: Lights) -> Option<Vec<Frame>> {
         let message = self.messages.iter_mut().find(|message| message.id == id)?;
         message.is_of_indicators().then(|| message.arbitrary_frames(lights, &mut self.random))

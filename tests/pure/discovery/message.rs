@@ -166,7 +166,8 @@ impl Message {
         self.pages = self.place(random.choose(&[3, 4, 8]), random).map(|field| (field, pages));
     }
 
-    /// Moves all of its signals to pages, which are sent in turn; on the others, the same places may have other contents.
+    /// Moves all of its signals to pages, which are sent in turn; on the others, the same places may have
+    /// other contents.
     pub(crate) fn multiplex(&mut self, random: &mut Random) {
         self.add_pages(random);
         (self.period_ms, self.on_change) = (self.period_ms.max(20), false);

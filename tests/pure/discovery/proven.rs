@@ -103,7 +103,8 @@ fn no_profile_is_written_that_its_session_contradicts() {
     assert!(outcomes.found >= 19, "{outcomes:?}");
 }
 
-/// A checksum of few changes, some of whose bits count; a message that proves the bus alive but pauses for ten seconds.
+/// A checksum of few changes, some of whose bits count; a message that proves the bus alive but pauses for
+/// ten seconds.
 #[test]
 fn cars_whose_second_session_shows_more_are_not_mistaken() {
     for seed in [10_680, 10_954] {

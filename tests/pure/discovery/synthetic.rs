@@ -244,7 +244,8 @@ impl Summary {
             Outcome::NotSure => self.unsure.push(text()),
             Outcome::Wrong => self.wrong.push(text()),
         }
-        // A stalk that springs back is latched by rules of its own, and a short press may fall between two frames.
+        // A stalk that springs back is latched by rules of its own, and a short press may fall between two
+        // frames.
         let is_stalk = findings.turn.first().is_some_and(|turn| turn.shape == ResponseShape::Momentary);
         if with_replay && outcome == Outcome::Right && !is_stalk {
             assert_replayed(seed, &drive);
@@ -284,7 +285,8 @@ fn random_cars_are_discovered() {
     assert_eq!((found.right, found.replayed), (3, 1));
 }
 
-/// Cars that were mistaken once: a bit between two sides that belongs to the other one; and a bit of a number.
+/// Cars that were mistaken once: a bit between two sides that belongs to the other one; and a bit of a
+/// number.
 #[test]
 fn cars_that_were_mistaken_are_discovered() {
     for seed in [4629, 20021] {

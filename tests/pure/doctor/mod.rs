@@ -1,4 +1,5 @@
-//! `doctor` on recorded facts: `tests/cases/doctor` changes those of a sound set-up, and has the findings that follow.
+//! `doctor` on recorded facts: `tests/cases/doctor` changes those of a sound set-up, and has the findings
+//! that follow.
 
 mod documents;
 mod sound;
@@ -42,7 +43,8 @@ fn facts_lead_to_these_findings() {
     });
 }
 
-/// Each row is found by a case, belongs to the check that finds it, and has a value for each name in its texts.
+/// Each row is found by a case, belongs to the check that finds it, and has a value for each name in its
+/// texts.
 #[test]
 fn every_finding_has_a_case() {
     let mut found = BTreeSet::new();

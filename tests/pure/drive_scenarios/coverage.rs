@@ -80,8 +80,8 @@ pub(crate) const WEAKNESSES: &[(&str, &[&str])] = &[
     ("W23", &["turn_behind_a_crossing.toml", "turn_behind_a_crossing_by_law.toml"]),
 ];
 
-/// Scenarios in which upstream and improved show the same sides in the same order, and only gaps between two signals (W2)
-/// and the ends of shifts (W18) lie elsewhere.
+/// Scenarios in which upstream and improved show the same sides in the same order, and only gaps between two
+/// signals (W2) and the ends of shifts (W18) lie elsewhere.
 #[rustfmt::skip]
 pub(crate) const ONLY_A_GAP: &[&str] = &[
     "avoidance_before_turn.toml", "backing_out.toml", "chicane.toml", "conflict_01_partial.toml",

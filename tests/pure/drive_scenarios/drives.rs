@@ -1,4 +1,5 @@
-//! Every shipped drive scenario, driven improved and as upstream: expectations, coverage, and laws for all of them.
+//! Every shipped drive scenario, driven improved and as upstream: expectations, coverage, and laws for all of
+//! them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

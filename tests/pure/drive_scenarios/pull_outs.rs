@@ -1,5 +1,5 @@
-//! Pull-outs of the shipped drives as planning factors and a planned path, which is all that is published of them: the
-//! decisions are those on the manoeuvre itself.
+//! Pull-outs of the shipped drives as planning factors and a planned path, which is all that is published of
+//! them: the decisions are those on the manoeuvre itself.
 
 use std::path::Path;
 use std::sync::Arc;

@@ -1,5 +1,6 @@
-//! The pictures of docs/performance.md are drawn from `docs/pictures/performance.tsv`, which `benches/performance --write`
-//! writes: name of picture and line, unit, size, figure. `UPDATE_DOCS=1` draws them again.
+//! The pictures of docs/performance.md are drawn from `docs/pictures/performance.tsv`, which
+//! `benches/performance --write` writes: name of picture and line, unit, size, figure. `UPDATE_DOCS=1` draws
+//! them again.
 
 mod plot;
 
@@ -8,7 +9,8 @@ use std::path::{Path, PathBuf};
 
 use plot::{Line, Panel, number, picture};
 
-/// A picture: its name in the file of figures, its title, what its lower axis measures, and the quantity of each unit.
+/// A picture: its name in the file of figures, its title, what its lower axis measures, and the quantity of
+/// each unit.
 struct Picture {
     name: &'static str,
     title: &'static str,

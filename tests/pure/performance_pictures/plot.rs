@@ -1,4 +1,5 @@
-//! A picture of how figures grow with a size, on logarithmic axes: a panel for each unit, one above the other.
+//! A picture of how figures grow with a size, on logarithmic axes: a panel for each unit, one above the
+//! other.
 
 use std::fmt::Write as _;
 

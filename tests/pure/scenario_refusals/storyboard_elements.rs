@@ -29,7 +29,8 @@ fn event(name: &str, condition: &str) -> String {
     )
 }
 
-/// A story whose act starts at 1 s, with a group of two maneuvers that end at 2 and 3 s, and a story that watches.
+/// A story whose act starts at 1 s, with a group of two maneuvers that end at 2 and 3 s, and a story that
+/// watches.
 fn document(last: &str, watching: &str) -> String {
     let maneuvers = format!(
         "<Maneuver name=\"first\">{}</Maneuver><Maneuver name=\"second\">{}</Maneuver>",

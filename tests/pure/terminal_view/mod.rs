@@ -1,5 +1,5 @@
-//! The live view in each state and width, as text: `tests/pure/terminal_view/*.txt` are what the terminal shows.
-//! `UPDATE_DOCS=1 cargo test --test pure terminal_view` writes them anew: look at what has changed.
+//! The live view in each state and width, as text: `tests/pure/terminal_view/*.txt` are what the terminal
+//! shows. `UPDATE_DOCS=1 cargo test --test pure terminal_view` writes them anew: look at what has changed.
 
 mod messages;
 mod svg;

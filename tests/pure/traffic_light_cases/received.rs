@@ -1,5 +1,5 @@
-//! States received over v2i for groups with the same heads (docs/spec/traffic-lights.md, "Received states"): from inputs,
-//! and from a V2X unit on CAN.
+//! States received over v2i for groups with the same heads (docs/spec/traffic-lights.md, "Received states"):
+//! from inputs, and from a V2X unit on CAN.
 
 use std::path::Path;
 use std::sync::Arc;

@@ -18,7 +18,8 @@ fn map() -> Arc<LightMap> {
     Arc::new(LightMap::new([], &[GroupEntry::new(34806, [34836, 34802])]))
 }
 
-/// Upstream's clock runs late, so improved mode has to disable a little earlier to be before the second phase.
+/// Upstream's clock runs late, so improved mode has to disable a little earlier to be before the second
+/// phase.
 fn four_phases(disabled_after: f64) -> Scenario {
     let phases = [
         ("phase-1", "3", "34802=green"),

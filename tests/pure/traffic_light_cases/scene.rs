@@ -1,7 +1,7 @@
 //! A scenario on a small map, in a short notation, and its states second by second.
 //!
-//! Bulbs are G, Y, R (solid circles), GR and GL (green arrows), `?` (unknown unknown circle); any
-//! other is written by its three initials. Bulbs of one light are joined by `+`, `{}` is dark, `-` is nothing.
+//! Bulbs are G, Y, R (solid circles), GR and GL (green arrows), `?` (unknown unknown circle); any other is
+//! written by its three initials. Bulbs of one light are joined by `+`, `{}` is dark, `-` is nothing.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -148,8 +148,9 @@ impl Scene {
         self
     }
 
-    /// A state by its short name. `gt21`, `v2i21`: ground truth of a head. `det`, `v2idet`: all detections. `int`,
-    /// `ext`: groups as sent. `p200`: predictions of group 200, seconds from now. `A`: phase of controller A.
+    /// A state by its short name. `gt21`, `v2i21`: ground truth of a head. `det`, `v2idet`: all detections.
+    /// `int`, `ext`: groups as sent. `p200`: predictions of group 200, seconds from now. `A`: phase of
+    /// controller A.
     pub(crate) fn value(&self, what: &str, second: u64) -> String {
         match what {
             "det" => self.detections(LightChannel::Conventional),

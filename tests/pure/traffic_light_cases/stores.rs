@@ -82,8 +82,8 @@ fn i_composed_states() {
 
 #[test]
 fn j_changes_are_counted() {
-    // 113: upstream always reports a change, since each frame sends again; so do we, with the same content as long
-    // as nothing changed.
+    // 113: upstream always reports a change, since each frame sends again; so do we, with the same content as
+    // long as nothing changed.
     let mut stores = stores(Compat::Improved);
     let at = target("34836");
     set(&mut stores, at, "red");

@@ -1,4 +1,5 @@
-//! T1 to T14 of docs/spec/traffic-lights.md, "Worked timelines", in both modes. Most are cases in `tests/cases/timelines`.
+//! T1 to T14 of docs/spec/traffic-lights.md, "Worked timelines", in both modes. Most are cases in
+//! `tests/cases/timelines`.
 
 use std::path::Path;
 

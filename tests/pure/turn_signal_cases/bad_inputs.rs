@@ -1,4 +1,5 @@
-//! Bad inputs of any kind: a clear finding, no panic, no invented signal, and the next good inputs count again.
+//! Bad inputs of any kind: a clear finding, no panic, no invented signal, and the next good inputs count
+//! again.
 
 use std::sync::Arc;
 

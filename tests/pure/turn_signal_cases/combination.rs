@@ -1,4 +1,5 @@
-//! docs/spec/turn-signal-decider.md, "Joining records": the record of a manoeuvre joined with that of the one before it.
+//! docs/spec/turn-signal-decider.md, "Joining records": the record of a manoeuvre joined with that of the one
+//! before it.
 
 use lanelet2_map::geometry::path::PathFrame;
 use turn_signal::chain::{overwrite, pairwise_prior};

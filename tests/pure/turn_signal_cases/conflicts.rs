@@ -1,5 +1,5 @@
-//! docs/spec/turn-signal-decider.md, "Conflict patterns": conflicts of two and three records over a whole drive,
-//! improved and as upstream.
+//! docs/spec/turn-signal-decider.md, "Conflict patterns": conflicts of two and three records over a whole
+//! drive, improved and as upstream.
 
 use turn_signal::light_command::TurnCommand;
 use turn_signal::resolve::{CandidateOutcome, CandidateSource, Candidates, Case, PairwiseRules};

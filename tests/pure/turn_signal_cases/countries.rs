@@ -1,4 +1,5 @@
-//! The tables of countries in `docs/turn-signal-decider.md`, made of the table of rules and of the shipped files.
+//! The tables of countries in `docs/turn-signal-decider.md`, made of the table of rules and of the shipped
+//! files.
 
 use std::path::Path;
 

@@ -1,5 +1,5 @@
-//! A drive along the straight road with turns, roundabouts and manoeuvres added by hand, since on a straight lanelet
-//! the whole of it is required section.
+//! A drive along the straight road with turns, roundabouts and manoeuvres added by hand, since on a straight
+//! lanelet the whole of it is required section.
 
 use std::time::Duration;
 
@@ -146,8 +146,8 @@ impl Drive {
         decision
     }
 
-    /// Position from which the intersection candidate of a decision with the rear axle at `x_m` may be signalled;
-    /// `None` without a candidate.
+    /// Position from which the intersection candidate of a decision with the rear axle at `x_m` may be
+    /// signalled; `None` without a candidate.
     pub(crate) fn announced_m(&self, decision: &Decision, x_m: f64) -> Option<f64> {
         let Basis::Candidates(resolution) = &decision.basis else { return None };
         let [intersection, ..] = &resolution.evaluated;

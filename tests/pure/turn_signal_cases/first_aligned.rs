@@ -1,5 +1,5 @@
-//! The aligned start of upstream's path generator, held against the rule written a second time: on random centrelines, and on the turns of
-//! public maps, where a folder of these is named.
+//! The aligned start of upstream's path generator, held against the rule written a second time: on random
+//! centrelines, and on the turns of public maps, where a folder of these is named.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -19,8 +19,8 @@ const THRESHOLD_DEG: f64 = 15.0;
 /// A heading so near to the threshold may fall on either side by rounding, degrees.
 const ROUNDING_DEG: f64 = 1e-6;
 
-/// The derivatives at the knots of the natural cubic spline, by all equations at once: second derivatives agree where two pieces meet, and
-/// are zero at both ends.
+/// The derivatives at the knots of the natural cubic spline, by all equations at once: second derivatives
+/// agree where two pieces meet, and are zero at both ends.
 fn derivatives(knots: &[f64], values: &[f64]) -> Vec<f64> {
     let last = knots.len() - 1;
     let mut rows = vec![vec![0.0; knots.len() + 1]; knots.len()];
@@ -76,7 +76,8 @@ fn quarters(line: &[Point]) -> Vec<Point> {
     [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| at(share * arcs_m[line.len() - 1])).to_vec()
 }
 
-/// The aligned start by the rule, and how far the headings of its points are from the threshold at least, degrees.
+/// The aligned start by the rule, and how far the headings of its points are from the threshold at least,
+/// degrees.
 fn by_the_rule(line: &[Point], threshold_deg: f64) -> (Point, f64) {
     let line = if line.len() < 4 { quarters(line) } else { line.to_vec() };
     let arcs_m = chords_m(&line);

@@ -1,5 +1,5 @@
-//! Improved beside upstream: no return of finished manoeuvres (W4), minimum durations (W2), and equality where neither
-//! applies.
+//! Improved beside upstream: no return of finished manoeuvres (W4), minimum durations (W2), and equality
+//! where neither applies.
 
 use std::collections::BTreeSet;
 use std::time::Duration;

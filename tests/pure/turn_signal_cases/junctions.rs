@@ -1,5 +1,5 @@
-//! Junctions that offer the side of the next turn and are not taken: its signal waits, unless the law demands it or it would be
-//! seen too late.
+//! Junctions that offer the side of the next turn and are not taken: its signal waits, unless the law demands
+//! it or it would be seen too late.
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,6 +1,6 @@
-//! A learned planner that sends a trajectory and a turn command, with and without faults, and what the judge makes of it
-//! (docs/turn-signal-decider.md, "Learned planners"). What the planner ought to signal comes from how the drive was made, not from the
-//! decider.
+//! A learned planner that sends a trajectory and a turn command, with and without faults, and what the judge
+//! makes of it (docs/turn-signal-decider.md, "Learned planners"). What the planner ought to signal comes from
+//! how the drive was made, not from the decider.
 
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
@@ -93,7 +93,8 @@ enum Fault {
     Needless,
 }
 
-/// A stretch of the road on which the vehicle moves to a side, with the distance over which it may be announced, metres.
+/// A stretch of the road on which the vehicle moves to a side, with the distance over which it may be
+/// announced, metres.
 #[derive(Debug, Clone, Copy)]
 struct Manoeuvre {
     side: Side,
@@ -102,7 +103,8 @@ struct Manoeuvre {
     announced_m: f64,
 }
 
-/// A drive along a road of one or two lanes: the middle of the right one as poses every half metre, offsets to the left of it.
+/// A drive along a road of one or two lanes: the middle of the right one as poses every half metre, offsets
+/// to the left of it.
 struct Drive {
     kind: Kind,
     line: Vec<Pose>,
@@ -265,7 +267,8 @@ impl Drive {
         (LaneNetwork::new(lanes, Vec::new()), route)
     }
 
-    /// Positions from cycle to cycle. A vehicle that pulls out stands first, and one that pulled over stands at the end.
+    /// Positions from cycle to cycle. A vehicle that pulls out stands first, and one that pulled over stands
+    /// at the end.
     fn positions(&self) -> Vec<f64> {
         let stands = if self.kind == Kind::PullOut { 120 } else { 0 };
         let mut positions = vec![self.start_m; stands];
@@ -376,8 +379,8 @@ fn judged(planner: &Planner, kind: Kind, fault: Fault, seed: u64) -> VerdictCoun
     flow.snapshot(now.mono).signal_verdicts
 }
 
-/// Drives with a fault: how many there were, in how many it was found, and in how many each other verdict was given than that
-/// one and agreement.
+/// Drives with a fault: how many there were, in how many it was found, and in how many each other verdict was
+/// given than that one and agreement.
 #[derive(Debug, Clone, Default)]
 struct Tally {
     drives: u64,

@@ -1,5 +1,5 @@
-//! Routes that meet themselves: around a block, through a teardrop, back over a place that was passed; some random ones.
-//! `cargo test --test random_drives -- --loops 10000` drives as many as wanted.
+//! Routes that meet themselves: around a block, through a teardrop, back over a place that was passed; some
+//! random ones. `cargo test --test random_drives -- --loops 10000` drives as many as wanted.
 
 use lanelet2_map::lane_network::LaneId;
 use lanelet2_map::lane_network::TurnDirection::{Left, None as Untagged, Right};
@@ -26,7 +26,8 @@ fn obeys(road: &DrawnRoad, speed_mps: f64, what: &str) {
     assert_eq!(road.broken(speed_mps), None, "{what}");
 }
 
-/// Once around a block that is joined from outside, straight on or after a turn to the other side; its goal is before the joint.
+/// Once around a block that is joined from outside, straight on or after a turn to the other side; its goal
+/// is before the joint.
 fn around_blocks(perimeters_m: impl Iterator<Item = u32>, speeds_mps: &[f64]) {
     for perimeter_m in perimeters_m {
         let (corner, corner_m) = (Arc(6.0, 90.0, Left), 6.0 * std::f64::consts::FRAC_PI_2);

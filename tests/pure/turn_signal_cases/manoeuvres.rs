@@ -1,4 +1,5 @@
-//! L1 to L3, P-2 to P-5 and combinations of manoeuvres with turns: whole drives with manoeuvres of the planner.
+//! L1 to L3, P-2 to P-5 and combinations of manoeuvres with turns: whole drives with manoeuvres of the
+//! planner.
 
 use lanelet2_map::geometry::Pose;
 use lanelet2_map::lane_network::{LaneNetwork, TurnDirection};

@@ -1,5 +1,5 @@
-//! Upstream's resolution written down a second time, in numbers alone, beside the resolver in upstream-compatible mode.
-//! Random triples of records get the same command, winner and case from both.
+//! Upstream's resolution written down a second time, in numbers alone, beside the resolver in
+//! upstream-compatible mode. Random triples of records get the same command, winner and case from both.
 
 use proptest::strategy::Strategy;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};

@@ -1,4 +1,5 @@
-//! docs/spec/turn-signal-decider.md, "Shift rule": the rule for all that moves sideways, step by step; S1 to S11; P-1.
+//! docs/spec/turn-signal-decider.md, "Shift rule": the rule for all that moves sideways, step by step; S1 to
+//! S11; P-1.
 
 use lanelet2_map::geometry::Pose;
 use lanelet2_map::lane_network::{LaneNetwork, Lanelet, Roadside};

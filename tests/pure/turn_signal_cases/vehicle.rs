@@ -43,7 +43,8 @@ pub(crate) fn decider(keys: &str) -> VirtualGateway {
 }
 
 impl VirtualGateway {
-    /// The vehicle in a state for 500 ms, 46 m before the turn to the left, where the odometry says that it stands.
+    /// The vehicle in a state for 500 ms, 46 m before the turn to the left, where the odometry says that it
+    /// stands.
     fn show(&mut self, State { gear, mode, door, speed }: State) -> HazardCommand {
         for _ in 0..5 {
             let [low, high] = speed.unwrap_or(65_535).to_le_bytes();

@@ -1,4 +1,5 @@
-//! A car whose whole status is on the bus: a bicycle model, the frames that it sends, and a gateway that listens.
+//! A car whose whole status is on the bus: a bicycle model, the frames that it sends, and a gateway that
+//! listens.
 
 use can_signal::can::frame::{CanId, Frame};
 use can_signal::can::input::CanInput;
@@ -330,7 +331,8 @@ impl Listener {
         self.take();
     }
 
-    /// Drives for a while: `step` changes the car each 10 ms, `mutate` its frames; `None` = the frame is not sent.
+    /// Drives for a while: `step` changes the car each 10 ms, `mutate` its frames; `None` = the frame is not
+    /// sent.
     pub(crate) fn drive(
         &mut self,
         car: &mut Car,

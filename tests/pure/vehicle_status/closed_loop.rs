@@ -1,4 +1,5 @@
-//! A simulated vehicle drives, its frames reach the gateway, and each report is compared with what the vehicle did.
+//! A simulated vehicle drives, its frames reach the gateway, and each report is compared with what the
+//! vehicle did.
 
 use can_signal::can::input::CanInput;
 use can_signal::can::link::LinkState;

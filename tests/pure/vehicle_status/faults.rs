@@ -1,5 +1,5 @@
-//! Faults in the middle of drives: what is wrong is not published for longer than the window of its check, what is healthy
-//! stays, and a healthy drive raises no alarm.
+//! Faults in the middle of drives: what is wrong is not published for longer than the window of its check,
+//! what is healthy stays, and a healthy drive raises no alarm.
 
 use gateway_base::diagnostics::Level;
 use gateway_core::vehicle_report::Step;
@@ -10,7 +10,8 @@ use super::car::{Car, Listener, RawFrame, settings};
 use super::{DRIVE, PARK, REVERSE};
 use crate::support::clock::millis;
 
-/// Time from a fault to its last wrong report: the longest check takes 2 s, a frozen value 3 s, and the next frames follow.
+/// Time from a fault to its last wrong report: the longest check takes 2 s, a frozen value 3 s, and the next
+/// frames follow.
 const WINDOW_MS: u64 = 3_200;
 const DRIVE_MS: u64 = 40_000;
 
@@ -172,7 +173,8 @@ fn is_wrong(found: f64, truth: f64, share: f64, more: f64) -> bool {
     (found - truth).abs() > share * found.abs().max(truth.abs()) + more
 }
 
-/// One drive: times of wrong reports after the fault, and the share of time that the healthy reports were published.
+/// One drive: times of wrong reports after the fault, and the share of time that the healthy reports were
+/// published.
 struct Outcome {
     wrong_ms: Vec<(u64, &'static str, f64, f64)>,
     published: [f64; 3],

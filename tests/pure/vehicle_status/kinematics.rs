@@ -1,4 +1,5 @@
-//! What drives that turn show of signs, ratio and tread: simulated cars of random geometry, and public recordings.
+//! What drives that turn show of signs, ratio and tread: simulated cars of random geometry, and public
+//! recordings.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::Path;
@@ -84,7 +85,8 @@ impl SimulatedCar {
         }
     }
 
-    /// The samples of a drive in a town: straight roads, bends, and so many turns of a street corner, some backward.
+    /// The samples of a drive in a town: straight roads, bends, and so many turns of a street corner, some
+    /// backward.
     fn drive(&self, turns: usize, random: &mut Random) -> Vec<MotionSample> {
         let mut samples = Vec::new();
         let mut last_rad = 0.0;
@@ -294,7 +296,8 @@ fn recorded() -> String {
     log
 }
 
-/// Checks that recording after edits of the profile and of the gateway's file: the findings about the motion, and all facts.
+/// Checks that recording after edits of the profile and of the gateway's file: the findings about the motion,
+/// and all facts.
 fn checked(profile: &[(&str, &str)], gateway: &[(&str, &str)]) -> (Vec<String>, String) {
     let settings = files(profile, gateway).settings();
     let log = Log::new(Box::new(std::io::Cursor::new(recorded().into_bytes()))).unwrap();

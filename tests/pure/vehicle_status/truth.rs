@@ -1,4 +1,5 @@
-//! Velocity and steering of a public drive against what was measured beside the bus: comma2k19, a RAV4 with GNSS/INS.
+//! Velocity and steering of a public drive against what was measured beside the bus: comma2k19, a RAV4 with
+//! GNSS/INS.
 
 use std::collections::BTreeMap;
 use std::io::Read as _;
@@ -194,7 +195,8 @@ fn wrong_reports_of_the_drive_are_told() {
     }
 }
 
-/// Healthy public drives: the recording, its profile, the bus there, and wheel base, tread and rolling radius.
+/// Healthy public drives: the recording, its profile, the bus there, and wheel base, tread and rolling
+/// radius.
 const DRIVES: [(&str, &str, &str, [f64; 3]); 4] = [
     ("comma2k19-rav4-b0c9d232-seg40.candump.log.gz", "toyota_nodsu", "body", [2.66, 1.57, 0.35]),
     ("ford-mustang-s550.txt.gz", "ford_lincoln", "body", [2.72, 1.64, 0.331]),

@@ -56,7 +56,8 @@ fn changes(listener: &Listener, report: StatusReport) -> impl Iterator<Item = &S
     listener.changes.iter().filter(move |change| change.task == report.name())
 }
 
-/// What the velocity says in each second: the number of reports, their speeds in km/h, and the messages of its status.
+/// What the velocity says in each second: the number of reports, their speeds in km/h, and the messages of
+/// its status.
 fn seconds(listener: &Listener) -> String {
     let mut table = String::new();
     let mut status = "";
@@ -92,7 +93,8 @@ fn seconds(listener: &Listener) -> String {
     table
 }
 
-/// A straight drive with 10 km/h for 11 s; from 4 s to 8 s the wheels at these positions read another speed, km/h.
+/// A straight drive with 10 km/h for 11 s; from 4 s to 8 s the wheels at these positions read another speed,
+/// km/h.
 fn ten_kmh_with(edits: &Edits, wheels: &[usize], reading_kmh: f64) -> Listener {
     let mut listener = listener(edits);
     let mut car = Car { speed_mps: 10.0 / 3.6, gear: DRIVE, ..Car::default() };
@@ -118,7 +120,8 @@ const CONTRADICT: &str = "invalid: the wheels contradict each other, and nothing
 const NO_FRAME_YET: &str =
     "unknown: no frame of WHEELS (100) on can0 yet > direction: unknown: no frame of GEAR (104) on can0 yet";
 
-/// The table of such a drive: `during` is the speed in the fifth second, before the contradiction has lasted long enough.
+/// The table of such a drive: `during` is the speed in the fifth second, before the contradiction has lasted
+/// long enough.
 fn contradicted_for_four_seconds(during: &str) -> String {
     let mut table = String::new();
     for second in 0..11 {

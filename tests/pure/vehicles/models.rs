@@ -1,4 +1,5 @@
-//! `config/cars/models.toml`: the list of models against the profiles, against opendbc's own list, and as people search it.
+//! `config/cars/models.toml`: the list of models against the profiles, against opendbc's own list, and as
+//! people search it.
 
 use std::collections::BTreeMap;
 use std::process::Command;
@@ -97,7 +98,8 @@ struct OpendbcModels {
     models: Vec<[String; 7]>,
 }
 
-/// The pinned package is older than the commit that the list was made from: a model may have been built for longer since.
+/// The pinned package is older than the commit that the list was made from: a model may have been built for
+/// longer since.
 #[test]
 fn the_list_has_every_car_of_opendbc_with_the_profile_of_its_dbc() {
     let python = require!(opendbc_python());

@@ -18,8 +18,8 @@ pub(crate) fn frame(text: &str) -> Frame {
     frame.unwrap()
 }
 
-/// Puts `start|length@order=value` in its place. Intel counts up from the least significant bit. Motorola begins with the
-/// most significant one, goes down in its byte and on at bit 7 of the next.
+/// Puts `start|length@order=value` in its place. Intel counts up from the least significant bit. Motorola
+/// begins with the most significant one, goes down in its byte and on at bit 7 of the next.
 pub(crate) fn put(data: &mut [u8], word: &str) {
     let numbers: Vec<u64> = word.split(['|', '@', '=']).map(|part| part.parse().unwrap()).collect();
     let [mut bit, length, order, value] = numbers[..] else { panic!("{word}") };

@@ -1,5 +1,5 @@
-//! The platform of a bus: which lists the profiles name, invented cars that none fits, and cars that only have a message in
-//! common with a profile.
+//! The platform of a bus: which lists the profiles name, invented cars that none fits, and cars that only
+//! have a message in common with a profile.
 
 use std::collections::BTreeSet;
 

@@ -15,8 +15,8 @@ use crate::support::vehicle_facts::{
 };
 use crate::support::virtual_gateway::VirtualGateway;
 
-/// The frame as its sender would send it for the `count`th time; unchanged when its message has neither counter nor
-/// checksum.
+/// The frame as its sender would send it for the `count`th time; unchanged when its message has neither
+/// counter nor checksum.
 pub(crate) fn protect(vehicle: &VehicleFacts, frame: &Frame, count: u8) -> Frame {
     let mut messages = vehicle.protection.iter().flat_map(|protection| &protection.messages);
     let Some(message) = messages.find(|message| message.id == frame.id().to_string()) else {

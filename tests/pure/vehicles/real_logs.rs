@@ -85,8 +85,8 @@ fn the_lossy_civic_is_unknown_in_each_of_its_silences_and_never_wrong() {
     assert_eq!(expected.iter().filter(|(_, state)| *state == "stops").count(), 8);
     let counts = civic.checker;
     assert_eq!((trusted.len() as u64 - 1, counts.trusted, counts.lost), (160, 160, 9));
-    // Of the counter's 26 breaks nine lie in silences, after which it restarts, one frame later; twelve are steps of
-    // two, a lost frame (one of them while more is amiss); two repetitions and three others remain.
+    // Of the counter's 26 breaks nine lie in silences, after which it restarts, one frame later; twelve are
+    // steps of two, a lost frame (one of them while more is amiss); two repetitions and three others remain.
     let step = |pair: &[(u64, u8)]| ((pair[1].1 >> 4) + 4 - (pair[0].1 >> 4 & 3)) & 3;
     assert_eq!(frames.windows(2).filter(|pair| step(pair) != 1).count(), 26);
     let first = IntegrityCounts { trusted: 160, lost: 9, initial: 16, ..IntegrityCounts::default() };

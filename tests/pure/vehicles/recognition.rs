@@ -1,6 +1,6 @@
-//! Every shipped profile on every public recording: which ones `identify` finds, and what `check` says of the right and the
-//! wrong ones. `docs/identify.md` has the table, made by
-//! `UPDATE_DOCS=1 cargo test --test pure vehicles::recognition`.
+//! Every shipped profile on every public recording: which ones `identify` finds, and what `check` says of the
+//! right and the wrong ones. `docs/identify.md` has the table, made by `UPDATE_DOCS=1 cargo test --test pure
+//! vehicles::recognition`.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -23,7 +23,8 @@ use crate::support::vehicle_facts::VEHICLES;
 struct Recording {
     file: &'static str,
     public: &'static str,
-    /// The profiles of this vehicle, the best first. Others of the list bind the same bits of the same message.
+    /// The profiles of this vehicle, the best first. Others of the list bind the same bits of the same
+    /// message.
     right: Vec<&'static str>,
 }
 

@@ -1,4 +1,5 @@
-//! The status of the shipped vehicles: steering, gear, control mode, doors and velocity from frames written bit by bit.
+//! The status of the shipped vehicles: steering, gear, control mode, doors and velocity from frames written
+//! bit by bit.
 
 use std::collections::BTreeMap;
 use std::time::Duration;

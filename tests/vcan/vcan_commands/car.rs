@@ -1,5 +1,5 @@
-//! The vehicle on the bus: `signal-gateway vehicle` in a process of its own, which follows commands, has a driver,
-//! and reports its lights.
+//! The vehicle on the bus: `signal-gateway vehicle` in a process of its own, which follows commands, has a
+//! driver, and reports its lights.
 
 use std::process::Command;
 

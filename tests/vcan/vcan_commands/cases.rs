@@ -43,7 +43,8 @@ struct Setup {
 const KEYS: &str = "[command]\ntx = \"on\"\nturn_timeout_ms = 12000\nhazard_timeout_ms = 12000\n\
     warn_after_ms = 60000\nerror_after_ms = 90000\n";
 
-/// A message that gives `pacmod` a control mode in place of the bits of its axes, and what the profile makes of it.
+/// A message that gives `pacmod` a control mode in place of the bits of its axes, and what the profile makes
+/// of it.
 const KIT_STATE: Change = Change {
     profile: &[
         (

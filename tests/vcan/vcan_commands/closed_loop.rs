@@ -50,8 +50,8 @@ fn each_decision_is_commanded_carried_out_and_reported() {
 mod slow {
     use super::{CROSSING, Cyclone, Drive, Vcan, drive_all, require};
 
-    /// Each state of the signal lasts longer than a busy machine stands still: a report of half a second, such as the off
-    /// between two sides, is not published when it is that late.
+    /// Each state of the signal lasts longer than a busy machine stands still: a report of half a second,
+    /// such as the off between two sides, is not published when it is that late.
     const DRIVES: [Drive; 6] = [
         CROSSING,
         ("pull_out_left", Some(150.0)),

@@ -1,5 +1,5 @@
-//! The gateway is killed in the middle of a turn and restarted, as its service does: its effects on the bus and
-//! the vehicle, printed as a table.
+//! The gateway is killed in the middle of a turn and restarted, as its service does: its effects on the bus
+//! and the vehicle, printed as a table.
 
 use std::time::Duration;
 

@@ -1,8 +1,8 @@
 //! Commands over ROS 2 become frames on a real CAN interface: the built binary, the shipped vehicles that
 //! take commands (and an invented one), an independent sender of commands, and the simulated vehicle.
 //!
-//! The guest of `tests/with-vcan` has one slow CPU: nothing here depends on how fast something comes. What is measured
-//! is printed.
+//! The guest of `tests/with-vcan` has one slow CPU: nothing here depends on how fast something comes. What is
+//! measured is printed.
 
 mod bytes;
 pub(crate) mod car;
@@ -99,8 +99,8 @@ fn wait_for(recording: &Recording, mark: BusTime, request: &str) {
     });
 }
 
-/// Counter without a gap and checksum right, from the first frame to the last. (`request_text` has looked at all
-/// other bits.)
+/// Counter without a gap and checksum right, from the first frame to the last. (`request_text` has looked at
+/// all other bits.)
 fn check_every_byte(recording: &Recording) {
     for (index, frame) in recording.since(BusTime::START, CMD).iter().enumerate() {
         assert_eq!(usize::from(frame.data[6] & 15), index % 16, "frame {index}");

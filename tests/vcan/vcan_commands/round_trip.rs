@@ -1,5 +1,5 @@
-//! A drive with all flows on a real interface and over DDS, recorded by the gateway, and replayed: the same messages, to the
-//! byte.
+//! A drive with all flows on a real interface and over DDS, recorded by the gateway, and replayed: the same
+//! messages, to the byte.
 
 use std::process::Command;
 

@@ -1,4 +1,5 @@
-//! Signals and closed terminals while a turn is commanded: an orderly stop with its last frame, or nothing at all.
+//! Signals and closed terminals while a turn is commanded: an orderly stop with its last frame, or nothing at
+//! all.
 
 use std::process::Stdio;
 

@@ -1,5 +1,5 @@
-//! The shipped vehicles that take commands: their files, and their command frames read by their facts, which are from
-//! what is published of them.
+//! The shipped vehicles that take commands: their files, and their command frames read by their facts, which
+//! are from what is published of them.
 
 use std::path::Path;
 
@@ -66,8 +66,8 @@ impl Vehicle {
         Some(data[start / 8] >> (start % 8) & 15)
     }
 
-    /// A configuration folder: copies of profile and DBC, changed, and `gateway.toml` with `[command]`, which consents to send.
-    /// The vehicle itself has the profile `car.toml`, with the shipped periods.
+    /// A configuration folder: copies of profile and DBC, changed, and `gateway.toml` with `[command]`, which
+    /// consents to send. The vehicle itself has the profile `car.toml`, with the shipped periods.
     pub(crate) fn folder(&self, interface: &str, keys: &str, change: &Change) -> Folder {
         let shipped = Path::new(env!("CARGO_MANIFEST_DIR"));
         let read = |path: &str| std::fs::read_to_string(shipped.join(path)).unwrap();

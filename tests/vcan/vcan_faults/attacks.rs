@@ -1,4 +1,5 @@
-//! Packets that take DDS down, while the gateway sends commands and reports a vehicle on a real CAN interface.
+//! Packets that take DDS down, while the gateway sends commands and reports a vehicle on a real CAN
+//! interface.
 //!
 //! It prints the table of docs/reliability.md, and writes it there with `UPDATE_DOCS=1`.
 
@@ -21,8 +22,8 @@ use crate::vcan::vcan_gateway::reader::Reader;
 
 /// The period of the command message, as shipped.
 const PERIOD: Duration = Duration::from_millis(50);
-/// What a frame may be later than that, beside what the machine takes from everybody: on one processor the gateway
-/// takes turns with the peers.
+/// What a frame may be later than that, beside what the machine takes from everybody: on one processor the
+/// gateway takes turns with the peers.
 const MAX_LATE: Duration = Duration::from_millis(250);
 /// What the gateway's own process may grow by, kB.
 const MAX_GROWTH: u64 = 8 * 1024;
@@ -77,7 +78,8 @@ impl Scene {
     fn attack(&mut self, name: &str, attack: impl FnOnce(&Target)) -> String {
         let memory = self.memory_kb();
         let (from, lost) = (BusTime::now(), self.network_processes_lost());
-        // One frame before the attack and one after it: the gaps between cover all of it, however short it is.
+        // One frame before the attack and one after it: the gaps between cover all of it, however short it
+        // is.
         self.recording
             .wait(from, NEW_EAGLE.command(), "a frame before the attack", |frames| !frames.is_empty());
         let beside = Bystander::start();

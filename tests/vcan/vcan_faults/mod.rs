@@ -1,9 +1,10 @@
 //! What goes wrong around a running gateway, one fault after the other, and what an independent reader of its
-//! topics sees meanwhile. It prints the table of docs/reliability.md, and writes it there with `UPDATE_DOCS=1`.
+//! topics sees meanwhile. It prints the table of docs/reliability.md, and writes it there with
+//! `UPDATE_DOCS=1`.
 //!
-//! Counted as wrong is a report whose state no sound frame had at the report's stamp, and one that was sent much
-//! later than its message is believed, beside what the machine takes from everybody. How long things take else is
-//! measured, and not judged.
+//! Counted as wrong is a report whose state no sound frame had at the report's stamp, and one that was sent
+//! much later than its message is believed, beside what the machine takes from everybody. How long things
+//! take else is measured, and not judged.
 
 mod attacks;
 mod clock;
@@ -105,8 +106,9 @@ impl Bench {
         Ok(Self { vcan, unit, reader, gateway, folder, cyclone, domain, may_be_late, is_flooded })
     }
 
-    /// Lets a fault happen while the indicators are left; before it ends they are right. `noticed` is what the
-    /// gateway must report of the turn indicators meanwhile; `None` where reports go on, or it cannot report anything.
+    /// Lets a fault happen while the indicators are left; before it ends they are right. `noticed` is what
+    /// the gateway must report of the turn indicators meanwhile; `None` where reports go on, or it cannot
+    /// report anything.
     fn try_out(&self, name: &str, noticed: Option<&str>, begin: &dyn Fn(), end: &dyn Fn()) -> Row {
         self.unit.set(LEFT, Manner::Sound);
         let start = self.reader.mark();

@@ -41,8 +41,8 @@ fn a_recording_of_a_fault_replays_to_the_same_decisions_byte_for_byte() {
         .output()
         .unwrap();
     let replayed = String::from_utf8(replay.stdout).unwrap();
-    // The output of the replay before its first input is that of the gateway at its start: before the recording
-    // begins, or at its very beginning when the first frame was there already.
+    // The output of the replay before its first input is that of the gateway at its start: before the
+    // recording begins, or at its very beginning when the first frame was there already.
     let lines_at_start = if decisions.lines().next() == replayed.lines().next() { 0 } else { 3 };
     let settled: String = replayed.lines().skip(lines_at_start).map(|line| format!("{line}\n")).collect();
     let differing = settled.lines().zip(decisions.lines()).find(|(replayed, recorded)| replayed != recorded);

@@ -57,8 +57,8 @@ impl Reader {
         })
     }
 
-    /// Waits until the diagnostics after `mark` show the turn report as published, and once more. What they show was sent before
-    /// them, on the same way to the network.
+    /// Waits until the diagnostics after `mark` show the turn report as published, and once more. What they
+    /// show was sent before them, on the same way to the network.
     pub(crate) fn published(&self, mark: Mark, report: &str) {
         let mut seen = 0;
         self.0.find(mark, &format!("{report} in the diagnostics"), |(_, line)| {
@@ -111,8 +111,8 @@ impl Reader {
         refreshes
     }
 
-    /// From the next refresh of the diagnostics on, by the times at which they were sent, nothing more of `kinds` comes; gives
-    /// the beginning of the silence.
+    /// From the next refresh of the diagnostics on, by the times at which they were sent, nothing more of
+    /// `kinds` comes; gives the beginning of the silence.
     pub(crate) fn expect_silence(&self, kinds: &[&str]) -> Mark {
         let before = self.mark();
         let from = sent(&self.refreshes(before, 1)[0]);

@@ -42,7 +42,8 @@ impl Manager {
     }
 }
 
-/// The present snapshot of the gateway in this folder, which a busy gateway does not hand out for some seconds.
+/// The present snapshot of the gateway in this folder, which a busy gateway does not hand out for some
+/// seconds.
 fn status(folder: &Path) -> Value {
     wait_for("a snapshot", || {
         let mut line = String::new();
@@ -104,10 +105,11 @@ mod slow {
     /// A machine that is too slow for all of them does what it can in this time, and these at least.
     const LONGEST: Duration = Duration::from_secs(150);
     const LEAST: u64 = 40;
-    /// Frames that may be unread: half of what the receive buffer holds, which is 9,300. A machine that is so busy
-    /// that neither is read nor sent for a while catches up in steps that fit.
+    /// Frames that may be unread: half of what the receive buffer holds, which is 9,300. A machine that is so
+    /// busy that neither is read nor sent for a while catches up in steps that fit.
     const UNREAD: u64 = 4_000;
-    /// A gateway that stood still for so long has its peers meet it anew, with other writers and some reports twice.
+    /// A gateway that stood still for so long has its peers meet it anew, with other writers and some reports
+    /// twice.
     const STANDSTILL: Duration = Duration::from_secs(2);
 
     /// Sends the frames of a vehicle, two in each millisecond as far as they are read, and counts them.

@@ -1,5 +1,5 @@
-//! The status socket and the live page of a gateway on a real bus: the values are those of the bus and of the reader, and
-//! clients that do not read delay no report.
+//! The status socket and the live page of a gateway on a real bus: the values are those of the bus and of the
+//! reader, and clients that do not read delay no report.
 
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::{SocketAddr, TcpListener, TcpStream};
@@ -38,8 +38,8 @@ fn connect(bench: &Bench) -> UnixStream {
     wait_for("the status socket", || UnixStream::connect(&path).ok())
 }
 
-/// Waits for a snapshot that `is_it`. Reports are published a little before the snapshot that shows them can be taken, and a busy
-/// gateway hands out none for some seconds.
+/// Waits for a snapshot that `is_it`. Reports are published a little before the snapshot that shows them can
+/// be taken, and a busy gateway hands out none for some seconds.
 fn status(bench: &Bench, what: &str, is_it: impl Fn(&Value) -> bool) -> Value {
     wait_for(what, || {
         let mut line = String::new();
@@ -97,8 +97,9 @@ fn status_has_the_frames_of_the_bus_and_the_reports_of_the_reader() {
     gateway.stop("TERM");
 }
 
-/// Frame to report at the reader, with and without clients that do not read, fifty of the status socket and fifty of the
-/// live page, in turn. A busy machine is seldom as busy in two rounds, so the pair of rounds counts that compares best.
+/// Frame to report at the reader, with and without clients that do not read, fifty of the status socket and
+/// fifty of the live page, in turn. A busy machine is seldom as busy in two rounds, so the pair of rounds
+/// counts that compares best.
 #[test]
 fn fifty_clients_that_do_not_read_delay_and_lose_no_report() {
     /// Pairs of rounds at least, and at most.

@@ -12,7 +12,8 @@ const EPERM: i32 = 1;
 const EBUSY: i32 = 16;
 const EINVAL: i32 = 22;
 
-/// A controller that is down, as `ip -details link` shows a PEAK PCAN-USB after it was plugged in and set up once.
+/// A controller that is down, as `ip -details link` shows a PEAK PCAN-USB after it was plugged in and set up
+/// once.
 fn can0() -> InterfaceState {
     let all = ControllerModes { listen_only: true, loopback: true, error_reporting: true, fd: false };
     let controller = ControllerSettings {
@@ -183,8 +184,9 @@ fn any_answer() -> impl Strategy<Value = ScanAnswer> {
 }
 
 proptest! {
-    /// Whatever the kernel answers and whenever the user ends it, the interface is left down and as it was, or the
-    /// result says that it is not. [`Kernel`] also asserts the bound, and that nothing comes up that could send.
+    /// Whatever the kernel answers and whenever the user ends it, the interface is left down and as it was,
+    /// or the result says that it is not. [`Kernel`] also asserts the bound, and that nothing comes up that
+    /// could send.
     #[test]
     fn interface_is_left_as_it_was_after_any_answers(answers in prop::collection::vec(any_answer(), 60)) {
         let mut next = answers.into_iter();

@@ -185,8 +185,8 @@ impl CounterState {
         }
     }
 
-    /// Compares the counter of the next frame, `to`, with the one before. Returns the number of frames lost in between.
-    /// A value out of range leaves the state unchanged.
+    /// Compares the counter of the next frame, `to`, with the one before. Returns the number of frames lost
+    /// in between. A value out of range leaves the state unchanged.
     pub fn step(&mut self, rule: &CounterRule, to: u32, frame: &Frame) -> Result<u32, Reject> {
         if !(rule.first..=rule.last).contains(&to) {
             return Err(Reject::CounterOutOfRange(to));

@@ -148,7 +148,8 @@ impl IntegrityCounts {
         self.by_reason().iter().map(|(_, count)| count).sum()
     }
 
-    /// Returns the number of rejected frames for each reason, with the text of [`RejectKind::text`], including zeros.
+    /// Returns the number of rejected frames for each reason, with the text of [`RejectKind::text`],
+    /// including zeros.
     pub fn by_reason(&self) -> [(&'static str, u64); 9] {
         [
             (RejectKind::Initial, self.initial),

@@ -22,7 +22,8 @@ impl Protection {
         }
     }
 
-    /// Writes counter and checksum into the first `length` bytes of `data`. Returns `false` when they do not fit.
+    /// Writes counter and checksum into the first `length` bytes of `data`. Returns `false` when they do not
+    /// fit.
     #[must_use]
     pub fn protect(&self, id: CanId, counter_value: u32, data: &mut [u8; MAX_DATA], length: usize) -> bool {
         match self {

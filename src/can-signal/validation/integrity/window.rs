@@ -1,7 +1,7 @@
 //! AUTOSAR's common E2E state machine, which decides whether a message as a whole can be trusted.
 //!
-//! Results of single frames enter a window of the newest ones. Enough good ones make the message valid, too many
-//! errors or too few good ones make it invalid. Each state has its own window and limits.
+//! Results of single frames enter a window of the newest ones. Enough good ones make the message valid, too
+//! many errors or too few good ones make it invalid. Each state has its own window and limits.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

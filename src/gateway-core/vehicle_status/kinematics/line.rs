@@ -1,4 +1,5 @@
-//! The slope of one quantity against another, beside an offset and a part that grows with the speed, and how well it is known.
+//! The slope of one quantity against another, beside an offset and a part that grows with the speed, and how
+//! well it is known.
 
 /// Rows of a block; blocks are left out one by one to see what the slope rests on.
 const BLOCK: usize = 10;
@@ -42,8 +43,8 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// Fits rows in the order of time. `rate` makes a heading rate, rad/s, of `y`. Returns `None` if the rows say nothing of
-    /// the slope.
+    /// Fits rows in the order of time. `rate` makes a heading rate, rad/s, of `y`. Returns `None` if the rows
+    /// say nothing of the slope.
     pub(super) fn fit(rows: &[Row], rate: f64, cell_s: f64) -> Option<Self> {
         let residuals = Sums::of(rows)?.residuals(rows)?;
         let turning = rows.iter().zip(&residuals).filter(|(_, residual)| residual.is_turning(rate));

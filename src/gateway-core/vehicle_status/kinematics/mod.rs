@@ -1,9 +1,9 @@
-//! What a drive that turns shows of the signs, the steering ratio and the other dimensions of a car, without any truth beside
-//! it: yaw rate, steering and rear wheels all give the heading rate.
+//! What a drive that turns shows of the signs, the steering ratio and the other dimensions of a car, without
+//! any truth beside it: yaw rate, steering and rear wheels all give the heading rate.
 //!
-//! `yaw rate = speed · tan(tire angle) / (wheel base · (1 + understeer · speed²)) = difference of the rear wheels / tread`. Zero
-//! points and unequal tyres are part of each fit. The understeer is unknown, so the interval of a ratio holds all usual ones
-//! (docs/spec/vehicle-interface.md, "Kinematic self-check").
+//! `yaw rate = speed · tan(tire angle) / (wheel base · (1 + understeer · speed²)) = difference of the rear
+//! wheels / tread`. Zero points and unequal tyres are part of each fit. The understeer is unknown, so the
+//! interval of a ratio holds all usual ones (docs/spec/vehicle-interface.md, "Kinematic self-check").
 
 pub mod finding;
 mod line;
@@ -23,7 +23,8 @@ const NOMINAL_WHEEL_BASE_M: f64 = 2.7;
 const NOMINAL_TREAD_M: f64 = 1.55;
 /// Greatest understeer, s²/m²: that of a car whose characteristic speed is 80 km/h.
 const MAX_UNDERSTEER: f64 = 0.002;
-/// Speeds up to which turns are used, m/s; the slow ones are enough if there are some, since understeer matters less.
+/// Speeds up to which turns are used, m/s; the slow ones are enough if there are some, since understeer
+/// matters less.
 const SPEED_LIMITS: [f64; 3] = [8.0, 15.0, FASTEST_MPS];
 const FASTEST_MPS: f64 = 25.0;
 /// Share by which unequal tyres make a tread uncertain.
@@ -227,7 +228,8 @@ impl Car<'_> {
         self.line(limit_mps, per_y, pair).filter(|line| line.turns >= MIN_TURNS && line.half.is_finite())
     }
 
-    /// Fits the points up to a speed; `per_y` is the heading rate, rad/s, for each unit of the second quantity.
+    /// Fits the points up to a speed; `per_y` is the heading rate, rad/s, for each unit of the second
+    /// quantity.
     fn line(&self, limit_mps: f64, per_y: f64, pair: Pair<'_>) -> Option<Line> {
         let slow = self.points.iter().filter(|point| point.mean.speed_mps.abs() <= limit_mps);
         let row = |point: &Point| {
@@ -258,8 +260,8 @@ impl Car<'_> {
         })
     }
 
-    /// The factor for the angle of the front wheels at which the steering gives a heading rate: from that without understeer
-    /// to that with the greatest.
+    /// The factor for the angle of the front wheels at which the steering gives a heading rate: from that
+    /// without understeer to that with the greatest.
     fn factor(&self, heading_rate: &dyn Fn(&Point) -> Option<f64>) -> Option<Estimate> {
         let line = |limit_mps: f64, factor: f64, understeer: f64| {
             let rates =

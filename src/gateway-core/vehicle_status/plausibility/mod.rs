@@ -58,8 +58,8 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// The greater heading rate of yaw rate and steering without a sign, rad/s, at the speed of the fastest wheel; `None` if neither
-    /// is known. The speed of the vehicle may be what is wrong.
+    /// The greater heading rate of yaw rate and steering without a sign, rad/s, at the speed of the fastest
+    /// wheel; `None` if neither is known. The speed of the vehicle may be what is wrong.
     fn rate_radps(&self, fastest_mps: f64) -> Option<f64> {
         let by_steering = self.curvature_radpm.map(|curvature| curvature * fastest_mps);
         self.yaw_rate_radps.into_iter().chain(by_steering).map(f64::abs).reduce(f64::max)
@@ -145,7 +145,8 @@ impl Plausibility {
             *contradicts = doubt.update(evidence, TWO_SECONDS, now);
         }
         let is_apart_for_long = self.rates_undecided.update(evidence[0], THREE_SECONDS, now);
-        // The rear wheels tell which of the two is wrong, if they do so within a second; then what they have begun to tell counts.
+        // The rear wheels tell which of the two is wrong, if they do so within a second; then what they have
+        // begun to tell counts.
         let mut blamed = [Alarm::YawRateContradicts, Alarm::SteeringContradicts].into_iter();
         let blamed = blamed.find(|alarm| self.alarms.has(*alarm));
         let begun = self.rates.map(|doubt| is_apart_for_long && doubt.lasts(ONE_SECOND));

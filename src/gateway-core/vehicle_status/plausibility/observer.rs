@@ -1,4 +1,5 @@
-//! What has to last before it is an alarm: a violation, a value that stays the same, a change over half a second.
+//! What has to last before it is an alarm: a violation, a value that stays the same, a change over half a
+//! second.
 
 use std::time::Duration;
 
@@ -21,12 +22,12 @@ pub(super) const AGREEMENT: Duration = Duration::from_secs(1);
 /// Time without evidence after which a violation that has not lasted yet is forgotten.
 const FORGOTTEN: Duration = Duration::from_secs(1);
 
-/// A violation that has to last before it is found, and an agreement that has to last before it is over. Not every moment has
-/// evidence: a contradiction of two heading rates shows only while the vehicle turns.
+/// A violation that has to last before it is found, and an agreement that has to last before it is over. Not
+/// every moment has evidence: a contradiction of two heading rates shows only while the vehicle turns.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Doubt {
-    /// Until it is found, the time of violation less the time of agreement; afterwards the time of agreement since the last
-    /// violation.
+    /// Until it is found, the time of violation less the time of agreement; afterwards the time of agreement
+    /// since the last violation.
     lasting: Duration,
     is_found: bool,
     /// What counts from the last update until the next.
@@ -37,8 +38,9 @@ pub(super) struct Doubt {
 }
 
 impl Doubt {
-    /// Returns true from when the violation has lasted for `limit` until agreement has lasted for [`AGREEMENT`]. A moment without
-    /// evidence (`None`) ends neither; a violation that is not found yet continues through a second of such moments.
+    /// Returns true from when the violation has lasted for `limit` until agreement has lasted for
+    /// [`AGREEMENT`]. A moment without evidence (`None`) ends neither; a violation that is not found yet
+    /// continues through a second of such moments.
     pub(super) fn update(&mut self, is_violated: Option<bool>, limit: Duration, now: MonoTime) -> bool {
         let elapsed = now.since(self.updated);
         self.updated = now;
@@ -89,8 +91,9 @@ pub(super) struct Frozen {
 }
 
 impl Frozen {
-    /// Returns true from when the value has stayed the same for longer than `limit`, although the reference changed by more than
-    /// `change`, until the value changes. Only the time with `is_moving` counts. `None` = the value is unknown.
+    /// Returns true from when the value has stayed the same for longer than `limit`, although the reference
+    /// changed by more than `change`, until the value changes. Only the time with `is_moving` counts. `None`
+    /// = the value is unknown.
     pub(super) fn update(
         &mut self,
         value: Option<f64>,

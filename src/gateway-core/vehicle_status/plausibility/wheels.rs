@@ -1,5 +1,5 @@
-//! Do the wheels move together? One that does not is left out while the others agree; otherwise nothing tells which are right
-//! (docs/spec/vehicle-interface.md, "Wheels that contradict each other").
+//! Do the wheels move together? One that does not is left out while the others agree; otherwise nothing tells
+//! which are right (docs/spec/vehicle-interface.md, "Wheels that contradict each other").
 
 use super::alarm::{Alarm, AlarmSet};
 use super::observer::{Doubt, Frozen};
@@ -14,14 +14,14 @@ const MORE_MPS: f64 = 0.5;
 const SENSOR_START_MPS: f64 = 1.0;
 /// Wheels on the two sides of a turn differ by the heading rate times the track, for which this is taken, m.
 const TRACK_M: f64 = 1.6;
-/// The sharpest turn of any car makes a wheel slower than the fastest one by this share: that of a circle of 2.4 m around the
-/// middle of the rear axle.
+/// The sharpest turn of any car makes a wheel slower than the fastest one by this share: that of a circle of
+/// 2.4 m around the middle of the rear axle.
 const SHARPEST_TURN: f64 = 0.5;
 /// Change of the other wheels from which one that stays the same is frozen, m/s.
 const FROZEN_CHANGE_MPS: f64 = 0.5;
 
-/// The checks of the wheels, with what they remember. Their result depends on the wheels and the heading rate alone: a wheel that is
-/// left out, or a velocity that is withheld, does not change what they compare.
+/// The checks of the wheels, with what they remember. Their result depends on the wheels and the heading rate
+/// alone: a wheel that is left out, or a velocity that is withheld, does not change what they compare.
 #[derive(Debug, Clone, Default)]
 pub(super) struct WheelChecks {
     /// Wheels differ that are believed.
@@ -39,9 +39,9 @@ struct Suspect {
 }
 
 impl WheelChecks {
-    /// Sets the alarm of the wheel that does not move as the others do, or the alarm of several. Returns true while wheels differ
-    /// that are believed, or none is: then a speed of them is in doubt. `rate_radps` is the heading rate without a sign, as far as
-    /// it is known.
+    /// Sets the alarm of the wheel that does not move as the others do, or the alarm of several. Returns true
+    /// while wheels differ that are believed, or none is: then a speed of them is in doubt. `rate_radps` is
+    /// the heading rate without a sign, as far as it is known.
     pub(super) fn update(
         &mut self,
         speeds_mps: &[Option<f64>; 4],
@@ -76,7 +76,8 @@ impl WheelChecks {
             // Beside a wheel that spins, one at a constant speed seems frozen; afterwards it agrees.
             let is_apart = |(speed, middle): (f64, f64)| (speed - middle).abs() > FROZEN_CHANGE_MPS;
             let is_frozen = is_frozen && speed_mps.zip(middle_mps).is_some_and(is_apart);
-            // That a dead wheel agrees with wheels that stand shows nothing. Several agree at least on the standstill.
+            // That a dead wheel agrees with wheels that stand shows nothing. Several agree at least on the
+            // standstill.
             let agrees = !deviates[wheel] && !is_frozen && (are_several || is_turning);
             suspect.update(agrees, is_frozen || is_found && deviates[wheel], now);
         }
@@ -91,8 +92,8 @@ impl WheelChecks {
 }
 
 impl Suspect {
-    /// Takes whether the wheel agrees with the others, and whether it begins to be suspect. It is believed again when it has agreed for
-    /// long enough without a break.
+    /// Takes whether the wheel agrees with the others, and whether it begins to be suspect. It is believed
+    /// again when it has agreed for long enough without a break.
     fn update(&mut self, agrees: bool, is_found: bool, now: MonoTime) {
         self.agrees_since = if agrees { self.agrees_since.or(Some(now)) } else { None };
         let is_over = self.agrees_since.is_some_and(|since| now.since(since) >= AGREEMENT);
@@ -152,7 +153,8 @@ impl Wheels {
         self.middles_of_others(place).map(|[middle, _]| middle)
     }
 
-    /// The wheels that differ from the middle ones of the others by more than a turn with this heading rate explains.
+    /// The wheels that differ from the middle ones of the others by more than a turn with this heading rate
+    /// explains.
     fn deviating(&self, rate_radps: Option<f64>, zero: Zero) -> [bool; 4] {
         let mut deviating = [false; 4];
         for (place, (speed, wheel)) in self.sorted[..self.count].iter().enumerate() {
@@ -208,7 +210,8 @@ mod tests {
 
     #[test]
     fn a_turn_explains_a_difference() {
-        // The rear wheels of a car with a wheel base of 2.7 m and a tread of 1.6 m, front wheels at 0.77 rad, 3 m/s.
+        // The rear wheels of a car with a wheel base of 2.7 m and a tread of 1.6 m, front wheels at 0.77 rad,
+        // 3 m/s.
         let (rate, rear) = (3.0 * 0.77_f64.tan() / 2.7, 0.8 * 3.0 * 0.77_f64.tan() / 2.7);
         let (inner, outer) = (3.0 - rear, 3.0 + rear);
         let front = |rear: f64| rear.hypot(2.7 * rate);

@@ -57,7 +57,8 @@ pub enum WheelsUsed {
     Rear,
     /// The mean of all four, which reads too much in curves.
     All,
-    /// The mean of the front wheels, projected to the rear axle by the steering; for cars whose rear wheels slip.
+    /// The mean of the front wheels, projected to the rear axle by the steering; for cars whose rear wheels
+    /// slip.
     FrontProjected,
 }
 
@@ -94,7 +95,8 @@ pub enum Motion {
 }
 
 impl Motion {
-    /// Returns the motion of a vehicle with this speed; slower than 0.1 m/s, as Autoware has it, it stands still.
+    /// Returns the motion of a vehicle with this speed; slower than 0.1 m/s, as Autoware has it, it stands
+    /// still.
     pub fn of(speed_mps: f64) -> Self {
         match speed_mps {
             speed if speed.abs() < STANDING_MPS => Self::Standstill,

@@ -15,7 +15,8 @@ impl DirectionMemory {
         self.0 = None;
     }
 
-    /// The sign of a speed: 1 forward, −1 backward. A vehicle that rolls without a gear goes on as before, until `is_standing`.
+    /// The sign of a speed: 1 forward, −1 backward. A vehicle that rolls without a gear goes on as before,
+    /// until `is_standing`.
     ///
     /// # Errors
     /// The reason why the direction is unknown.

@@ -17,10 +17,12 @@ use direction::DirectionMemory;
 use heading_rate::{HeadingInputs, JudgedRate, YawZeros};
 use speed::{SpeedReading, WheelSpeeds};
 
-/// Speed from which a second source of the speed shows that the vehicle moves, m/s; some read a little more than 0 at standstill.
+/// Speed from which a second source of the speed shows that the vehicle moves, m/s; some read a little more
+/// than 0 at standstill.
 const OTHER_MOVES_MPS: f64 = 0.5;
 
-/// Motion of the middle of the rear axle. The lateral speed is 0 by the model of a car whose rear wheels do not steer.
+/// Motion of the middle of the rear axle. The lateral speed is 0 by the model of a car whose rear wheels do
+/// not steer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Velocity {
     /// Speed, m/s, forward positive.
@@ -73,7 +75,8 @@ pub struct VelocityMemory {
 }
 
 impl VelocityMemory {
-    /// Assembles the velocity of its parts. Their ages differ from that of the speed by at most the skew that the binding allows.
+    /// Assembles the velocity of its parts. Their ages differ from that of the speed by at most the skew that
+    /// the binding allows.
     pub fn assemble(
         &mut self,
         binding: &VelocityBinding,

@@ -21,7 +21,8 @@ pub struct SpeedReading {
     pub is_signed: bool,
 }
 
-/// The speeds of single wheels, m/s: front left, front right, rear left, rear right. `None` without a usable value.
+/// The speeds of single wheels, m/s: front left, front right, rear left, rear right. `None` without a usable
+/// value.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct WheelSpeeds {
     /// The speeds with the time of their frames.
@@ -71,7 +72,8 @@ impl SpeedSignal {
     }
 }
 
-/// Reads the first usable source. `tire` is the angle of the front wheels, for those that need it; wheels with an alarm are left out.
+/// Reads the first usable source. `tire` is the angle of the front wheels, for those that need it; wheels
+/// with an alarm are left out.
 pub fn judge(
     binding: &VelocityBinding,
     tire: Judged<TireAngle>,

@@ -131,8 +131,8 @@ fn a_small_map_cannot_have_a_centerline_of_millions_of_points() {
 #[test]
 fn bounds_run_with_traffic_however_they_are_drawn() {
     let map = road(CROSSROADS);
-    // Drawn from north to south, with the left of northbound traffic as `left`: taken as southbound traffic's would
-    // be wrong side round.
+    // Drawn from north to south, with the left of northbound traffic as `left`: taken as southbound traffic's
+    // would be wrong side round.
     let northbound = lane(&map, 34570);
     let ends = |line: &[Point]| [line[0], *line.last().unwrap()].map(|end| (end.x_m, end.y_m));
     assert_eq!(ends(&northbound.left_bound), [(3772.0, 73725.0), (3772.0, 73750.0)]);

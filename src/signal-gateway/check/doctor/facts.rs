@@ -1,5 +1,5 @@
-//! What is known of a set-up before it is judged. The facts are gathered by `cli::doctor`, printed with `--json`, and
-//! read again by the tests.
+//! What is known of a set-up before it is judged. The facts are gathered by `cli::doctor`, printed with
+//! `--json`, and read again by the tests.
 
 use std::collections::BTreeMap;
 
@@ -140,7 +140,8 @@ pub struct RunningFacts {
     pub domain_id: Option<u16>,
     /// Topics that it writes.
     pub written: Vec<String>,
-    /// Keys and files in which its configuration differs from the one that is examined; `None` if it does not tell.
+    /// Keys and files in which its configuration differs from the one that is examined; `None` if it does not
+    /// tell.
     pub differences: Option<Vec<String>>,
 }
 

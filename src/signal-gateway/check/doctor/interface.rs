@@ -10,8 +10,8 @@ const REPORTS: &str = "docs/troubleshooting.md#no-reports";
 const LISTEN: &str = "docs/doctor.md#listen-only";
 const CONTROLLERS: &str = "docs/doctor.md#controller";
 
-/// Longest queue of an interface that sends commands. The kernel's own is 10; what waits behind a blocked bus is sent
-/// when it is free again, though it is outdated.
+/// Longest queue of an interface that sends commands. The kernel's own is 10; what waits behind a blocked bus
+/// is sent when it is free again, though it is outdated.
 const MAX_QUEUE: u32 = 128;
 
 const MISSING: FindingRow = FindingRow {

@@ -1,4 +1,5 @@
-//! `doctor`: judges a set-up by its facts. Each check and each finding is a row; the same facts give the same findings.
+//! `doctor`: judges a set-up by its facts. Each check and each finding is a row; the same facts give the same
+//! findings.
 
 mod bus;
 mod configuration;
@@ -43,7 +44,8 @@ pub struct FindingRow {
     pub see: &'static str,
 }
 
-/// All checks, in the order in which they are printed: from the file to the bus, then to ROS 2, then to the computer.
+/// All checks, in the order in which they are printed: from the file to the bus, then to ROS 2, then to the
+/// computer.
 pub const CHECKS: [&CheckRow; 13] = [
     &configuration::CONFIGURATION,
     &interface::INTERFACE,

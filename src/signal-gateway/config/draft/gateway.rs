@@ -20,8 +20,8 @@ pub struct DimensionsDraft {
     pub listed: Option<DimensionRange>,
 }
 
-/// A commented configuration for a profile, with the keys that most vehicles need. `dimensions` is `None` for a profile that needs
-/// none.
+/// A commented configuration for a profile, with the keys that most vehicles need. `dimensions` is `None` for
+/// a profile that needs none.
 pub fn gateway_toml(profile: &str, buses: &[BusInterface], dimensions: Option<&DimensionsDraft>) -> String {
     let mut text = format!(
         "{}# Configuration of signal-gateway. Every key, with its unit, range and default:\n\

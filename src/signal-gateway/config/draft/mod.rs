@@ -1,4 +1,5 @@
-//! New configuration files as text: a commented `gateway.toml`, and the DBC and profile of a discovered vehicle.
+//! New configuration files as text: a commented `gateway.toml`, and the DBC and profile of a discovered
+//! vehicle.
 
 mod dbc;
 mod files;

@@ -1,8 +1,8 @@
 //! Drive scenarios for the turn-signal decider: a map, a route, the speed of the vehicle, manoeuvres of the
 //! planner, disturbances, and expectations. `docs/turn-signal-scenarios.md` explains each key.
 //!
-//! Positions are metres along the route path: the middle of the preferred lanelets, from the start of the first one,
-//! of the rear axle. Times are seconds from the start. Offsets are to the left.
+//! Positions are metres along the route path: the middle of the preferred lanelets, from the start of the
+//! first one, of the rear axle. Times are seconds from the start. Offsets are to the left.
 
 mod disturbance;
 mod expectation;
@@ -100,12 +100,12 @@ fn interpreted(files: &dyn Files, text: &Text, road: Option<LaneNetwork>) -> Res
 /// Longest way between two lanelets that is driven, metres.
 const MAX_WAY_M: f64 = 1_000_000.0;
 
-/// Creates a drive at one speed (m/s) over the shortest way from one lanelet of a map to another, with the defaults of a
-/// scenario for everything else.
+/// Creates a drive at one speed (m/s) over the shortest way from one lanelet of a map to another, with the
+/// defaults of a scenario for everything else.
 ///
 /// # Errors
-/// A map that cannot be read, a lanelet that it does not have, two between which no way leads or a very long one, or a speed that no
-/// scenario may have.
+/// A map that cannot be read, a lanelet that it does not have, two between which no way leads or a very long
+/// one, or a speed that no scenario may have.
 pub fn way(
     files: &dyn Files,
     map: &Path,
@@ -134,7 +134,8 @@ pub fn way(
     over(files, map, road, lanes, speed_mps)
 }
 
-/// Creates a drive at one speed (m/s) over some lanelet of a map, with the defaults of a scenario for everything else.
+/// Creates a drive at one speed (m/s) over some lanelet of a map, with the defaults of a scenario for
+/// everything else.
 ///
 /// # Errors
 /// A map that cannot be read or has no lanelet, or a speed that no scenario may have.

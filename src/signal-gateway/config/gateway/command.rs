@@ -69,8 +69,8 @@ pub(super) static TOPICS: [ConfigKey<String>; 3] = [
         .doc("ControlModeReport; not read when the mode comes from signals"),
 ];
 
-/// Reads the section. `vehicle` is `None` if its profile was refused; `decides` is true if the decider publishes commands;
-/// `written_mode` is the topic on which the gateway itself would report the control mode.
+/// Reads the section. `vehicle` is `None` if its profile was refused; `decides` is true if the decider
+/// publishes commands; `written_mode` is the topic on which the gateway itself would report the control mode.
 pub(super) fn command(
     fields: Fields<'_>,
     vehicle: Option<&Vehicle>,
@@ -129,8 +129,8 @@ pub(super) fn command(
     Some(CommandConfig { settings, binding: binding?.clone(), topics })
 }
 
-/// Refuses a consent that was given for another vehicle, and to send without one that the profile asks for. An empty text is
-/// no consent.
+/// Refuses a consent that was given for another vehicle, and to send without one that the profile asks for.
+/// An empty text is no consent.
 fn check_consent(fields: &Fields<'_>, vehicle: &Vehicle, transmit: Transmit, consent: &str) {
     if !consent.is_empty() && consent != vehicle.name {
         let reason = format!("this is the consent for {consent:?}, but the vehicle is {:?}", vehicle.name);

@@ -1,5 +1,5 @@
-//! The configuration in effect: the keys that were read through their rows, the keys of the vehicle profile, and the files that
-//! are named, by their content.
+//! The configuration in effect: the keys that were read through their rows, the keys of the vehicle profile,
+//! and the files that are named, by their content.
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
@@ -41,7 +41,8 @@ pub(super) fn in_effect(
         parts.reloadable.insert(format!("file {}", display(&path)), format!("#{:016x}", digest.get()));
     }
     for (key, value) in profile {
-        // The machine that sends frames to the vehicle never changes while it runs: they carry counters and obey its rules.
+        // The machine that sends frames to the vehicle never changes while it runs: they carry counters and
+        // obey its rules.
         let is_fixed = gateway.command.is_some() && key.contains("[command");
         let parts = if is_fixed { &mut parts.fixed } else { &mut parts.reloadable };
         parts.insert(format!("vehicle profile {key}"), value.clone());

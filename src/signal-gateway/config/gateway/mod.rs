@@ -158,8 +158,8 @@ pub fn load(files: &dyn Files, path: &Path, overrides: &Overrides) -> Result<Set
     resolve(files, &text, profile, &overrides.ros)
 }
 
-/// Settings for a profile alone, by path or built-in name: its buses on `can0`, `can1`… in the order of their names, and defaults for
-/// everything else. For replaying a log of a vehicle without writing a configuration.
+/// Settings for a profile alone, by path or built-in name: its buses on `can0`, `can1`… in the order of their
+/// names, and defaults for everything else. For replaying a log of a vehicle without writing a configuration.
 ///
 /// # Errors
 /// Every problem found.
@@ -211,8 +211,8 @@ fn resolve(
     checker.finish(settings).map_err(Refused)
 }
 
-/// Reads the vehicle that `profile` stands for; an error when a problem was noted, with the names of its buses as far as
-/// they are known.
+/// Reads the vehicle that `profile` stands for; an error when a problem was noted, with the names of its
+/// buses as far as they are known.
 fn vehicle(
     files: &DigestedFiles<'_>,
     top: &Fields<'_>,

@@ -1,4 +1,5 @@
-//! The keys of a configuration as parameters of the node: those that the file has, by their names with a dot for each level.
+//! The keys of a configuration as parameters of the node: those that the file has, by their names with a dot
+//! for each level.
 
 use std::str::FromStr;
 

@@ -51,8 +51,8 @@ pub(super) struct ReportSettings {
     pub(super) gear_source: Option<String>,
 }
 
-/// Reads the section. `hazard` is the vehicle's binding, `None` if it was refused; one without visible hazard lights learns whether
-/// this is acknowledged. `gear` is the binding of its gear, if it has one.
+/// Reads the section. `hazard` is the vehicle's binding, `None` if it was refused; one without visible hazard
+/// lights learns whether this is acknowledged. `gear` is the binding of its gear, if it has one.
 pub(super) fn reports(
     fields: Fields<'_>,
     hazard: Option<&mut HazardBinding>,

@@ -31,8 +31,8 @@ key_rows! {
         .doc("{range}; default: the environment's ROS_DOMAIN_ID, else 0");
     ONLY_NETWORKS: Vec<IpAddr> = collection("only_networks", || ValueShape::Texts, addresses).example("[\"127.0.0.1\"]").restart()
         .doc("own addresses to use; default: as ROS_LOCALHOST_ONLY and ROS_AUTOMATIC_DISCOVERY_RANGE say, else all");
-    // The process needs a tenth of the default, and the rest for what readers have not acknowledged. The range is from what
-    // serves a vehicle without traffic lights to more than any map needs.
+    // The process needs a tenth of the default, and the rest for what readers have not acknowledged. The
+    // range is from what serves a vehicle without traffic lights to more than any map needs.
     MEMORY_LIMIT_MB: u32 = whole("memory_limit_mb", 128, 16_384, "MB").or(384).restart()
         .doc("of the process that speaks DDS, {range}; more for thousands of traffic lights");
     TRANSPORT: bool = keyword("transport", TRANSPORTS).or_text("dds").restart()
@@ -69,7 +69,8 @@ pub(super) static TOPICS: LazyLock<Vec<ConfigKey<String>>> = LazyLock::new(|| wr
 pub struct RosConfig {
     /// False if `run` and `demo` publish nothing.
     pub enabled: bool,
-    /// True if DDS runs in a process of its own; not a key of the file, since only debuggers want it otherwise.
+    /// True if DDS runs in a process of its own; not a key of the file, since only debuggers want it
+    /// otherwise.
     pub isolated: bool,
     /// The most private writable memory of that process, MB.
     pub memory_limit_mb: u32,

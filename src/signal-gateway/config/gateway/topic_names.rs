@@ -4,7 +4,8 @@ use crate::config::reading::{ConfigKey, Fields, KeyRow, optional_topic, topic};
 use crate::io::ros::topics::{OUTGOING, OutgoingRow, SubscriptionKind, TopicFlow};
 use turn_signal::planner_input::FactorTopic;
 
-/// The names of the topics of a section, with their keys. A topic with an empty name is neither read nor written.
+/// The names of the topics of a section, with their keys. A topic with an empty name is neither read nor
+/// written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TopicNames(Vec<(&'static str, String)>);
 

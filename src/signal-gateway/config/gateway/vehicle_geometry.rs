@@ -1,5 +1,5 @@
-//! `[vehicle_geometry]`: the dimensions of the car, once for the decider and for the reports on velocity and steering.
-//! Autoware's own file gives most of them.
+//! `[vehicle_geometry]`: the dimensions of the car, once for the decider and for the reports on velocity and
+//! steering. Autoware's own file gives most of them.
 
 use std::path::PathBuf;
 

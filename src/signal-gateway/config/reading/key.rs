@@ -1,4 +1,5 @@
-//! What is known of a key of a file, for everything except reading it: documents, schemas, differences, parameters.
+//! What is known of a key of a file, for everything except reading it: documents, schemas, differences,
+//! parameters.
 
 use std::fmt;
 

@@ -1,6 +1,6 @@
-//! Rows of keys: everything that is known of a key, once. A key is read and checked through its row, which applies the default and
-//! records the value in effect; the shipped `gateway.toml`, the schema for editors, the difference of a reload and the
-//! descriptions of the node's parameters are made of the same rows.
+//! Rows of keys: everything that is known of a key, once. A key is read and checked through its row, which
+//! applies the default and records the value in effect; the shipped `gateway.toml`, the schema for editors,
+//! the difference of a reload and the descriptions of the node's parameters are made of the same rows.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -305,7 +305,8 @@ impl KeyDefault {
 }
 
 impl Fields<'_> {
-    /// Reads a key through its row, which records the value in effect; a key that is absent or refused has its default.
+    /// Reads a key through its row, which records the value in effect; a key that is absent or refused has
+    /// its default.
     pub(crate) fn read<T: Default + Sync>(&self, key: &'static ConfigKey<T>) -> T {
         self.given(key).or_else(|| key.default_value()).unwrap_or_default()
     }

@@ -33,7 +33,8 @@ pub(crate) fn from_toml(text: &Text, see: &str) -> Result<Value, Problem> {
     Ok(Value { location: Location { position: (1, 1), key }, kind })
 }
 
-/// Returns the byte of the token that is one too many; the parser takes some hundred bytes of memory for each.
+/// Returns the byte of the token that is one too many; the parser takes some hundred bytes of memory for
+/// each.
 fn too_many_tokens(content: &str) -> Option<usize> {
     let of = |tokens: &'static [u8]| {
         content.bytes().enumerate().filter(move |(_, byte)| tokens.contains(byte)).map(|(offset, _)| offset)
@@ -71,8 +72,8 @@ fn breach(text: &Text, message: &str, span: Range<usize>) -> (String, Option<&'s
     (message.to_owned(), remedy)
 }
 
-/// The text without quotes that stands for a value around a breach. What begins like `true`, `nan` or a number is taken for
-/// one by the reader, and the breach is somewhere inside.
+/// The text without quotes that stands for a value around a breach. What begins like `true`, `nan` or a
+/// number is taken for one by the reader, and the breach is somewhere inside.
 fn unquoted(text: &Text, span: Range<usize>) -> Option<&str> {
     let (_, line) =
         text.content.get(..span.start)?.rsplit_once('\n').unwrap_or(("", &text.content[..span.start]));

@@ -14,8 +14,8 @@ use super::problem::Problem;
 /// Reads an XML document.
 ///
 /// # Errors
-/// The first breach of XML, nesting that is too deep, or too many elements. A document type with declarations of its
-/// own is refused, and so are entities.
+/// The first breach of XML, nesting that is too deep, or too many elements. A document type with declarations
+/// of its own is refused, and so are entities.
 pub(crate) fn from_xml(text: &Text) -> Result<Element, Problem> {
     let most = u32::try_from(MAX_NODES).unwrap_or(u32::MAX);
     let options = ParsingOptions { allow_dtd: false, nodes_limit: 3 * most, ..ParsingOptions::default() };
@@ -41,7 +41,8 @@ const DOCTYPE: &str = "<!DOCTYPE";
 
 /// The most attributes of an element. The parser compares each with all before it.
 const MAX_ATTRIBUTES: usize = 2_000;
-/// The most declarations of namespaces in a file. The parser keeps a list of all that are valid for each element with one.
+/// The most declarations of namespaces in a file. The parser keeps a list of all that are valid for each
+/// element with one.
 const MAX_NAMESPACES: usize = 5_000;
 
 /// An element that would take the parser time in the square of its size.
@@ -55,8 +56,8 @@ impl CrowdedElement {
     pub(in crate::config) const REMEDY: &str = "leave out what is not needed";
 }
 
-/// Finds an element with too many attributes, or the declaration of a namespace that is one too many, before the text is parsed.
-/// A `<` begins an element or the like, and cannot be in a value of an attribute.
+/// Finds an element with too many attributes, or the declaration of a namespace that is one too many, before
+/// the text is parsed. A `<` begins an element or the like, and cannot be in a value of an attribute.
 pub(in crate::config) fn crowded_element(content: &str) -> Option<CrowdedElement> {
     let (mut begin, mut attributes) = (0, 0);
     for (offset, byte) in content.bytes().enumerate() {

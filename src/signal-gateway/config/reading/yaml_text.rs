@@ -22,7 +22,8 @@ const MAX_MARKS: usize = 4 * MAX_NODES;
 enum YamlForm {
     /// Plain data: no tags, and each key of a table once.
     Strict,
-    /// As `rcl_yaml_param_parser` reads it: a tag says at most that a value is a text, and keys may be repeated.
+    /// As `rcl_yaml_param_parser` reads it: a tag says at most that a value is a text, and keys may be
+    /// repeated.
     OfRcl,
 }
 
@@ -35,7 +36,8 @@ pub(crate) fn from_yaml(text: &Text) -> Result<Value, Problem> {
     root.ok_or_else(|| text.problem((1, 1), "the file is empty", "write a scenario into it"))
 }
 
-/// Reads the one document of a YAML text as the libraries of ROS 2 do, with tags and repeated keys; `None` when it is empty.
+/// Reads the one document of a YAML text as the libraries of ROS 2 do, with tags and repeated keys; `None`
+/// when it is empty.
 ///
 /// # Errors
 /// The first breach of YAML, nesting that is too deep, or too many values.
@@ -44,7 +46,8 @@ pub(crate) fn from_rcl_yaml(text: &Text) -> Result<Option<Value>, Problem> {
 }
 
 fn document(text: &Text, form: YamlForm) -> Result<Option<Value>, Problem> {
-    // The parser holds a list or table in brackets whole, as it may turn out to be a key: some hundred bytes for each item.
+    // The parser holds a list or table in brackets whole, as it may turn out to be a key: some hundred bytes
+    // for each item.
     let mut marks = text.content.bytes().enumerate().filter(|(_, byte)| b",[{".contains(byte));
     if let Some((offset, _)) = marks.nth(MAX_MARKS) {
         let reason = format!("more than {MAX_MARKS} commas and brackets");
@@ -75,7 +78,8 @@ struct YamlBuilder<'a> {
     /// Values that aliases can refer to, with the number of their nodes.
     anchors: BTreeMap<usize, (Value, usize)>,
     nodes: usize,
-    /// Number of nodes of all anchors; those of an anchor within another one count twice, since both are kept.
+    /// Number of nodes of all anchors; those of an anchor within another one count twice, since both are
+    /// kept.
     kept: usize,
 }
 
@@ -202,8 +206,8 @@ impl YamlBuilder<'_> {
         self.put(value)
     }
 
-    /// The entries with those of a merge key in its place. The table's own keys come first, then those of the first
-    /// table that is merged.
+    /// The entries with those of a merge key in its place. The table's own keys come first, then those of the
+    /// first table that is merged.
     fn merged(&self, entries: Vec<Entry>, mut keys: BTreeSet<String>) -> Result<Vec<Entry>, Problem> {
         let mut merged = Vec::new();
         for Entry { key, location, value } in entries {

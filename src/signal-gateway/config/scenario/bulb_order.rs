@@ -15,7 +15,8 @@ pub struct BulbOrder {
 }
 
 impl BulbOrder {
-    /// Returns the bulbs of a light with this number of positions: the order for its id, else the order for all lights.
+    /// Returns the bulbs of a light with this number of positions: the order for its id, else the order for
+    /// all lights.
     pub(super) fn find(orders: &[Self], id: i64, positions: usize) -> Option<&[Bulb]> {
         let fitting = || orders.iter().filter(|order| order.bulbs.len() == positions);
         let own = fitting().find(|order| order.ids.contains(&id));

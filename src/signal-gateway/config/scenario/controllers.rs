@@ -94,7 +94,8 @@ fn reference(
 /// Refuses controllers that follow themselves, directly or indirectly: they would never begin.
 fn refuse_circles(reader: &ScenarioReader<'_>, drafts: &[ControllerDraft], references: &[Option<Reference>]) {
     let next = |at: usize| Some(references.get(at)?.as_ref()?.controller.0);
-    // The start from which each was first reached: one that is reached again from the same start is in a circle.
+    // The start from which each was first reached: one that is reached again from the same start is in a
+    // circle.
     let mut reached_from = vec![None; drafts.len()];
     for start in 0..drafts.len() {
         let mut at = Some(start);

@@ -30,7 +30,8 @@ use crate::config::reading::{Checker, Kind, Problem, Refused, from_toml, from_xm
 use modifiers::Modifiers;
 use reader::{SEE, ScenarioReader};
 
-/// Reads a scenario, by path or built-in name; its form follows from the file's extension, or else from its content.
+/// Reads a scenario, by path or built-in name; its form follows from the file's extension, or else from its
+/// content.
 ///
 /// # Errors
 /// Every problem with its location; only the first one of a file that breaks the grammar of its form.

@@ -1,5 +1,5 @@
-//! Scenario modifiers, which TIER IV writes beside OpenSCENARIO in YAML: names that stand for values, of which each
-//! combination is a run.
+//! Scenario modifiers, which TIER IV writes beside OpenSCENARIO in YAML: names that stand for values, of
+//! which each combination is a run.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,8 @@ pub(super) const ROOT: &str = "ScenarioModifiers";
 /// The largest number of modifiers: each is sought in every text.
 const MAX_MODIFIERS: usize = 100;
 const MAX_VALUES: usize = 10_000;
-/// The differences below which the end of a range is reached, relative and absolute, as upstream computes them.
+/// The differences below which the end of a range is reached, relative and absolute, as upstream computes
+/// them.
 const TOLERANCES: (f64, f64) = (1e-9, 1e-10);
 
 #[derive(Debug)]
@@ -27,8 +28,8 @@ struct Modifier {
 pub(super) struct Modifiers(Vec<Modifier>);
 
 impl Modifiers {
-    /// Reads the modifiers below their key; `chosen` are the values of this run by name. Refuses those without values,
-    /// and values that a modifier does not have.
+    /// Reads the modifiers below their key; `chosen` are the values of this run by name. Refuses those
+    /// without values, and values that a modifier does not have.
     pub(super) fn read(checker: &Checker, root: &Value, chosen: &BTreeMap<String, String>) -> Self {
         let Kind::Map(entries) = &root.kind else { return Self::default() };
         let all = entries.iter().flat_map(|entry| items(&entry.value));
@@ -50,8 +51,9 @@ impl Modifiers {
         listed(self.0.iter().map(|modifier| modifier.name.as_str()))
     }
 
-    /// Replaces the names in the attributes of an element and of all below it by their values. A text with a modifier whose
-    /// value is not chosen stays as it is. Values that are longer than a file may be are refused.
+    /// Replaces the names in the attributes of an element and of all below it by their values. A text with a
+    /// modifier whose value is not chosen stays as it is. Values that are longer than a file may be are
+    /// refused.
     pub(super) fn replace_in(&self, checker: &Checker, element: &mut Element) {
         let mut left_bytes = MAX_BYTES;
         self.replace_below(checker, element, &mut left_bytes);
@@ -86,8 +88,8 @@ impl Modifiers {
         Some(text)
     }
 
-    /// Returns the reason and the remedy why the value of a text is not known: a modifier in it that has several
-    /// values.
+    /// Returns the reason and the remedy why the value of a text is not known: a modifier in it that has
+    /// several values.
     pub(super) fn not_chosen_in(&self, text: &str) -> Option<(String, String)> {
         self.first_not_chosen_in(text).map(|modifier| {
             let reason = format!("{} is a scenario modifier, which stands for several values", modifier.name);
@@ -162,8 +164,8 @@ fn modifier(checker: &Checker, value: &Value, chosen: &BTreeMap<String, String>)
     Some(Modifier { name: name.text, values, value })
 }
 
-/// Returns the values of a range, with `stop` when a step meets it: whole numbers as such, others with a decimal
-/// point. A step of 0 gives `start` alone.
+/// Returns the values of a range, with `stop` when a step meets it: whole numbers as such, others with a
+/// decimal point. A step of 0 gives `start` alone.
 fn range(checker: &Checker, value: &Value, entries: [Option<&Entry>; 3]) -> Option<Vec<String>> {
     let [Some(start), Some(step), Some(stop)] = entries else {
         let remedy = "give a list, or start, step and stop";

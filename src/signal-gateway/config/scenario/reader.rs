@@ -34,7 +34,8 @@ pub struct ReadOptions {
     pub bulb_orders: Vec<BulbOrder>,
     /// The values of scenario modifiers by name, each one of the values in the file.
     pub modifiers: BTreeMap<String, String>,
-    /// True if ids may be any texts, as in `OpenDRIVE`: for scenarios without a map, in improved mode. In commands they are numbers.
+    /// True if ids may be any texts, as in `OpenDRIVE`: for scenarios without a map, in improved mode. In
+    /// commands they are numbers.
     pub takes_text_ids: bool,
 }
 
@@ -127,7 +128,8 @@ impl<'c> ScenarioReader<'c> {
         self.options.takes_text_ids && self.compat == Compat::Improved
     }
 
-    /// Reads an id. A text that is not a number as we write it stands for a number of its own, where texts are taken.
+    /// Reads an id. A text that is not a number as we write it stands for a number of its own, where texts
+    /// are taken.
     fn parse_id(&mut self, text: &str) -> Result<i64, SignalIdError> {
         let parsed = parse_id(text);
         let is_number = parsed.as_ref().is_ok_and(|id| id.to_string() == text);

@@ -218,8 +218,8 @@ impl<'a> Binder<'a> {
     }
 
     /// Binds the key `signal` of a table with the raw values that it has under a key for each state: those in
-    /// `required`, those in `optional`, and those under the `unusable` keys, which stand for no state. `remedy` is for keys that
-    /// are missing.
+    /// `required`, those in `optional`, and those under the `unusable` keys, which stand for no state.
+    /// `remedy` is for keys that are missing.
     pub(super) fn states<T: Copy>(
         &mut self,
         fields: &Fields<'_>,

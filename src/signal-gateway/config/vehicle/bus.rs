@@ -145,7 +145,8 @@ fn identifier_lists(fields: &Fields<'_>) -> Vec<&'static PlatformList> {
 }
 
 impl BusSection {
-    /// Settings of the bus, without an interface. By default no bus is dead while its fastest message may be silent.
+    /// Settings of the bus, without an interface. By default no bus is dead while its fastest message may be
+    /// silent.
     pub(super) fn settings(
         &self,
         bus: &LoadedDbc,

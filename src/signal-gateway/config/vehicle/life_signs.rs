@@ -13,8 +13,8 @@ pub(super) struct LifeSigns<'h> {
 }
 
 impl<'h> LifeSigns<'h> {
-    /// Bound messages with one of the signals that are `carried`, and all those of buses that have none of them and no
-    /// heartbeat.
+    /// Bound messages with one of the signals that are `carried`, and all those of buses that have none of
+    /// them and no heartbeat.
     pub(super) fn new(
         binder: &Binder<'_>,
         carried: [&Vec<BoundSignal>; 3],

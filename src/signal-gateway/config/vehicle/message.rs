@@ -183,7 +183,8 @@ impl<'c> MessageSections<'c> {
         BoundMessages { all: compiled, of_status }
     }
 
-    /// Refuses J1939 messages that have frames in common with another one, or with one that the gateway sends.
+    /// Refuses J1939 messages that have frames in common with another one, or with one that the gateway
+    /// sends.
     fn refuse_common_frames(&self, binder: &Binder<'_>, bound: &[BoundMessage], allowed: Option<&AllowList>) {
         for (message, found) in bound.iter().zip(&binder.messages) {
             let section = self.of(binder, *found).filter(|section| section.sources.is_some());
@@ -203,8 +204,8 @@ impl<'c> MessageSections<'c> {
 }
 
 impl MessageSection<'_> {
-    /// True if the section is about this message of this bus. One for a bus that does not exist is refused and
-    /// causes no second problem.
+    /// True if the section is about this message of this bus. One for a bus that does not exist is refused
+    /// and causes no second problem.
     fn is_of(&self, binder: &Binder<'_>, (bus, message): (usize, &Message)) -> bool {
         let is_other =
             |named: &LocatedText| binder.buses.iter().position(|known| known.bus == named.text) != Some(bus);

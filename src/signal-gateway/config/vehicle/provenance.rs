@@ -63,8 +63,8 @@ fn states<S>(section: &str, binding: &StateBinding<S>, states: &[&str]) -> Vec<S
     }
 }
 
-/// Names the sections of the status that the profile has; of the velocity, direction and heading rate where signals of their own
-/// give them.
+/// Names the sections of the status that the profile has; of the velocity, direction and heading rate where
+/// signals of their own give them.
 fn status_facts(status: &StatusBinding) -> impl Iterator<Item = &'static str> {
     let velocity = status.velocity.as_ref();
     let has_yaw_rate = velocity.is_some_and(|velocity| velocity.yaw_rates().next().is_some());
@@ -94,7 +94,8 @@ fn message_facts(message: &BoundMessage) -> Vec<String> {
     keys.into_iter().map(|key| format!("message.{}.{key}", message.name)).collect()
 }
 
-/// Reads the provenance. `parts` is `None` when one of them was refused; the names of facts are then not checked.
+/// Reads the provenance. `parts` is `None` when one of them was refused; the names of facts are then not
+/// checked.
 pub(super) fn provenance(top: &Fields<'_>, parts: Option<&BoundParts<'_>>) -> Provenance {
     let makes = top.list("makes", "give a list of makes").iter();
     let makes = makes.filter_map(|make| Some(top.checker.string(make)?.text)).collect();

@@ -1,4 +1,5 @@
-//! `[[requires]]` of a profile: what tells its vehicle apart from variants, and must be observed before anything is reported.
+//! `[[requires]]` of a profile: what tells its vehicle apart from variants, and must be observed before
+//! anything is reported.
 
 use std::time::Duration;
 

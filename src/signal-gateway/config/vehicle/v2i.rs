@@ -126,7 +126,8 @@ fn states(
     binder.role(&signal?, &meanings)
 }
 
-/// Reads the text of a state. An unknown state is not ground truth (docs/spec/traffic-lights.md, "Unknown states").
+/// Reads the text of a state. An unknown state is not ground truth (docs/spec/traffic-lights.md,
+/// "Unknown states").
 fn bulbs(binder: &Binder<'_>, text: &str, at: &Location) -> Option<BulbSet> {
     let (reason, remedy) = match parse_bulbs(text) {
         Ok(bulbs) if bulbs.is_empty() => {

@@ -43,8 +43,8 @@ pub(super) fn offset_m(file: &DriveFile, at_m: f64) -> f64 {
 }
 
 impl DrivePosition<'_> {
-    /// Returns the manoeuvres of the planner, in the order of its chain: starting first, then what is approved, then
-    /// what waits, then the goal.
+    /// Returns the manoeuvres of the planner, in the order of its chain: starting first, then what is
+    /// approved, then what waits, then the goal.
     pub(super) fn manoeuvres(&self) -> Vec<Manoeuvre> {
         let mut known: Vec<&ManoeuvrePlan> =
             self.file.manoeuvres.iter().filter(|plan| self.knows(plan)).collect();

@@ -1,5 +1,5 @@
-//! A recorded drive: the decider over the messages that Autoware sent, on the recorder's clock, and the judge of the signals that were
-//! given.
+//! A recorded drive: the decider over the messages that Autoware sent, on the recorder's clock, and the judge
+//! of the signals that were given.
 
 use std::time::Duration;
 
@@ -106,7 +106,8 @@ impl RecordedDrive {
         Self { settings, flow, start, now: now.mono, filling, odometry, route, driven_m: 0.0, signals }
     }
 
-    /// Passes the cycles to `each` that come before a sample, and takes the sample. Time never goes back here.
+    /// Passes the cycles to `each` that come before a sample, and takes the sample. Time never goes back
+    /// here.
     pub fn take(&mut self, sample: LoggedSample, kind: SampleKind, each: impl FnMut(&RecordedCycle<'_>)) {
         self.advance(sample.logged, each);
         let turn = match &sample.content {
@@ -138,7 +139,8 @@ impl RecordedDrive {
         }
     }
 
-    /// Returns the manoeuvres so far with the verdicts on a signal, in the order of their ends, and the number of each verdict.
+    /// Returns the manoeuvres so far with the verdicts on a signal, in the order of their ends, and the
+    /// number of each verdict.
     pub fn judged(&self, source: SignalSource) -> (&[JudgedManoeuvre], &JudgedCounts) {
         let [planner, command, report] = &self.signals;
         let signal = match source {

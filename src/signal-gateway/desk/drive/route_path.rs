@@ -128,8 +128,8 @@ impl RoutePath {
         }
     }
 
-    /// Returns the pose at a position, `offset_m` to the left of the path, which may change along it; beyond the
-    /// ends it goes straight on.
+    /// Returns the pose at a position, `offset_m` to the left of the path, which may change along it; beyond
+    /// the ends it goes straight on.
     pub fn pose(&self, at_m: f64, offset_m: impl Fn(f64) -> f64) -> Pose {
         let along = Pose { position: self.middle(at_m), yaw_rad: self.heading_rad(at_m) };
         let rise = (offset_m(at_m + HEADING_M) - offset_m(at_m - HEADING_M)) / (2.0 * HEADING_M);

@@ -1,4 +1,5 @@
-//! Many drives over a map, held against its geometry: which turns are not signalled, too short, to the wrong side, or flicker.
+//! Many drives over a map, held against its geometry: which turns are not signalled, too short, to the wrong
+//! side, or flicker.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -36,7 +37,8 @@ pub struct WrongTurn {
     pub way: [LaneId; 2],
     /// What is wrong with its signal.
     pub fault: SignalFault,
-    /// The flaw of the map at its lanelets, for which no decider can be right; `None` = the fault is the decider's.
+    /// The flaw of the map at its lanelets, for which no decider can be right; `None` = the fault is the
+    /// decider's.
     pub flaw: Option<MapFlaw>,
 }
 
@@ -68,7 +70,8 @@ pub struct TurnSurvey {
 }
 
 impl TurnSurvey {
-    /// Returns the number of turns with each fault, in the order of [`SignalFault::ALL`]: of the map where it has a flaw, or else of the decider.
+    /// Returns the number of turns with each fault, in the order of [`SignalFault::ALL`]: of the map where it
+    /// has a flaw, or else of the decider.
     pub fn counts(&self, of_map: bool) -> [usize; 4] {
         let of = |wrong: &&WrongTurn| wrong.flaw.is_some() == of_map;
         SignalFault::ALL
@@ -127,7 +130,8 @@ impl Surveyor {
     }
 }
 
-/// Returns the side to which each lanelet turns: by its tag, unless its geometry says otherwise, as `check` finds.
+/// Returns the side to which each lanelet turns: by its tag, unless its geometry says otherwise, as `check`
+/// finds.
 fn expected_sides(road: &LaneNetwork) -> BTreeMap<LaneId, ExpectedSide> {
     let by_tag = |lane: &Lanelet| match lane.turn_direction {
         TurnDirection::Left => Some((lane.id, ExpectedSide { side: Side::Left, flaw: None })),

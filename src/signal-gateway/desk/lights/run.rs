@@ -24,8 +24,8 @@ pub struct ScenarioRun {
 }
 
 impl ScenarioRun {
-    /// Creates a run before its start, to the end of the scenario or `until`. It has the camera's and the V2I topic,
-    /// whatever the topics of the settings.
+    /// Creates a run before its start, to the end of the scenario or `until`. It has the camera's and the V2I
+    /// topic, whatever the topics of the settings.
     pub fn new(mut settings: LightsSettings, until: Duration) -> Self {
         settings.topics = [LightsTopic::Camera, LightsTopic::V2i].into();
         Self {

@@ -21,8 +21,8 @@ pub struct RunLength {
 }
 
 impl RunLength {
-    /// Returns up to an hour for a scenario that ends by itself; else twice the longest cycle, or until 5 s after the
-    /// last time that a trigger names; a minute without either.
+    /// Returns up to an hour for a scenario that ends by itself; else twice the longest cycle, or until 5 s
+    /// after the last time that a trigger names; a minute without either.
     pub fn of(scenario: &Scenario) -> Self {
         if ends_by_itself(scenario) {
             return Self { until: MAX_LENGTH, why: "an hour, and the scenario has not ended" };
@@ -51,8 +51,8 @@ fn ends_by_itself(scenario: &Scenario) -> bool {
     scenario.stop.is_some() || actions.any(|action| matches!(action, Action::End(_)))
 }
 
-/// Returns twice the cycle of a controller, with the delays of the controllers that it follows; `None` for a cycle without end or
-/// length.
+/// Returns twice the cycle of a controller, with the delays of the controllers that it follows; `None` for a
+/// cycle without end or length.
 fn shown_cycles(scenario: &Scenario, controller: &TrafficSignalController) -> Option<Duration> {
     let cycle =
         controller.phases.iter().try_fold(Duration::ZERO, |sum, phase| sum.checked_add(phase.duration?))?;

@@ -1,4 +1,5 @@
-//! The folder of a bag, as `rosbag2` and the gateway's recorder make it: its recordings are one after the other.
+//! The folder of a bag, as `rosbag2` and the gateway's recorder make it: its recordings are one after the
+//! other.
 
 use std::cmp::Ordering;
 use std::fs;
@@ -10,7 +11,8 @@ use super::formats::{HEAD, is_in_bags};
 use crate::io::file_budget::FileBudget;
 use crate::io::regular_file;
 
-/// Returns the recordings of a bag in the order of the numbers in their names; none if the folder is not a bag.
+/// Returns the recordings of a bag in the order of the numbers in their names; none if the folder is not a
+/// bag.
 ///
 /// # Errors
 /// A folder or file that cannot be read.

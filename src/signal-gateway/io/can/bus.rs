@@ -36,15 +36,15 @@ pub struct BusSocketSettings {
     pub transmitter: Transmitter,
 }
 
-/// Receives until the channel closes. The inputs are frames with the kernel's stamps, losses, error frames, the link
-/// at the start and after each change, and the state of the controller: once a second, and within 100 ms of an error
-/// frame or a change of any link.
+/// Receives until the channel closes. The inputs are frames with the kernel's stamps, losses, error frames,
+/// the link at the start and after each change, and the state of the controller: once a second, and within
+/// 100 ms of an error frame or a change of any link.
 ///
-/// Frames are passed on at once, until three come within 10 ms; then they are passed on in batches 5 ms apart, until
-/// a batch is empty. If the channel is full, frames wait in the kernel, which counts the ones that it drops. An
-/// interface that went down or away is opened again by its name when it returns, and frames that were queued before
-/// are dropped. `ENETDOWN` and `ENODEV` are distinguished by asking for the name again. While the interface is open,
-/// the settings' transmitter can send.
+/// Frames are passed on at once, until three come within 10 ms; then they are passed on in batches 5 ms
+/// apart, until a batch is empty. If the channel is full, frames wait in the kernel, which counts the ones
+/// that it drops. An interface that went down or away is opened again by its name when it returns, and frames
+/// that were queued before are dropped. `ENETDOWN` and `ENODEV` are distinguished by asking for the name
+/// again. While the interface is open, the settings' transmitter can send.
 pub async fn receive(settings: BusSocketSettings, inputs: Sender<Vec<CanInput>>) {
     let consumer = inputs.clone();
     let reception = BusReception { settings, inputs, reported: None };
@@ -129,8 +129,8 @@ impl BusReception {
         Ok(socket)
     }
 
-    /// Receives while frames are rare: each frame wakes the task and is passed on at once. Returns the time of the
-    /// next batch when frames come more often.
+    /// Receives while frames are rare: each frame wakes the task and is passed on at once. Returns the time
+    /// of the next batch when frames come more often.
     async fn frame_by_frame(
         &self,
         socket: CanSocket,
@@ -160,8 +160,8 @@ impl BusReception {
         }
     }
 
-    /// Receives while each tick has frames, and passes them on together. The runtime must not watch the socket
-    /// meanwhile, or every frame would wake the task.
+    /// Receives while each tick has frames, and passes them on together. The runtime must not watch the
+    /// socket meanwhile, or every frame would wake the task.
     async fn batch_by_batch(
         &self,
         mut socket: CanSocket,
@@ -229,8 +229,8 @@ struct LinkMonitor<'a> {
 }
 
 impl LinkMonitor<'_> {
-    /// Waits until a link may have changed or the controller must be queried. Returns the controller's state, or the
-    /// new link state if the socket is no longer bound to the interface.
+    /// Waits until a link may have changed or the controller must be queried. Returns the controller's state,
+    /// or the new link state if the socket is no longer bound to the interface.
     async fn news(&mut self) -> Result<Option<ControllerReport>, LinkState> {
         tokio::select! {
             () = self.link.event() => {

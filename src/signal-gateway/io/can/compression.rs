@@ -1,5 +1,5 @@
-//! Decompresses gzip, bzip2, xz, Zstandard and LZ4 recordings with several members or frames, recognised by their first bytes.
-//! Memory is bounded whatever the file announces.
+//! Decompresses gzip, bzip2, xz, Zstandard and LZ4 recordings with several members or frames, recognised by
+//! their first bytes. Memory is bounded whatever the file announces.
 
 use std::error::Error;
 use std::io::{self, BufRead, ErrorKind, Read};
@@ -46,8 +46,8 @@ mod cost {
 /// Cost of a member, block or frame that may be empty, nominal ns.
 const PART_WORK: u64 = 500;
 
-/// Returns the content of `source`, decompressed within the file's budget if it begins like a compressed file. Fails if its
-/// first bytes cannot be read.
+/// Returns the content of `source`, decompressed within the file's budget if it begins like a compressed
+/// file. Fails if its first bytes cannot be read.
 pub(super) fn decompressed(
     mut source: Box<dyn BufRead + Send>,
     budget: &FileBudget,
@@ -84,7 +84,8 @@ pub(super) fn decompressed(
     })
 }
 
-/// Decompresses within the budget. After an error, which may have left the decoder without a state, it is not called again.
+/// Decompresses within the budget. After an error, which may have left the decoder without a state, it is not
+/// called again.
 struct Decoder {
     content: Box<dyn Read + Send>,
     is_failed: bool,
@@ -96,8 +97,8 @@ struct Decoder {
 }
 
 impl Read for Decoder {
-    /// A damaged source fails with [`ErrorKind::Other`], so that no reader takes it for damage of one object of its own, which
-    /// the next read passes over.
+    /// A damaged source fails with [`ErrorKind::Other`], so that no reader takes it for damage of one object
+    /// of its own, which the next read passes over.
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         if self.is_failed {
             return Err(io::Error::other("the compressed data are damaged"));
@@ -134,8 +135,8 @@ struct ZstdReader<R> {
     broken: Option<io::Error>,
 }
 
-/// An empty block that ends a frame, and room for a checksum. The decoder keeps the window for blocks that refer to it, and gives it
-/// out at the end of a frame only.
+/// An empty block that ends a frame, and room for a checksum. The decoder keeps the window for blocks that
+/// refer to it, and gives it out at the end of a frame only.
 const LAST_BLOCK: [u8; 7] = [1, 0, 0, 0, 0, 0, 0];
 
 impl<R: BufRead> ZstdReader<R> {
@@ -193,7 +194,8 @@ fn zstd_header_length(descriptor: u8) -> usize {
     5 + usize::from(!is_single) + dictionary + content_size
 }
 
-/// Returns the size of the window that a frame's header announces, bytes. A frame of a single segment has the size of its content.
+/// Returns the size of the window that a frame's header announces, bytes. A frame of a single segment has the
+/// size of its content.
 fn zstd_window(header: &[u8]) -> u64 {
     let [_, _, _, _, descriptor, window, ..] = *header else { return 0 };
     if descriptor & 0x20 == 0 {

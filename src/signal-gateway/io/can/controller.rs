@@ -53,8 +53,8 @@ impl ControllerWatch {
     }
 }
 
-/// Returns true if there is a controller below an interface, and so perhaps a real vehicle; virtual interfaces have
-/// none. Fails if the interface does not exist, is not a CAN interface, or cannot be queried.
+/// Returns true if there is a controller below an interface, and so perhaps a real vehicle; virtual
+/// interfaces have none. Fails if the interface does not exist, is not a CAN interface, or cannot be queried.
 pub fn has_controller(interface: &str) -> io::Result<bool> {
     let params = params(interface)?;
     let none_of_can = || io::Error::new(io::ErrorKind::InvalidInput, "not a CAN interface");

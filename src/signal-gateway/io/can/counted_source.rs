@@ -1,4 +1,5 @@
-//! A source that counts the bytes taken from it, for the place where a recording breaks off, and for its budget.
+//! A source that counts the bytes taken from it, for the place where a recording breaks off, and for its
+//! budget.
 
 use std::io::{self, BufRead, BufReader, Read};
 use std::sync::Arc;

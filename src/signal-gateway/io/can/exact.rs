@@ -12,7 +12,8 @@ pub(super) fn skip(source: &mut impl Read, length: u64) -> io::Result<()> {
     whole(io::copy(&mut source.take(length), &mut io::sink())?, length)
 }
 
-/// Appends bytes to `content`, which grows with what there is, within the budget. Fails if the source ends before.
+/// Appends bytes to `content`, which grows with what there is, within the budget. Fails if the source ends
+/// before.
 pub(super) fn append(
     source: &mut impl Read,
     length: u64,
@@ -22,7 +23,8 @@ pub(super) fn append(
     whole(append_rest(source, length, content, kept)?, length)
 }
 
-/// Appends the rest of the source, at most `most` bytes, to `content`, which grows within the budget. Returns how many there were.
+/// Appends the rest of the source, at most `most` bytes, to `content`, which grows within the budget. Returns
+/// how many there were.
 pub(super) fn append_rest(
     source: &mut impl Read,
     most: u64,
@@ -48,8 +50,8 @@ fn whole(read: u64, length: u64) -> io::Result<()> {
     if read == length { Ok(()) } else { Err(ErrorKind::UnexpectedEof.into()) }
 }
 
-/// Returns the error for a part that a file does not have, of which all that could be read is kept: the `failure` that ended
-/// reading, or the end of the file.
+/// Returns the error for a part that a file does not have, of which all that could be read is kept: the
+/// `failure` that ended reading, or the end of the file.
 pub(super) fn missing_part(failure: Option<&io::Error>) -> io::Error {
     failure.map_or_else(
         || ErrorKind::UnexpectedEof.into(),

@@ -24,9 +24,9 @@ impl IdFilter {
         Self(Arc::new(Mutex::new(FilterState { ids, socket: None })))
     }
 
-    /// Changes the identifiers, also for when the interface is opened again. The kernel adds the new filters before
-    /// it removes the old ones, so no frame that passes both is lost. Returns the error of `setsockopt`, e.g.
-    /// `EINVAL` for more than 512 filters; the filter is then unchanged.
+    /// Changes the identifiers, also for when the interface is opened again. The kernel adds the new filters
+    /// before it removes the old ones, so no frame that passes both is lost. Returns the error of
+    /// `setsockopt`, e.g. `EINVAL` for more than 512 filters; the filter is then unchanged.
     pub fn set(&self, ids: Vec<IdMatch>) -> io::Result<()> {
         let mut state = self.state();
         let ids = Some(ids);

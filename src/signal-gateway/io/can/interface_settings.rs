@@ -1,4 +1,5 @@
-//! Reads the settings of an interface and its controller by netlink, and changes them for the search for a bit rate.
+//! Reads the settings of an interface and its controller by netlink, and changes them for the search for a
+//! bit rate.
 
 use std::fs;
 use std::io;
@@ -78,8 +79,8 @@ impl InterfaceBackup {
         if is_up { self.interface.bring_up() } else { self.interface.bring_down() }.map_err(system)
     }
 
-    /// Restores bit timing and modes. Without an earlier bit rate the controller keeps the last one and only listens:
-    /// it must not send with a rate that nobody has chosen.
+    /// Restores bit timing and modes. Without an earlier bit rate the controller keeps the last one and only
+    /// listens: it must not send with a rate that nobody has chosen.
     pub fn restore(&self) -> io::Result<()> {
         let had = |mode| self.params.ctrl_mode.is_some_and(|modes| modes.has_mode(mode));
         let mut modes = CanCtrlModes::default();
@@ -100,7 +101,8 @@ impl InterfaceBackup {
         }
     }
 
-    /// Older kernels do not tell the modes of a driver; a search needs listen-only, and leaves the other one alone there.
+    /// Older kernels do not tell the modes of a driver; a search needs listen-only, and leaves the other one
+    /// alone there.
     fn supports(&self, mode: CanCtrlMode) -> bool {
         let supported = self.params.ctrl_mode_supported;
         supported.map_or(mode == CanCtrlMode::ListenOnly, |supported| supported & mode.mask() != 0)

@@ -22,8 +22,8 @@ impl<R: Read> Lines<R> {
         Self { source, buffer: vec![0; MAX_LINE + READ].into(), begin: 0, end: 0 }
     }
 
-    /// Returns the next line with its line end, which the last line may lack. A line of more than [`MAX_LINE`] bytes
-    /// is skipped. Fails if the source does.
+    /// Returns the next line with its line end, which the last line may lack. A line of more than
+    /// [`MAX_LINE`] bytes is skipped. Fails if the source does.
     pub(super) fn next_line(&mut self) -> io::Result<Option<Result<&[u8], BadLine>>> {
         let mut searched = 0;
         let length = loop {
@@ -63,8 +63,8 @@ impl<R: Read> Lines<R> {
         }
     }
 
-    /// Reads more behind at most [`MAX_LINE`] bytes, which move to the start of the buffer; returns false at the end
-    /// of the source.
+    /// Reads more behind at most [`MAX_LINE`] bytes, which move to the start of the buffer; returns false at
+    /// the end of the source.
     fn read_on(&mut self) -> io::Result<bool> {
         self.buffer.copy_within(self.begin..self.end, 0);
         (self.begin, self.end) = (0, self.end - self.begin);

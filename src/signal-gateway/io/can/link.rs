@@ -46,8 +46,9 @@ impl LinkWatch {
 
     /// Queries the state of the interface.
     ///
-    /// The administrative state counts, not the carrier: a controller loses the carrier when it goes bus-off, and
-    /// some drivers do not set it again when frames return. Bus-off shows as an error frame and as silence.
+    /// The administrative state counts, not the carrier: a controller loses the carrier when it goes bus-off,
+    /// and some drivers do not set it again when frames return. Bus-off shows as an error frame and as
+    /// silence.
     pub(super) fn look(&self) -> Link {
         let socket = self.query_socket.as_ref().map_err(failed)?;
         let index = query(socket, &self.interface, libc::SIOCGIFINDEX).map_err(|error| failed(&error))?;
@@ -72,8 +73,8 @@ impl LinkWatch {
     }
 }
 
-/// Returns true for a CAN interface (`ARPHRD_CAN`), and for an existing one whose kind cannot be read: using it will
-/// show.
+/// Returns true for a CAN interface (`ARPHRD_CAN`), and for an existing one whose kind cannot be read: using
+/// it will show.
 pub(super) fn is_can(interface: &str) -> bool {
     let kind = std::fs::read_to_string(format!("/sys/class/net/{interface}/type"));
     kind.ok().is_none_or(|kind| kind.trim() == libc::ARPHRD_CAN.to_string())

@@ -1,4 +1,5 @@
-//! Reads recordings in any of the [formats](super::formats), plain or compressed, entry by entry in bounded memory.
+//! Reads recordings in any of the [formats](super::formats), plain or compressed, entry by entry in bounded
+//! memory.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -98,8 +99,8 @@ pub struct Log {
 /// Number of entries that are searched for interface names.
 const LOOK_AHEAD: usize = 20_000;
 const BUFFER: usize = 64 << 10;
-/// Number of unreadable lines behind which no frame is expected any more, so that an endless source ends: as many as a file of
-/// 10 MB can have.
+/// Number of unreadable lines behind which no frame is expected any more, so that an endless source ends: as
+/// many as a file of 10 MB can have.
 const MAX_BAD_BEFORE_FIRST: u64 = 10_000_000;
 /// Maximum number of interfaces; more indicate garbage, and count as bad lines.
 const MAX_INTERFACES: usize = 64;
@@ -119,8 +120,8 @@ pub fn no_frame() -> io::Error {
 }
 
 impl Log {
-    /// Opens a log file, or all files of a bag's folder; `-` is standard input. Fails if the format is unknown or not
-    /// supported.
+    /// Opens a log file, or all files of a bag's folder; `-` is standard input. Fails if the format is
+    /// unknown or not supported.
     pub fn open(path: &Path) -> io::Result<Self> {
         if standard_input::is_named(path) {
             return Self::new(Box::new(standard_input::stream()?));
@@ -139,8 +140,8 @@ impl Log {
         Self::new(wrap(regular_file::open(path)?))
     }
 
-    /// Reads from any source, decompressed if necessary, in any of the [formats](super::formats). Fails if its first
-    /// bytes cannot be read, or if the format is unknown or not supported.
+    /// Reads from any source, decompressed if necessary, in any of the [formats](super::formats). Fails if
+    /// its first bytes cannot be read, or if the format is unknown or not supported.
     pub fn new(source: Box<dyn Read + Send>) -> io::Result<Self> {
         let budget = FileBudget::default();
         let (reader, consumed) = FormatReader::of_source(source, &budget)?;
@@ -162,8 +163,8 @@ impl Log {
         })
     }
 
-    /// Takes the stamps in a unit, ns, instead of the usual one of the format. Call it before the first entry is read. Fails if
-    /// the format leaves no doubt about its unit.
+    /// Takes the stamps in a unit, ns, instead of the usual one of the format. Call it before the first entry
+    /// is read. Fails if the format leaves no doubt about its unit.
     pub fn in_time_unit(mut self, unit_ns: i64) -> io::Result<Self> {
         match &mut self.reader {
             FormatReader::Lines { format, reader, .. } if format.unit_ns.is_some() => {
@@ -193,8 +194,9 @@ impl Log {
         log.interfaces
     }
 
-    /// Returns the next entry; unreadable lines are counted and skipped. A file that was cut or is damaged ends there, and
-    /// [`Self::breakage`] tells where. Fails if the file cannot be read, or breaks off before its first entry.
+    /// Returns the next entry; unreadable lines are counted and skipped. A file that was cut or is damaged
+    /// ends there, and [`Self::breakage`] tells where. Fails if the file cannot be read, or breaks off before
+    /// its first entry.
     pub fn next_record(&mut self) -> io::Result<Option<LogRecord>> {
         while !self.is_ended {
             let read = self.next_whole_record();
@@ -283,7 +285,8 @@ impl Log {
         self.first_bad
     }
 
-    /// Returns the interface with the most frames a second, if they are more than a bus can carry. Frames without times do not count.
+    /// Returns the interface with the most frames a second, if they are more than a bus can carry. Frames
+    /// without times do not count.
     pub fn densest(&self) -> Option<Crowd> {
         let crowds = self.interfaces.iter().zip(&self.times).filter_map(|(interface, times)| {
             let FrameTimes { frames, first, last } = *times;

@@ -1,7 +1,8 @@
 //! Ensures that at most one process sends commands on a CAN interface.
 //!
-//! The lock is the name of an abstract socket. It belongs to the network namespace like the interface, so it also
-//! works between containers on one bus. It needs no file, and the kernel releases it when the process ends.
+//! The lock is the name of an abstract socket. It belongs to the network namespace like the interface, so it
+//! also works between containers on one bus. It needs no file, and the kernel releases it when the process
+//! ends.
 
 use std::io;
 use std::os::linux::net::SocketAddrExt as _;
@@ -62,7 +63,8 @@ fn lock_name(interface: &str) -> String {
     format!("signal-gateway/commands/{interface}")
 }
 
-/// Returns true if a process sends commands on an interface. Takes nothing: the kernel lists the names of sockets.
+/// Returns true if a process sends commands on an interface. Takes nothing: the kernel lists the names of
+/// sockets.
 pub fn is_locked(interface: &str) -> bool {
     let sockets = std::fs::read_to_string("/proc/net/unix").unwrap_or_default();
     let name = format!("@{}", lock_name(interface));

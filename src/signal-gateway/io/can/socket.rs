@@ -39,12 +39,12 @@ struct Buffer {
 }
 
 impl CanSocket {
-    /// Opens a socket on the interface with this index, which receives data frames with these `ids` (none for an
-    /// empty list, all for `None`) and all error frames.
+    /// Opens a socket on the interface with this index, which receives data frames with these `ids` (none for
+    /// an empty list, all for `None`) and all error frames.
     ///
-    /// The receive buffer exceeds the system's limit if we have the privilege. Returns the kernel's error, e.g.
-    /// `EAFNOSUPPORT` without CAN, `ENODEV` for an interface that is not a CAN interface, `EINVAL` for more than 512
-    /// ids.
+    /// The receive buffer exceeds the system's limit if we have the privilege. Returns the kernel's error,
+    /// e.g. `EAFNOSUPPORT` without CAN, `ENODEV` for an interface that is not a CAN interface, `EINVAL` for
+    /// more than 512 ids.
     pub(super) fn open(interface: c_int, ids: Option<&[IdMatch]>, receive_buffer: usize) -> io::Result<Self> {
         let fd = raw_can_socket()?;
         // Before bind: frames that arrive in between would be queued unfiltered.
@@ -72,8 +72,8 @@ impl CanSocket {
         Ok(unsafe { AsyncFd::register_with_interest(self, Self::INTEREST)? })
     }
 
-    /// Appends up to [`BATCH`] queued messages and returns their number. Returns `WouldBlock` if nothing is queued,
-    /// and once `ENETDOWN` or `ENODEV` when the interface went down or away.
+    /// Appends up to [`BATCH`] queued messages and returns their number. Returns `WouldBlock` if nothing is
+    /// queued, and once `ENETDOWN` or `ENODEV` when the interface went down or away.
     pub(super) fn receive(&mut self, bus: BusIndex, inputs: &mut Vec<CanInput>) -> io::Result<usize> {
         let lengths = receive_batch(&self.fd, &mut self.buffers)?;
         let count = lengths.iter().flatten().count();
@@ -129,8 +129,8 @@ struct Lengths {
     message: usize,
 }
 
-/// Returns the kernel's error for a CAN socket: `EAFNOSUPPORT` or `EPROTONOSUPPORT` without CAN, `EPERM` or `EACCES`
-/// where it is forbidden. The socket is bound to nothing.
+/// Returns the kernel's error for a CAN socket: `EAFNOSUPPORT` or `EPROTONOSUPPORT` without CAN, `EPERM` or
+/// `EACCES` where it is forbidden. The socket is bound to nothing.
 pub fn check_can_sockets() -> io::Result<()> {
     raw_can_socket().map(drop)
 }

@@ -1,7 +1,7 @@
 //! All frames of an interface, as the kernel counts them, and the load of the bus.
 //!
-//! The gateway's own sockets let only frames of the vehicle profile through, so the counts are taken from the interface
-//! (`/sys/class/net/…/statistics`).
+//! The gateway's own sockets let only frames of the vehicle profile through, so the counts are taken from the
+//! interface (`/sys/class/net/…/statistics`).
 
 use std::collections::VecDeque;
 use std::fs;
@@ -17,7 +17,8 @@ const MIN_INTERVAL: Duration = Duration::from_millis(900);
 /// Bits of a classical frame with an 11-bit identifier beside its data: 44, and 3 between frames.
 const FRAME_BITS: f64 = 47.0;
 
-/// Measures the traffic of one interface over [`RateMeter::WINDOW`], as the frames of the profile are measured.
+/// Measures the traffic of one interface over [`RateMeter::WINDOW`], as the frames of the profile are
+/// measured.
 #[derive(Debug)]
 pub struct TrafficMeter {
     interface: String,
@@ -88,15 +89,16 @@ fn counts(interface: &str, has_no_bitrate: bool) -> Option<FrameCounts> {
     counted(has_no_bitrate && is_looped(interface), read)
 }
 
-/// Returns true for `vcan`, whose driver gives each sent frame back to its own interface; `vxcan` gives it to a peer.
-/// `slcan` has no peer, but a bit rate.
+/// Returns true for `vcan`, whose driver gives each sent frame back to its own interface; `vxcan` gives it to
+/// a peer. `slcan` has no peer, but a bit rate.
 fn is_looped(interface: &str) -> bool {
     let index = |name: &str| fs::read_to_string(format!("/sys/class/net/{interface}/{name}")).ok();
     let has_no_peer = index("iflink") == index("ifindex");
     is_virtual(interface) && has_no_peer
 }
 
-/// Returns received and sent frames. A frame that is sent on a looped interface is counted as received as well.
+/// Returns received and sent frames. A frame that is sent on a looped interface is counted as received as
+/// well.
 fn counted(is_looped: bool, read: impl Fn(&str) -> Option<u64>) -> Option<FrameCounts> {
     let sum = |received: &str, sent: &str| {
         let sent = if is_looped { Some(0) } else { read(sent) };

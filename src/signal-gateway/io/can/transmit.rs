@@ -35,8 +35,8 @@ enum TransmitTarget {
 }
 
 impl Transmitter {
-    /// Passes a frame to the kernel without waiting. Returns the kernel's error by its remedy; `ENETDOWN` if the bus
-    /// is not open.
+    /// Passes a frame to the kernel without waiting. Returns the kernel's error by its remedy; `ENETDOWN` if
+    /// the bus is not open.
     pub fn send(&self, frame: &Frame) -> Result<(), SendFailure> {
         let (bytes, length) = wire::bytes(frame);
         self.send_bytes(bytes.get(..length).unwrap_or_default())

@@ -7,8 +7,8 @@ use gateway_base::time::WallStamp;
 
 /// Returns the filter for data frames with these bits of the identifier.
 ///
-/// The mask covers the flags: otherwise a filter for 0x123 would pass 29-bit frames and remote requests with the same
-/// low bits.
+/// The mask covers the flags: otherwise a filter for 0x123 would pass 29-bit frames and remote requests with
+/// the same low bits.
 pub(super) fn filter(IdMask { id, mask }: IdMask) -> libc::can_filter {
     let can_id = match id {
         CanId::Standard(id) => u32::from(id),
@@ -27,8 +27,8 @@ pub(super) enum SocketMessage {
     Error(ErrorFrame),
 }
 
-/// Parses a `can_frame` or `canfd_frame`, by the number of bytes. Returns `None` for remote requests and malformed
-/// frames.
+/// Parses a `can_frame` or `canfd_frame`, by the number of bytes. Returns `None` for remote requests and
+/// malformed frames.
 pub(super) fn message(bytes: &[u8]) -> Option<SocketMessage> {
     let make = match bytes.len() {
         libc::CAN_MTU => Frame::classic,
@@ -84,7 +84,8 @@ pub(super) fn error_bytes(error: ErrorFrame) -> [u8; libc::CAN_MTU] {
 pub(super) struct Controls {
     /// Time at which the kernel received the frame (`SO_TIMESTAMPNS_NEW`).
     pub(super) stamp: Option<WallStamp>,
-    /// Frames that this socket has lost, modulo 2^32 (`SO_RXQ_OVFL`). The kernel omits it before the first loss.
+    /// Frames that this socket has lost, modulo 2^32 (`SO_RXQ_OVFL`). The kernel omits it before the first
+    /// loss.
     pub(super) lost: Option<u32>,
 }
 
@@ -131,8 +132,8 @@ fn stamp(data: &[u8]) -> Option<WallStamp> {
 pub(super) struct LossCount(u32);
 
 impl LossCount {
-    /// Returns the difference to the last count. The count may wrap; a count that seems to run backwards (frames of
-    /// two CPUs overtook each other) is ignored.
+    /// Returns the difference to the last count. The count may wrap; a count that seems to run backwards
+    /// (frames of two CPUs overtook each other) is ignored.
     pub(super) fn advance(&mut self, count: u32) -> u32 {
         let more = count.wrapping_sub(self.0);
         if more > u32::MAX / 2 {

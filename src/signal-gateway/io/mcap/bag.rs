@@ -74,7 +74,8 @@ impl Bag {
     /// Adds a message, in memory; the first one makes the next file.
     ///
     /// # Errors
-    /// A file that cannot be made, or one that is full and whose end the disk has not taken yet: the message is lost.
+    /// A file that cannot be made, or one that is full and whose end the disk has not taken yet: the message
+    /// is lost.
     pub fn add(&mut self, message: &RecordedMessage) -> io::Result<()> {
         if self.is_finished {
             return Err(io::ErrorKind::StorageFull.into());
@@ -192,7 +193,8 @@ impl Bag {
             if count == 0 {
                 continue;
             }
-            // Writing to a String cannot fail. Names of topics need no quotes, see `topic_token` and the configuration.
+            // Writing to a String cannot fail. Names of topics need no quotes, see `topic_token` and the
+            // configuration.
             let _ = write!(
                 text,
                 "    - topic_metadata:\n        name: {}\n        type: {}\n        \

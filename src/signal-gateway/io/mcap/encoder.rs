@@ -83,7 +83,8 @@ pub struct Encoder {
 }
 
 impl Encoder {
-    /// An encoder for the topics that are published, for the frames of these buses, and for the topics that are read.
+    /// An encoder for the topics that are published, for the frames of these buses, and for the topics that
+    /// are read.
     pub fn new(
         topics: &Topics,
         durability: Durability,
@@ -136,8 +137,8 @@ impl Encoder {
         &self.channels
     }
 
-    /// Returns the topics of all that the gateway received and was called for, by which a run is replayed: those of the
-    /// subscriptions first, in their order.
+    /// Returns the topics of all that the gateway received and was called for, by which a run is replayed:
+    /// those of the subscriptions first, in their order.
     pub fn inputs(&self, subscriptions: &[Subscription]) -> Vec<(String, SampleKind)> {
         let samples = subscriptions.iter().map(|topic| (topic.name.clone(), SampleKind::Input(topic.kind)));
         let buses = (0..=u8::MAX).map(BusIndex).zip(&self.interfaces);
@@ -226,8 +227,8 @@ impl Encoder {
             .collect()
     }
 
-    /// The message of a frame with its stamp and the time of its record; `kind` is the position of the classic one of
-    /// its two channels in [`CAN_CHANNELS`].
+    /// The message of a frame with its stamp and the time of its record; `kind` is the position of the
+    /// classic one of its two channels in [`CAN_CHANNELS`].
     fn frame(
         &self,
         bus: BusIndex,

@@ -1,8 +1,8 @@
 //! One file: messages in chunks.
 //!
-//! Chunks reach the disk whole, one after the other. One that does not, since the disk is full, waits in memory; what was
-//! written of it is cut off. So a file ends between two chunks, also the file of a process that was killed, unless it was
-//! killed during the write: then readers stop at the chunk before.
+//! Chunks reach the disk whole, one after the other. One that does not, since the disk is full, waits in
+//! memory; what was written of it is cut off. So a file ends between two chunks, also the file of a process
+//! that was killed, unless it was killed during the write: then readers stop at the chunk before.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -161,7 +161,8 @@ impl ChunkSink {
     fn append(&mut self, bytes: &[u8]) -> io::Result<()> {
         let written = self.file.write_all(bytes);
         if written.is_err() {
-            // A part of a chunk would mislead readers. Where even this fails, the next attempt writes over it.
+            // A part of a chunk would mislead readers. Where even this fails, the next attempt writes over
+            // it.
             let _ = self.file.set_len(self.written);
             let _ = self.file.seek(SeekFrom::Start(self.written));
         } else {
@@ -188,7 +189,8 @@ impl Write for Pending {
     }
 }
 
-/// The quality of service of a channel as `rosbag2` writes it up to ROS 2 Humble and reads it in every version.
+/// The quality of service of a channel as `rosbag2` writes it up to ROS 2 Humble and reads it in every
+/// version.
 pub(super) fn offered_qos(channel: &RecordedChannel) -> String {
     let durability = match channel.durability {
         Durability::TransientLocal => 1,

@@ -1,7 +1,8 @@
 //! The bags of a folder, and the thread that writes them.
 //!
-//! Each start begins a bag `gateway_<counter>_<time>`. The counter continues from the folders that are there, so that it
-//! orders them whatever the clock says. The oldest bags, then the oldest files of this one, make room for new ones.
+//! Each start begins a bag `gateway_<counter>_<time>`. The counter continues from the folders that are there,
+//! so that it orders them whatever the clock says. The oldest bags, then the oldest files of this one, make
+//! room for new ones.
 
 use std::fs;
 use std::io;
@@ -77,7 +78,8 @@ struct QueuedEvents {
 }
 
 impl McapRecorder {
-    /// Starts the thread, which makes the folder if it is missing and keeps trying where it cannot be written.
+    /// Starts the thread, which makes the folder if it is missing and keeps trying where it cannot be
+    /// written.
     ///
     /// # Errors
     /// A thread that cannot be started.

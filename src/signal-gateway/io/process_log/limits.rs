@@ -23,7 +23,8 @@ pub(super) const TARGET: &str = concat!(env!("CARGO_CRATE_NAME"), "::io::process
 #[derive(Default)]
 pub(super) struct EventText {
     pub(super) message: String,
-    /// What the message is about. Lines do not show the field: tracing leaves out all names that begin with `log.`.
+    /// What the message is about. Lines do not show the field: tracing leaves out all names that begin with
+    /// `log.`.
     pub(super) subject: String,
     pub(super) interface: String,
     /// All other fields, as ` name=value`.
@@ -67,7 +68,8 @@ impl Visit for EventText {
     }
 }
 
-/// A group of messages that are limited together: messages with the same subject, or of the same line of source.
+/// A group of messages that are limited together: messages with the same subject, or of the same line of
+/// source.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub(super) struct MessageKind {
     pub(super) target: String,

@@ -1,4 +1,5 @@
-//! Who is in a ROS 2 domain, and who writes and reads which topics: what DDS discovery tells within a few seconds.
+//! Who is in a ROS 2 domain, and who writes and reads which topics: what DDS discovery tells within a few
+//! seconds.
 
 #[cfg(feature = "ros")]
 use std::net::IpAddr;

@@ -1,8 +1,9 @@
-//! Recognises samples that were received before: while a participant is being replaced, two of ours read the same
-//! writers, and a new reader is handed what a transient-local writer gave to the old one.
+//! Recognises samples that were received before: while a participant is being replaced, two of ours read the
+//! same writers, and a new reader is handed what a transient-local writer gave to the old one.
 //!
-//! Numbers that lie far below the highest one count as received. A single packet under a writer's identity can carry a
-//! number far ahead of it, so the highest number is forgotten again when the writer continues below it.
+//! Numbers that lie far below the highest one count as received. A single packet under a writer's identity
+//! can carry a number far ahead of it, so the highest number is forgotten again when the writer continues
+//! below it.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -142,8 +143,8 @@ impl KnownWriter {
         Receipt::TakenAnew
     }
 
-    /// Records a number above the highest one. When it lies beyond a whole window, what was received before is kept, unless
-    /// that is so little that it may itself be far ahead of the writer.
+    /// Records a number above the highest one. When it lies beyond a whole window, what was received before
+    /// is kept, unless that is so little that it may itself be far ahead of the writer.
     fn go_on_to(&mut self, number: i64) {
         if number.saturating_sub(self.received.highest) < WINDOW {
             self.received.record(number);
@@ -251,8 +252,8 @@ mod tests {
         assert_eq!(duplicate_filter.writers.len(), MAX_WRITERS);
     }
 
-    /// A writer of ten samples a second, and one number under its identity after so many of them: those of its samples that
-    /// are carried out, and the receipt that ends the matter.
+    /// A writer of ten samples a second, and one number under its identity after so many of them: those of
+    /// its samples that are carried out, and the receipt that ends the matter.
     fn with_forged(after: i64, forged: i64, samples: i64) -> (Vec<i64>, bool) {
         let own = |number: i64| (number, number.unsigned_abs() * 100);
         let all = (1..=after).map(own).chain([(forged, after.unsigned_abs() * 100 + 1)]);
@@ -290,7 +291,8 @@ mod tests {
 
     #[test]
     fn what_a_transient_local_writer_keeps_is_carried_out_once_whenever_it_comes_again() {
-        // A thousand samples, of which a hundred were lost in an outage of 10 s; all of them come again, and again.
+        // A thousand samples, of which a hundred were lost in an outage of 10 s; all of them come again, and
+        // again.
         let own = |number: i64| (number, number.unsigned_abs() * 100);
         let received = (500..=900).chain(1_000..=1_500).map(own);
         let kept = |at: u64| (500..=1_500).map(move |number| (number, at));
@@ -331,7 +333,8 @@ mod tests {
     }
 
     proptest! {
-        /// Against a memory of all numbers: nothing is carried out twice, and each next sample is carried out.
+        /// Against a memory of all numbers: nothing is carried out twice, and each next sample is carried
+        /// out.
         #[test]
         fn nothing_is_carried_out_twice(events in events()) {
             let (start, mut duplicate_filter) = (Instant::now(), DuplicateFilter::default());
@@ -362,7 +365,8 @@ mod tests {
             }
         }
 
-        /// Whatever came before: a writer of ten samples a second is followed within two after a number far ahead.
+        /// Whatever came before: a writer of ten samples a second is followed within two after a number far
+        /// ahead.
         #[test]
         fn a_number_far_ahead_costs_two_seconds_at_most(before in events(), far in 64..i64::MAX / 2) {
             let (start, mut duplicate_filter) = (Instant::now(), DuplicateFilter::default());

@@ -1,4 +1,5 @@
-//! Decodes a sample's bytes to the gateway's input that its subscription is for. Any bytes are safe to decode.
+//! Decodes a sample's bytes to the gateway's input that its subscription is for. Any bytes are safe to
+//! decode.
 
 use super::messages::{IntoPlannerInput as _, factors_input, groups_for_arbiter, groups_for_store};
 use super::topics::SubscriptionKind;

@@ -1,5 +1,5 @@
-//! The reception of the network side's messages: samples become inputs, its state becomes a status. Nothing in them is
-//! trusted.
+//! The reception of the network side's messages: samples become inputs, its state becomes a status. Nothing
+//! in them is trusted.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -96,8 +96,8 @@ impl TopicReception {
         }
     }
 
-    /// Takes a message that the network side has sent until now: a sample goes to the inbox, unless it was received before. What concerns
-    /// the session is given back.
+    /// Takes a message that the network side has sent until now: a sample goes to the inbox, unless it was
+    /// received before. What concerns the session is given back.
     pub fn take(&mut self, frame: &[u8], now: Instant) -> Result<Option<NetworkSignal>, Violation> {
         match FromNetwork::decode(frame)? {
             FromNetwork::Sample(sample) => self.take_sample(&sample, now)?,

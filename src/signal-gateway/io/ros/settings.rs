@@ -59,7 +59,8 @@ pub struct ZenohSettings {
     pub type_hashes: TypeHashes,
 }
 
-/// What stands for the hash of a type in the keys of `rmw_zenoh`. Nodes of which it differs do not hear each other.
+/// What stands for the hash of a type in the keys of `rmw_zenoh`. Nodes of which it differs do not hear each
+/// other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum TypeHashes {
     /// The hash itself, `RIHS01_…`: Jazzy and later.
@@ -72,8 +73,8 @@ pub enum TypeHashes {
 /// Where the network side of a session runs.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Isolation {
-    /// In a thread of this process, for debuggers and tests: what brings DDS down brings the process down, and a DDS
-    /// that hangs stays.
+    /// In a thread of this process, for debuggers and tests: what brings DDS down brings the process down,
+    /// and a DDS that hangs stays.
     #[default]
     Thread,
     /// In a process of its own, which may die and is replaced.

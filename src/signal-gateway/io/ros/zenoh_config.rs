@@ -41,14 +41,15 @@ pub fn check(text: Option<&str>) -> Result<(), ZenohConfigError> {
     checked
 }
 
-/// Keys that a session needs, whatever the file says: samples need stamps for the history of late readers, and the
-/// gateway starts without a network and joins it later.
+/// Keys that a session needs, whatever the file says: samples need stamps for the history of late readers,
+/// and the gateway starts without a network and joins it later.
 #[cfg(feature = "zenoh")]
 const NEEDED: [(&str, &str); 3] =
     [("timestamping/enabled", "true"), ("connect/exit_on_failure", "false"), ("connect/timeout_ms", "-1")];
 
-/// Keys that a file may leave out, which then are as `rmw_zenoh_cpp` has them and not as the library does: with its lease of
-/// 10 s, nodes of `rmw_zenoh_cpp` that stood still for longer than that would be lost for good.
+/// Keys that a file may leave out, which then are as `rmw_zenoh_cpp` has them and not as the library does:
+/// with its lease of 10 s, nodes of `rmw_zenoh_cpp` that stood still for longer than that would be lost for
+/// good.
 #[cfg(feature = "zenoh")]
 const DEFAULTS: [(&str, &str); 2] =
     [("transport/link/tx/lease", "60000"), ("transport/link/tx/keep_alive", "2")];

@@ -94,8 +94,8 @@ impl SnapshotFeed {
 }
 
 impl SnapshotSource {
-    /// The next snapshot that is taken after this call; `None` when the gateway has ended, or does not answer for
-    /// a few seconds.
+    /// The next snapshot that is taken after this call; `None` when the gateway has ended, or does not answer
+    /// for a few seconds.
     pub async fn next(&mut self) -> Option<Arc<Taken>> {
         self.snapshots.borrow_and_update();
         self.demand.notify_one();

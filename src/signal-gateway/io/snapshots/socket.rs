@@ -1,6 +1,6 @@
 //! The status socket: each client gets the present snapshot as a line of JSON at once, and then one every
-//! [`INTERVAL`] until it leaves. A client that sends a line with a [`HistoryRequest`] gets a [`HistoryAnswer`] between them;
-//! one that sends anything else is left.
+//! [`INTERVAL`] until it leaves. A client that sends a line with a [`HistoryRequest`] gets a
+//! [`HistoryAnswer`] between them; one that sends anything else is left.
 
 use std::fs::{self, File, Permissions, TryLockError};
 use std::io::{self, ErrorKind};

@@ -49,7 +49,8 @@ impl Axis {
         (self.left_px, self.left_px + self.width_px)
     }
 
-    /// Round values at least `gap_px` apart, at most 1000 of them: 1, 2 and 5 times powers of ten of the unit.
+    /// Round values at least `gap_px` apart, at most 1000 of them: 1, 2 and 5 times powers of ten of the
+    /// unit.
     pub(super) fn ticks(&self, gap_px: f64) -> Vec<Tick> {
         let (unit, length) = self.unit();
         let (from, to) = (self.from / length, self.to / length);

@@ -109,7 +109,8 @@ impl Look {
         }
     }
 
-    /// The texts that its label may be, the longest first, and their colour; none where nothing is to be read.
+    /// The texts that its label may be, the longest first, and their colour; none where nothing is to be
+    /// read.
     fn labels(&self) -> Option<(Vec<String>, Paint)> {
         let signed = |sign: &str, text: &str| format!("{sign} {text}").trim().to_owned();
         let texts = match self {
@@ -186,8 +187,8 @@ impl Look {
     }
 }
 
-/// What a text begins with and what can be understood without the rest: the number before a meaning, or the finding before
-/// its circumstances, or a manoeuvre before its size.
+/// What a text begins with and what can be understood without the rest: the number before a meaning, or the
+/// finding before its circumstances, or a manoeuvre before its size.
 fn beginning(text: &str) -> &str {
     match text.split_once(' ') {
         Some((number, _)) if number.parse::<f64>().is_ok() => number,
@@ -198,7 +199,8 @@ fn beginning(text: &str) -> &str {
     }
 }
 
-/// The mark of a label that was left out, in the upper right corner; `None` where there is no room for it either.
+/// The mark of a label that was left out, in the upper right corner; `None` where there is no room for it
+/// either.
 pub(super) fn corner(area: Area, ink: Paint) -> Option<Element> {
     let size = CORNER_PX.min(area.width);
     let (right, top) = (area.x + area.width, area.y);
@@ -208,8 +210,8 @@ pub(super) fn corner(area: Area, ink: Paint) -> Option<Element> {
         .then(|| Element::new("polygon").with("points", points).fill(ink).with("class", LEFT_OUT))
 }
 
-/// A thin line at zero, and the curve. Of what falls on one pixel, the first, the least, the greatest and the last value
-/// are drawn, so that a curve of any length has a bounded number of points.
+/// A thin line at zero, and the curve. Of what falls on one pixel, the first, the least, the greatest and the
+/// last value are drawn, so that a curve of any length has a bounded number of points.
 fn curve(points: &[(f64, f64)], zero: f64, area: Area) -> Vec<Element> {
     let y = |share: f64| area.y + CURVE_EDGE_PX + (1.0 - share) * (area.height - 2.0 * CURVE_EDGE_PX);
     let placed: Vec<_> =

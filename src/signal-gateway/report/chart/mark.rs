@@ -94,8 +94,8 @@ impl<'a> Marks<'a> {
         drawn
     }
 
-    /// The numbers above the lanes, each with the position of its moment; those that would cover each other are one, as in
-    /// `3–5`.
+    /// The numbers above the lanes, each with the position of its moment; those that would cover each other
+    /// are one, as in `3–5`.
     fn numbers(&self, axis: &Axis) -> Vec<(usize, String)> {
         let mut groups: Vec<(usize, usize)> = Vec::new();
         let label = |(first, last): (usize, usize)| {

@@ -131,8 +131,8 @@ fn overlap(one: &Bounds, other: &Bounds) -> bool {
     one.0 < other.2 && other.0 < one.2 && one.1 < other.3 && other.1 < one.3
 }
 
-/// The signals on the way, and the names of the lanes that were driven on, beside the way; one that would cover the way or
-/// another is left out, and stays as the title of its part or lane.
+/// The signals on the way, and the names of the lanes that were driven on, beside the way; one that would
+/// cover the way or another is left out, and stays as the title of its part or lane.
 fn names(plan: &Plan, scale: &Scale, (left, right): (f64, f64), (top, bottom): (f64, f64)) -> Vec<Element> {
     let driven = plan.driven.iter().flat_map(|(_, points)| points.windows(2));
     let mut taken: Vec<Bounds> = driven

@@ -48,7 +48,8 @@ impl Element {
         self.painted("stroke", paint)
     }
 
-    /// The colour on light surroundings is an attribute, which every reader knows; a class changes it on dark ones.
+    /// The colour on light surroundings is an attribute, which every reader knows; a class changes it on dark
+    /// ones.
     fn painted(mut self, property: &'static str, paint: Paint) -> Self {
         self.attributes.push((property, paint.light.to_owned()));
         if paint.light != paint.dark {

@@ -23,8 +23,8 @@ fn cut(text: &str, size_px: f64, room_px: f64) -> String {
     text.chars().take_while(fits).collect::<String>() + "…"
 }
 
-/// A name on at most `max_lines` lines, broken after spaces and the signs between the parts of names. What does not fit
-/// on the last line is cut, with an ellipsis.
+/// A name on at most `max_lines` lines, broken after spaces and the signs between the parts of names. What
+/// does not fit on the last line is cut, with an ellipsis.
 pub(super) fn name_lines(name: &str, size_px: f64, room_px: f64, max_lines: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for part in name.split_inclusive([' ', '.', '_', '/', '-', ',']) {

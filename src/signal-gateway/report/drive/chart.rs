@@ -1,5 +1,6 @@
-//! A drive as a chart: the lanelets of its route, the speed, what the planner does, for each `compat` the sections of every
-//! candidate and the signal that came out, each changeover with its reason, and the way on the map.
+//! A drive as a chart: the lanelets of its route, the speed, what the planner does, for each `compat` the
+//! sections of every candidate and the signal that came out, each changeover with its reason, and the way on
+//! the map.
 
 mod map;
 
@@ -91,7 +92,8 @@ impl<'a> DriveChart<'a> {
         }
     }
 
-    /// Adds the signal that somebody else gave at the cycle that was added last; `None` while it is not known.
+    /// Adds the signal that somebody else gave at the cycle that was added last; `None` while it is not
+    /// known.
     pub fn add_received(&mut self, at_m: f64, turn: Option<TurnCommand>) {
         let indicator = indicator_of(turn.unwrap_or(TurnCommand::NoCommand), HazardCommand::Disable);
         if let Some(run) = self.runs.last_mut() {
@@ -205,8 +207,8 @@ impl CompatRun {
         }
     }
 
-    /// Adds the sections of a candidate in a cycle. A turn at a lanelet is one turn, even if it was lost of sight in between;
-    /// a manoeuvre is the same while its ends stay where they are.
+    /// Adds the sections of a candidate in a cycle. A turn at a lanelet is one turn, even if it was lost of
+    /// sight in between; a manoeuvre is the same while its ends stay where they are.
     fn add_record(&mut self, record: Record) {
         let is_turn = matches!(
             record.subject,

@@ -95,8 +95,8 @@ impl DriveWriter {
         (self.form != DriveForm::Json).then(|| compat.name().to_owned())
     }
 
-    /// The lines of a cycle; `None` when the decision is the one before, distances and ages apart, and not `whole`.
-    /// Every cycle is given, in order.
+    /// The lines of a cycle; `None` when the decision is the one before, distances and ages apart, and not
+    /// `whole`. Every cycle is given, in order.
     pub fn write(&mut self, snapshot: &Snapshot<'_>, whole: bool) -> Option<String> {
         let (sentence, is_new) = self.narrator.next(snapshot);
         let headline = Some(Headline::of(snapshot.decision));

@@ -47,7 +47,8 @@ struct Signalled {
 }
 
 impl Narrator {
-    /// The sentence of a cycle, and whether it is worth printing: command, candidate, hold, or something wrong is new.
+    /// The sentence of a cycle, and whether it is worth printing: command, candidate, hold, or something
+    /// wrong is new.
     pub(super) fn next(&mut self, snapshot: &Snapshot<'_>) -> (String, bool) {
         let decision = snapshot.decision;
         let sentence = self.sentence(snapshot);
@@ -139,8 +140,8 @@ impl Narrator {
         }
     }
 
-    /// The end of what was signalled in the cycle before, with the reason where it is dropped; `None` when it is still
-    /// a candidate.
+    /// The end of what was signalled in the cycle before, with the reason where it is dropped; `None` when it
+    /// is still a candidate.
     fn ended(&self, decision: &Decision, now: Option<&EvaluatedCandidate>) -> Option<String> {
         let Signalled { name: before, desired_end_m, required_end_m } = self.signalled.as_ref()?;
         let rivals = decision.evaluated().iter().filter(|other| lost(other));

@@ -1,4 +1,5 @@
-//! The shadow report of a recorded drive: each manoeuvre with the verdict on the signal that was given, and the agreement.
+//! The shadow report of a recorded drive: each manoeuvre with the verdict on the signal that was given, and
+//! the agreement.
 
 use serde::Serialize;
 use serde_json::Value;

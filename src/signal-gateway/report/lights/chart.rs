@@ -46,7 +46,8 @@ struct Growing {
 }
 
 impl LightsChart {
-    /// Creates a chart without snapshots. The map gives the groups of each light; ids with `names` are shown by these.
+    /// Creates a chart without snapshots. The map gives the groups of each light; ids with `names` are shown
+    /// by these.
     pub fn new(map: Arc<LightMap>, names: LightNames) -> Self {
         Self { map, names, rows: BTreeMap::new(), marks: Vec::new(), is_full: false }
     }

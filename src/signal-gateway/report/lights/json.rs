@@ -14,8 +14,8 @@ use traffic_lights::bulb::Bulb;
 use traffic_lights::emission::{GroupElement, GroupState, Groups, Prediction};
 use traffic_lights::target::{LightChannel, StoreId, StoreLayer};
 
-/// The object of a snapshot as text. Values become text one by one: those of all lights of a large map at once take 60
-/// times the memory of their text. Ids with `names` are shown by these.
+/// The object of a snapshot as text. Values become text one by one: those of all lights of a large map at
+/// once take 60 times the memory of their text. Ids with `names` are shown by these.
 pub(super) fn object(snapshot: &Snapshot<'_>, names: &LightNames) -> String {
     let states = snapshot.states;
     let events = snapshot.events.iter().map(|logged| entry(&logged.event, snapshot.scenario).fields);

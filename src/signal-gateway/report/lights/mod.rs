@@ -34,13 +34,14 @@ pub struct LightsWriter {
 }
 
 impl LightsWriter {
-    /// Creates a writer that has written nothing; `style` applies to text. Ids with `names` are shown by these.
+    /// Creates a writer that has written nothing; `style` applies to text. Ids with `names` are shown by
+    /// these.
     pub fn new(form: Form, style: Style, names: LightNames) -> Self {
         Self { form, columns: Columns::new(style), names, is_first: true }
     }
 
-    /// The lines of a snapshot. Text has events and changes, or all states when `whole`; JSON has one line with all
-    /// states, when there are events or changes or `whole`.
+    /// The lines of a snapshot. Text has events and changes, or all states when `whole`; JSON has one line
+    /// with all states, when there are events or changes or `whole`.
     pub fn write(&mut self, snapshot: &Snapshot<'_>, whole: bool) -> Vec<String> {
         let is_first = std::mem::replace(&mut self.is_first, false);
         match self.form {

@@ -1,4 +1,5 @@
-//! The live page: one document with its style and its script, which shows the snapshots of a stream of events.
+//! The live page: one document with its style and its script, which shows the snapshots of a stream of
+//! events.
 
 use crate::report::page::Page;
 use crate::report::palette;

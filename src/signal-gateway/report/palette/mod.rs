@@ -1,6 +1,7 @@
 //! Colours by meaning: the one table from which pictures, both pages and the terminal take theirs.
 //!
-//! A meaning never shows by its colour alone: its sign, a word or a hatching repeats it. The tests simulate colour-blind eyes.
+//! A meaning never shows by its colour alone: its sign, a word or a hatching repeats it. The tests simulate
+//! colour-blind eyes.
 
 use std::fmt::Write as _;
 
@@ -198,7 +199,8 @@ fn paints() -> impl Iterator<Item = Paint> {
     SURROUNDINGS.into_iter().chain(meanings).chain(lamps).chain([LAMP_DARK, LAMP_OFF])
 }
 
-/// The beginning of a page's style: the paints as variables, and for spans and bulbs what shows their meaning.
+/// The beginning of a page's style: the paints as variables, and for spans and bulbs what shows their
+/// meaning.
 pub fn style() -> String {
     let variables = |of: fn(&Paint) -> &'static str| {
         paints().fold(String::new(), |text, paint| text + &format!(" --{}: {};", paint.name, of(&paint)))

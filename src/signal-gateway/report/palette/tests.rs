@@ -1,6 +1,7 @@
 use super::*;
 
-/// How eyes see: normally, and without one of the three cones (Machado, Oliveira and Fernandes 2009, severity 1).
+/// How eyes see: normally, and without one of the three cones (Machado, Oliveira and Fernandes 2009, severity
+/// 1).
 const VISIONS: [(&str, [[f64; 3]; 3]); 4] = [
     ("normal", [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
     (

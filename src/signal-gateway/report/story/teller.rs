@@ -71,8 +71,8 @@ impl Teller {
         self.shown > 0 && at >= self.next_check
     }
 
-    /// Holds the present caption against the state. Returns the traffic lights that have changed since the last look,
-    /// each with its bulbs.
+    /// Holds the present caption against the state. Returns the traffic lights that have changed since the
+    /// last look, each with its bulbs.
     ///
     /// # Errors
     /// A claim that does not hold.

@@ -68,8 +68,8 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     }
 }
 
-/// Draws the caption, the vehicle, the last minute, the buses and further parts. Returns the area below, which has at least
-/// `min_rest` lines.
+/// Draws the caption, the vehicle, the last minute, the buses and further parts. Returns the area below,
+/// which has at least `min_rest` lines.
 fn draw_state(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rect, min_rest: u16) -> Rect {
     let width = usize::from(area.width);
     // With the heading and the footer of the whole.
@@ -201,7 +201,8 @@ fn values(model: &Model, ink: Ink, width: usize, is_wide: bool) -> Vec<Line<'sta
     lines
 }
 
-/// A report of the status in a line, and what is wrong with it: in a line of its own if there is room for both.
+/// A report of the status in a line, and what is wrong with it: in a line of its own if there is room for
+/// both.
 fn status_lines(status: &StatusLine, ink: Ink, width: usize, is_wide: bool) -> Vec<Line<'static>> {
     let StatusLine { name, value, level, reason, remedy } = status;
     let both = format!("{value}: {reason}");
@@ -317,8 +318,8 @@ fn more_line(name: &str, more: &More, ink: Ink, width: usize) -> Line<'static> {
     Line::from(spans)
 }
 
-/// `● green left` for the lamp `green solidOn left` of a traffic light, with its style. What most lamps are, a circle and
-/// steadily on, is left out.
+/// `● green left` for the lamp `green solidOn left` of a traffic light, with its style. What most lamps are,
+/// a circle and steadily on, is left out.
 fn lamp_text(bulb: Bulb, ink: Ink) -> (String, Style) {
     if bulb.color == BulbColor::Unknown {
         return ("? unknown  ".to_owned(), ink.level(Level::Warn));

@@ -178,7 +178,8 @@ impl Columns {
         spans
     }
 
-    /// Name, reason of a rejection and signals, wrapped; one line where no signal is bound, unless all are wanted.
+    /// Name, reason of a rejection and signals, wrapped; one line where no signal is bound, unless all are
+    /// wanted.
     fn texts(&self, row: &MessageRow, has_all_signals: bool, ink: Ink) -> Vec<Span<'static>> {
         let Some(name) = &row.name else { return Vec::new() };
         let room = self.width.saturating_sub(if self.is_wide() { self.fixed() + 1 } else { 2 });

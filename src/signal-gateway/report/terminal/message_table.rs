@@ -86,7 +86,8 @@ impl MessageRow {
         self.bytes.iter().filter_map(|(_, since)| *since).min()
     }
 
-    /// True if the row contains `text`, which has no capitals: its identifier, name, interface or one of its signals.
+    /// True if the row contains `text`, which has no capitals: its identifier, name, interface or one of its
+    /// signals.
     fn contains(&self, text: &str) -> bool {
         let id = self.id.to_string();
         let texts = [&id, &self.interface].into_iter().chain(&self.name);

@@ -8,8 +8,9 @@
 //! | [`view_model`] | all that the view shows, and what its keys do |
 //! | [`mod@draw`] | the layout and its parts |
 //!
-//! The view has a thread of its own. It is fed through a bounded queue, whose writers never wait for room, and draws ten
-//! times a second; so neither a slow terminal nor one that does not take anything concerns whoever feeds it.
+//! The view has a thread of its own. It is fed through a bounded queue, whose writers never wait for room,
+//! and draws ten times a second; so neither a slow terminal nor one that does not take anything concerns
+//! whoever feeds it.
 
 mod car;
 pub mod draw;

@@ -108,7 +108,8 @@ pub(super) fn draw_log(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rec
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
-/// The rows of a line of the log: all of its text, broken between words, and inside of one that is longer than a row.
+/// The rows of a line of the log: all of its text, broken between words, and inside of one that is longer
+/// than a row.
 fn rows_of(text: &str, width: usize) -> Vec<String> {
     let indent = if width > 2 * LOG_INDENT { LOG_INDENT } else { 0 };
     let mut rows = vec![String::new()];

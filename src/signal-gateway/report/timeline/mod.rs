@@ -1,5 +1,5 @@
-//! The timeline of a recording: raw values, reports, commands, diagnostics, traffic lights and links, each with the frame
-//! behind it. As a picture ([`Timeline::chart`]) or as a page ([`Timeline::to_html`]).
+//! The timeline of a recording: raw values, reports, commands, diagnostics, traffic lights and links, each
+//! with the frame behind it. As a picture ([`Timeline::chart`]) or as a page ([`Timeline::to_html`]).
 
 mod chart;
 mod curve;
@@ -179,8 +179,8 @@ impl Lane {
         }
     }
 
-    /// Joins neighbours that are shorter than the part of the lane that a span has on average. The last state stays, since
-    /// it is going on.
+    /// Joins neighbours that are shorter than the part of the lane that a span has on average. The last state
+    /// stays, since it is going on.
     fn fold(&mut self, end_s: f64) {
         let Some(present) = self.spans.pop() else { return };
         let begin_s = self.spans.first().map_or(0.0, |first| first.from_s);

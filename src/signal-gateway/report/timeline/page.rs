@@ -12,7 +12,8 @@ const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
 impl Timeline {
-    /// Returns the timeline as a document, which works from a file and loads nothing. With `opened_at` it opens there.
+    /// Returns the timeline as a document, which works from a file and loads nothing. With `opened_at` it
+    /// opens there.
     pub fn to_html(&self, opened_at: Option<&OpenedAt>) -> String {
         let title = format!("{} - signal-gateway", self.title);
         let places = [

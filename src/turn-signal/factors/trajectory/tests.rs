@@ -24,8 +24,8 @@ fn smooth(x_m: f64, (from_m, to_m): (f64, f64), (before_m, after_m): (f64, f64))
     before_m + (after_m - before_m) * (3.0 - 2.0 * share) * share * share
 }
 
-/// The kinds of the manoeuvres that are seen along a drive from `from_m` to `to_m`, and at which positions, in whole metres. The
-/// trajectory reaches 80 m ahead, and the vehicle stands at both ends.
+/// The kinds of the manoeuvres that are seen along a drive from `from_m` to `to_m`, and at which positions,
+/// in whole metres. The trajectory reaches 80 m ahead, and the vehicle stands at both ends.
 fn seen(offset_m: impl Fn(f64) -> f64, (from_m, to_m): (i32, i32)) -> Vec<(ManoeuvreKind, i32, i32)> {
     let (road, parameters) = (road(), DeciderParameters::DEPLOYED);
     let segment = |preferred, beside| Segment { preferred, lanes: vec![preferred, beside] };

@@ -7,15 +7,16 @@ use signal_gateway::config::drive::ExpectedDecision;
 
 use crate::support::drive_script::Step;
 
-/// Longest time from the position of a decision to the arrival of its command, seconds: a cycle of the peer, one of
-/// the gateway, and the transport of a message.
+/// Longest time from the position of a decision to the arrival of its command, seconds: a cycle of the peer,
+/// one of the gateway, and the transport of a message.
 const LATENCY_S: f64 = 0.25;
 /// Distance between the points of a published path, metres.
 const SPACING_M: f64 = 1.0;
 
 /// Number of cycles that are affected by a delay.
 const LINGERS: usize = 5;
-/// Number of cycles over which small delays add up, where a decision follows a time after an event: the longest one is 3 s.
+/// Number of cycles over which small delays add up, where a decision follows a time after an event: the
+/// longest one is 3 s.
 const ADDS_UP: usize = 50;
 
 /// A command as it was received; times of day, nanoseconds.
@@ -138,7 +139,8 @@ impl<'a> Driven<'a> {
         here_m + (next.at_m - here_m) * share.clamp(0.0, 1.0)
     }
 
-    /// Longest distance that the vehicle may drive before a command arrives, metres; more where the machine was late.
+    /// Longest distance that the vehicle may drive before a command arrives, metres; more where the machine
+    /// was late.
     fn slack_m(&self, step: usize, more_m: f64) -> f64 {
         let near = &self.steps[step.saturating_sub(2)..self.steps.len().min(step + 4)];
         let fastest_mps = near.iter().map(|step| step.speed_mps.abs()).fold(0.0, f64::max);

@@ -160,7 +160,8 @@ fn unit(reported: &mut Reported) {
         let (frame, stamp) = (Frame::classic(id, &[0x11, 0]).unwrap(), desk.gateway.now.wall);
         desk.input(CanInput::Frame { bus: BUS, frame, stamp });
     }
-    // Too short; a page without the states; a counter that stands still; a bus that falls silent, and one that may.
+    // Too short; a page without the states; a counter that stands still; a bus that falls silent, and one
+    // that may.
     for (unit, data) in [
         (Unit::CYCLIC, &[][..]),
         (Unit { dbc: PAGED, ..Unit::CYCLIC }, &[0x11, 5]),

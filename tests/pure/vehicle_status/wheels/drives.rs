@@ -10,8 +10,8 @@ use crate::pure::vehicle_status::car::{Car, Listener, TREAD_M, WHEEL_BASE_M};
 use crate::pure::vehicle_status::faults::Driver;
 use crate::support::virtual_gateway::StatusChange;
 
-/// What the wheels read of the speeds that they have: front left, front right, rear left, rear right, m/s; at the beginning of the
-/// fault, and now, so many milliseconds later.
+/// What the wheels read of the speeds that they have: front left, front right, rear left, rear right, m/s; at
+/// the beginning of the fault, and now, so many milliseconds later.
 type Reading = fn(begin: [f64; 4], now: [f64; 4], u64) -> [f64; 4];
 
 /// A fault of wheels.
@@ -55,7 +55,8 @@ const FAULTS: [Fault; 19] = [
 const FAULTY_MS: [std::ops::Range<u64>; 2] = [6_000..11_000, 15_000..25_000];
 const DRIVE_MS: u64 = 30_000;
 
-/// Judges each report of a drive with a fault. Returns the milliseconds in which the velocity was withheld for it.
+/// Judges each report of a drive with a fault. Returns the milliseconds in which the velocity was withheld
+/// for it.
 fn judge(variant: &Variant, fault: &Fault, seed: u64) -> u64 {
     let what = format!("{}, {}, drive {seed}", variant.name, fault.name);
     // An interrupted contradiction takes longer.
@@ -140,8 +141,8 @@ fn judge_statuses(what: &str, listener: &Listener) -> u64 {
     withheld_ms
 }
 
-/// Judges all variants with all faults, or each `part` of them; `seed` chooses the drive. Returns how many drives were judged, and those
-/// in which the velocity was withheld.
+/// Judges all variants with all faults, or each `part` of them; `seed` chooses the drive. Returns how many
+/// drives were judged, and those in which the velocity was withheld.
 fn judge_all(seed: u64, part: usize) -> (usize, Vec<(&'static str, &'static str)>) {
     let (mut count, mut withheld) = (0, Vec::new());
     for (shift, variant) in variants().iter().enumerate() {

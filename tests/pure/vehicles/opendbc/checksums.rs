@@ -1,4 +1,5 @@
-//! The examples of checksums in `docs/vehicle-lights.md`, each on frames with the checksum that opendbc computes.
+//! The examples of checksums in `docs/vehicle-lights.md`, each on frames with the checksum that opendbc
+//! computes.
 
 use std::fmt::Write as _;
 

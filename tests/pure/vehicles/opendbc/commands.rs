@@ -1,5 +1,5 @@
-//! The frames that command Hyundai and Kia on CAN FD, byte for byte against opendbc: those of its own function for the two sides, and
-//! its packer's for the hazard lights, which that function never requests.
+//! The frames that command Hyundai and Kia on CAN FD, byte for byte against opendbc: those of its own
+//! function for the two sides, and its packer's for the hazard lights, which that function never requests.
 
 use gateway_base::time::MonoTime;
 use gateway_core::command::Turn;

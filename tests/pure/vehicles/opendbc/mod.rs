@@ -1,5 +1,5 @@
-//! opendbc as an oracle: frames that its packer makes for each state, read by its car state and by our replay of the
-//! profile. [`docs/evidence/opendbc.md`](../../../../docs/evidence/opendbc.md) has the table.
+//! opendbc as an oracle: frames that its packer makes for each state, read by its car state and by our replay
+//! of the profile. [`docs/evidence/opendbc.md`](../../../../docs/evidence/opendbc.md) has the table.
 
 mod checksums;
 mod commands;

@@ -128,7 +128,8 @@ fn agrees(part: &str, ours: &str, theirs: &Value) -> bool {
         ours.is_ok_and(|ours| (number(ours) - number(theirs[key].as_f64().unwrap())).abs() <= near)
     };
     match part {
-        // Half a step of the coarsest signal that opendbc reads where the profile reads wheels, Tesla's of 0.08 km/h.
+        // Half a step of the coarsest signal that opendbc reads where the profile reads wheels, Tesla's of
+        // 0.08 km/h.
         "speed" => is_near("speed", 0.0115),
         "yaw_rate" => is_near("yaw_rate", 0.0002),
         "steering" => is_near("steering", 0.006),

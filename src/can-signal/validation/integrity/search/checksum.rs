@@ -36,7 +36,8 @@ pub enum RuleParameter {
 const MIN_FRAMES: usize = 4;
 /// Smallest number of different frames for a rule with one free byte.
 const MIN_FRAMES_SOLVED: usize = 6;
-/// Smallest number of different frames for a polynomial out of all, so that three differences are independent.
+/// Smallest number of different frames for a polynomial out of all, so that three differences are
+/// independent.
 const MIN_FRAMES_GENERAL: usize = 9;
 /// Smallest number of different frames for each of sixteen constants.
 const MIN_FRAMES_A_CONSTANT: usize = 3;
@@ -58,7 +59,8 @@ pub fn find_checksum(frames: &[Frame]) -> Option<FoundChecksum> {
     }
     let varies = |byte: &usize| values(&distinct, *byte) >= MIN_VALUES;
     let mut varying: Vec<_> = last_first(length).filter(varies).collect();
-    // With an exclusive or each byte follows from all others, so that any might be the checksum, which has many values.
+    // With an exclusive or each byte follows from all others, so that any might be the checksum, which has
+    // many values.
     let most = varying.iter().map(|byte| values(&distinct, *byte)).max().unwrap_or(0);
     varying.sort_by_key(|byte| values(&distinct, *byte) * 2 < most);
     let bytes = || varying.iter().map(|byte| (*byte, field(byte * 8, 8)));
@@ -101,7 +103,8 @@ fn proven(
     if !frames.iter().all(holds) {
         return None;
     }
-    // Evidence in bits: each different value of the checksum beyond the first is met by chance once in 2^width.
+    // Evidence in bits: each different value of the checksum beyond the first is met by chance once in
+    // 2^width.
     let values: BTreeSet<_> = frames.iter().map(|frame| codec.value(frame.padded())).collect();
     let evidence = (values.len() - 1) * usize::from(layout.length);
     (evidence >= 20).then_some(FoundChecksum { layout, kind, parameters, rule })

@@ -21,7 +21,8 @@ const WIDTHS: [u16; 7] = [8, 7, 6, 5, 4, 3, 2];
 const MIN_FRAMES: usize = 12;
 /// Smallest number of times that a counter must have started again.
 const MIN_WRAPS: u32 = 2;
-/// Smallest number of steps of a long counter that has not started again twice; its range then follows from its bits.
+/// Smallest number of steps of a long counter that has not started again twice; its range then follows from
+/// its bits.
 const MIN_STEPS: usize = 24;
 /// The largest number of lost frames between two.
 const MAX_STEP: u32 = 4;

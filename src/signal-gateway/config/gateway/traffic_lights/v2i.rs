@@ -10,8 +10,8 @@ use lanelet2_map::light_map::{LightGroup, LightMap};
 use traffic_lights::bulb::Color;
 use traffic_lights::v2i_reception::binding::{BoundGroup, V2iBinding};
 
-/// Refuses ids that the map does not have, and heads whose states contradict another state of their group; at most one
-/// problem for each id, in the order of the profile.
+/// Refuses ids that the map does not have, and heads whose states contradict another state of their group; at
+/// most one problem for each id, in the order of the profile.
 pub(in super::super) fn check_ids(ids: &[LocatedId], binding: &V2iBinding, map: &LightMap) -> Vec<Problem> {
     let positions: BTreeMap<i64, usize> = ids.iter().enumerate().map(|(at, bound)| (bound.id, at)).collect();
     let states: BTreeMap<i64, &BoundGroup> = binding.groups().map(|bound| (bound.id, bound)).collect();
@@ -59,7 +59,8 @@ pub(in super::super) fn check_ids(ids: &[LocatedId], binding: &V2iBinding, map: 
 
 type BoundHead<'b> = (usize, &'b BoundGroup);
 
-/// Returns two heads, in the order of the profile, of which one can show a red circle and the other a green one.
+/// Returns two heads, in the order of the profile, of which one can show a red circle and the other a green
+/// one.
 fn contradicting(mut heads: Vec<BoundHead<'_>>) -> Option<[BoundHead<'_>; 2]> {
     heads.sort_by_key(|(at, _)| *at);
     let of = |color| heads.iter().copied().filter(move |(_, head)| shows_circle(head, color));

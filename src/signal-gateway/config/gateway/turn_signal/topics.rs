@@ -39,7 +39,8 @@ pub(super) fn is_command(key: &str) -> bool {
 }
 
 /// Reads the topics of both sections, and refuses two of the same name, lest a topic that is published comes
-/// back as an input. Autoware's own commands are read only where nothing is published, so they may share theirs.
+/// back as an input. Autoware's own commands are read only where nothing is published, so they may share
+/// theirs.
 pub(super) fn topics(from: Fields<'_>, to: Fields<'_>, publishes: bool) -> (TopicNames, TopicNames) {
     let (inputs, outputs) = (TopicNames::read(&from, &INPUTS), TopicNames::read(&to, &OUTPUTS));
     let folder = inputs.name(FACTORS);

@@ -26,8 +26,8 @@ pub(super) struct Document<'r, 'c> {
 }
 
 impl Document<'_, '_> {
-    /// Declares the parameters and variables of the document and of its storyboard, so that references find them
-    /// wherever they stand. The document's scope stays open.
+    /// Declares the parameters and variables of the document and of its storyboard, so that references find
+    /// them wherever they stand. The document's scope stays open.
     pub(super) fn declare(&mut self, root: &Element) {
         self.declare_in(root, &[]);
         let variables = root.child("VariableDeclarations");
@@ -85,8 +85,8 @@ impl Document<'_, '_> {
         self.parameters.enter(scope.unwrap_or_default());
     }
 
-    /// Returns the name of a declaration whose value only a launch system or the choice of a run knows, with the
-    /// reason and the remedy. It is listed, and refused where it is used.
+    /// Returns the name of a declaration whose value only a launch system or the choice of a run knows, with
+    /// the reason and the remedy. It is listed, and refused where it is used.
     fn unknown_declaration(&mut self, element: &Element) -> Option<(String, (String, String))> {
         let value = element.attribute("value")?;
         let unknown = match self.reader.modifiers.not_chosen_in(&value.value) {
@@ -104,8 +104,8 @@ impl Document<'_, '_> {
         Some((name?, value?.text))
     }
 
-    /// Returns the name in a declaration. ASAM has examples that write it as its references, with `$`, which upstream
-    /// takes for a reference.
+    /// Returns the name in a declaration. ASAM has examples that write it as its references, with `$`, which
+    /// upstream takes for a reference.
     fn declared_name(&mut self, element: &Element) -> Option<String> {
         let as_reference = element.attribute("name").and_then(|name| name.value.strip_prefix('$'));
         match as_reference.filter(|name| is_name(name) && self.reader.compat == Compat::Improved) {

@@ -1,4 +1,5 @@
-//! Arithmetic in `${…}` (OpenSCENARIO 1.1 to 1.3, "Expressions"), and the constant `pi`, which test tracks and simulators use.
+//! Arithmetic in `${…}` (OpenSCENARIO 1.1 to 1.3, "Expressions"), and the constant `pi`, which test tracks
+//! and simulators use.
 
 use exmex::{BinOp, Express, FlatEx, MakeOperators, MatchLiteral, Operator};
 
@@ -31,8 +32,8 @@ impl MatchLiteral for Numbers {
     }
 }
 
-/// Returns a value of these operands. Without a number among them the result has none, whatever the operator makes of it: the maximum
-/// of 1 and the root of -1 is not 1.
+/// Returns a value of these operands. Without a number among them the result has none, whatever the operator
+/// makes of it: the maximum of 1 and the root of -1 is not 1.
 fn of<const N: usize>(operands: [f64; N], value: f64) -> f64 {
     if operands.iter().all(|operand| operand.is_finite()) { value } else { f64::NAN }
 }
@@ -84,8 +85,8 @@ pub(super) fn is_constant(name: &str) -> bool {
     [PI, TRUE, FALSE].contains(&name)
 }
 
-/// Writes calls of two operands between these, `max(1, 2)` as `((1)max(2))`: the parser does not take one as a second operand. A call
-/// of another number of operands stays one that it refuses.
+/// Writes calls of two operands between these, `max(1, 2)` as `((1)max(2))`: the parser does not take one as
+/// a second operand. A call of another number of operands stays one that it refuses.
 fn infix(expression: &str) -> String {
     // For each open parenthesis the function before it, until its comma, and the end that it needs.
     let (mut written, mut open) = (String::new(), Vec::new());

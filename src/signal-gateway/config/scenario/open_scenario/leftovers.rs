@@ -54,9 +54,9 @@ const AS_ACTION: &str = "write it as OpenSCENARIO 1.0 or later, with TrafficSign
 const AS_STATES: &str =
     "give a TrafficSignalState for each light, since the lights of a group are in the road network's file";
 
-/// Collects the first element of each kind that would change lights: of OpenSCENARIO 0.9 (`Signals`, and `Signal` with `SetState` or
-/// `SetController`), and of later versions at a place where no version has it. In every version their names contain `Signal`; so do
-/// conditions, which change nothing.
+/// Collects the first element of each kind that would change lights: of OpenSCENARIO 0.9 (`Signals`, and
+/// `Signal` with `SetState` or `SetController`), and of later versions at a place where no version has it. In
+/// every version their names contain `Signal`; so do conditions, which change nothing.
 fn collect_changers<'e>(
     element: &'e Element,
     is_test: bool,

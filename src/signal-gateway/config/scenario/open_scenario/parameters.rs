@@ -77,8 +77,8 @@ impl ParameterScopes {
         })
     }
 
-    /// Returns the text with its references replaced: `$name`, `${name}` and `${$name}` are the value of a parameter,
-    /// `${$name * 2}` is computed, and `$(find-pkg-share NAME)` is the folder of a package.
+    /// Returns the text with its references replaced: `$name`, `${name}` and `${$name}` are the value of a
+    /// parameter, `${$name * 2}` is computed, and `$(find-pkg-share NAME)` is the folder of a package.
     ///
     /// # Errors
     /// The reason and the remedy.
@@ -110,8 +110,8 @@ impl ParameterScopes {
         text.contains("$(") || parameter.is_some_and(has_one)
     }
 
-    /// Returns the parameter of a name in the innermost scope that has one. `::name` is one of the whole document,
-    /// and `element::name` one below an element of the storyboard, as TIER IV writes them.
+    /// Returns the parameter of a name in the innermost scope that has one. `::name` is one of the whole
+    /// document, and `element::name` one below an element of the storyboard, as TIER IV writes them.
     ///
     /// # Errors
     /// The reason and the remedy.
@@ -148,7 +148,8 @@ impl ParameterScopes {
         for part in parts {
             let end = part.find(|char| !is_in_name(char)).unwrap_or(part.len());
             let mut name = part.get(..end).unwrap_or_default();
-            // OpenSCENARIO has no hyphen in names, and people have: the longest name that there is, else the shortest.
+            // OpenSCENARIO has no hyphen in names, and people have: the longest name that there is, else the
+            // shortest.
             while self.declared(name).is_none()
                 && let Some((shorter, _)) = name.rsplit_once('-')
             {
@@ -192,7 +193,8 @@ fn is_in_name(char: char) -> bool {
     char.is_alphanumeric() || char == '_' || char == '-'
 }
 
-/// Returns whether the text between the braces is a name. `a-b` is one, and computed when it stands behind `$`.
+/// Returns whether the text between the braces is a name. `a-b` is one, and computed when it stands behind
+/// `$`.
 pub(super) fn is_name(text: &str) -> bool {
     text.starts_with(|char: char| char.is_alphabetic() || char == '_') && text.chars().all(is_in_name)
 }

@@ -1,7 +1,8 @@
 //! References between elements of the storyboard, and elements that cannot be decided.
 //!
-//! An event is left out when each group of its trigger needs an element that is not interpreted, and so is every event
-//! that waits for it, or for one that does more than set lights. A group that needs one is never true, and is listed.
+//! An event is left out when each group of its trigger needs an element that is not interpreted, and so is
+//! every event that waits for it, or for one that does more than set lights. A group that needs one is never
+//! true, and is listed.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -169,7 +170,8 @@ impl References {
             || members.any(|member| self.partial.contains(member) || self.is_left_out(*member))
     }
 
-    /// Returns the reason why a group of conditions cannot be decided, and its location; `None` when it can be.
+    /// Returns the reason why a group of conditions cannot be decided, and its location; `None` when it can
+    /// be.
     fn obstacle_of<'d>(&self, group: &'d [ConditionDraft]) -> Option<(String, &'d Location)> {
         group.iter().find_map(|condition| self.obstacle(condition))
     }
@@ -257,8 +259,8 @@ fn elements<'a>(stories: &'a [StoryDraft], acts: &'a [ActDraft<'_>]) -> Vec<Know
     elements
 }
 
-/// Finds the element of a reference: its name, after as much of its path as is needed, as in `Act::Event`. An element of
-/// another kind is taken, as upstream does, and the kind listed.
+/// Finds the element of a reference: its name, after as much of its path as is needed, as in `Act::Event`. An
+/// element of another kind is taken, as upstream does, and the kind listed.
 fn find(
     reader: &mut ScenarioReader<'_>,
     known: &Known<'_>,
@@ -295,8 +297,8 @@ fn find(
     }
 }
 
-/// Returns the element that a name means whatever its kind: the only one that has it, or the event among elements
-/// that hold each other, which begins and ends with its actions.
+/// Returns the element that a name means whatever its kind: the only one that has it, or the event among
+/// elements that hold each other, which begins and ends with its actions.
 fn of_any_kind<'k, 'a>(named: &[&'k KnownElement<'a>]) -> Option<&'k KnownElement<'a>> {
     if let [only] = named {
         return Some(only);

@@ -1,5 +1,6 @@
-//! YAML as elements, the way TIER IV writes OpenSCENARIO: a key with a single value is an attribute, and so is one in
-//! lower case without a value; a key with a table is a child element, a key with a list is that child several times.
+//! YAML as elements, the way TIER IV writes OpenSCENARIO: a key with a single value is an attribute, and so
+//! is one in lower case without a value; a key with a table is a child element, a key with a list is that
+//! child several times.
 
 use std::cell::Cell;
 use std::rc::Rc;

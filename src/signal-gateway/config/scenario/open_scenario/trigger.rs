@@ -82,8 +82,8 @@ impl Document<'_, '_> {
         Some(ConditionDraft { name, edge: edge?, delay: delay?, test: test? })
     }
 
-    /// Returns whether a condition is a criterion of CARLA's `scenario_runner`: it is named `criteria_…` and compares a
-    /// parameter that is not declared, or none.
+    /// Returns whether a condition is a criterion of CARLA's `scenario_runner`: it is named `criteria_…` and
+    /// compares a parameter that is not declared, or none.
     fn is_criterion(&self, name: &str, test: &Element) -> bool {
         let reference = test.attribute("parameterRef").filter(|_| test.name == "ParameterCondition");
         let is_declared = |reference: &Attribute| {

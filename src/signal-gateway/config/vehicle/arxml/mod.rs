@@ -1,7 +1,8 @@
 //! Reads the CAN messages of an AUTOSAR system description (ARXML).
 //!
-//! One cluster becomes a [`Database`] like that of a DBC: its frame triggerings are the messages, the signals of their PDUs the
-//! signals. What is not read (containers of PDUs, end-to-end protection, update bits) is a finding, never a guess.
+//! One cluster becomes a [`Database`] like that of a DBC: its frame triggerings are the messages, the signals
+//! of their PDUs the signals. What is not read (containers of PDUs, end-to-end protection, update bits) is a
+//! finding, never a guess.
 
 mod signal;
 mod tree;
@@ -19,7 +20,8 @@ use can_signal::dbc::model::{
 use signal::{PlacedSignal, Scales, byte_order};
 use tree::{NamedElements, descend, listed, number, text_of, whole_of};
 
-/// The largest number of nodes (elements, texts and the like) of a small file. The parser takes some 90 bytes for each.
+/// The largest number of nodes (elements, texts and the like) of a small file. The parser takes some 90 bytes
+/// for each.
 const MIN_NODES: usize = 1_000_000;
 /// Bytes of a file for each further node; real files have one in 21 bytes.
 const BYTES_FOR_NODE: usize = 16;
@@ -238,7 +240,8 @@ impl<'d> ClusterReader<'d> {
         Ok(())
     }
 
-    /// Collects the signals of a PDU that begins `offset` bytes into its frame, and `is_part` of a multiplexed one or not.
+    /// Collects the signals of a PDU that begins `offset` bytes into its frame, and `is_part` of a
+    /// multiplexed one or not.
     fn pdu(&mut self, pdu: Node<'d, 'd>, offset: u16, is_part: bool, content: &mut FrameContent<'d>) {
         let period = descend(pdu, &PERIOD).and_then(|value| number(value.text()?.trim()));
         content.cycle_ms = [content.cycle_ms, period.and_then(milliseconds)].into_iter().flatten().min();
@@ -301,8 +304,8 @@ impl<'d> ClusterReader<'d> {
         }
     }
 
-    /// Collects the parts of a multiplexed PDU. Each dynamic part has the selector among its signals; it is one signal of
-    /// the message.
+    /// Collects the parts of a multiplexed PDU. Each dynamic part has the selector among its signals; it is
+    /// one signal of the message.
     fn multiplexed(
         &mut self,
         pdu: Node<'d, 'd>,

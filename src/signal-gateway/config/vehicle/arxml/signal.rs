@@ -44,7 +44,8 @@ pub(super) struct Scales {
 pub(super) type Omission = &'static str;
 
 impl<'d> PlacedSignal<'d> {
-    /// Reads the signal of a mapping, which begins `offset` bytes into the frame; `None` for a group of signals.
+    /// Reads the signal of a mapping, which begins `offset` bytes into the frame; `None` for a group of
+    /// signals.
     ///
     /// # Errors
     /// The reason why it cannot be read.

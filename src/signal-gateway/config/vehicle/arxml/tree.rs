@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use roxmltree::{Document, Node, NodeId};
 
-/// The number of children among which a single child is looked for. More are a list, which has names of its own.
+/// The number of children among which a single child is looked for. More are a list, which has names of its
+/// own.
 const MAX_SINGLE: usize = 128;
 
 /// The longest reference that is followed, bytes.
@@ -46,7 +47,8 @@ impl<'d> NamedElements<'d> {
         1 + self.lines.partition_point(|end| *end < element.range().start)
     }
 
-    /// Returns the element that a reference below `element` leads to; `None` without the reference, or if it leads nowhere.
+    /// Returns the element that a reference below `element` leads to; `None` without the reference, or if it
+    /// leads nowhere.
     pub(super) fn follow(&self, element: Node<'d, 'd>, reference: &str) -> Option<Node<'d, 'd>> {
         self.at(text_of(element, reference)?)
     }

@@ -236,8 +236,9 @@ impl MessageParts<'_> {
     }
 }
 
-/// Refuses states with the same values, which would request the wrong state, or request something without authority. The
-/// first state is "off", and with `has_none` the last one is "none", which may be the same as "off".
+/// Refuses states with the same values, which would request the wrong state, or request something without
+/// authority. The first state is "off", and with `has_none` the last one is "none", which may be the same as
+/// "off".
 fn must_differ(binder: &Binder<'_>, states: &[&Value], patches: &[Patch], has_none: bool) {
     for (at, patch) in patches.iter().enumerate() {
         let is_none = has_none && at + 1 == patches.len();
@@ -310,8 +311,8 @@ fn refuse_requests(fields: &Fields<'_>) {
     }
 }
 
-/// Refuses a message that requests nothing, or the hazard lights twice. Parts that share a message need a state `none`
-/// each, or a request for one would be one for both.
+/// Refuses a message that requests nothing, or the hazard lights twice. Parts that share a message need a
+/// state `none` each, or a request for one would be one for both.
 fn check_requests(
     binder: &Binder<'_>,
     name: &LocatedText,

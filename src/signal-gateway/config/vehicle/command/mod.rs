@@ -57,8 +57,8 @@ fn needs_consent(fields: &Fields<'_>) -> Option<String> {
     Some(reason)
 }
 
-/// Refuses profiles that do not request turn indicators and hazard lights by one message each. `files` are the tables of
-/// the messages, which may have been refused for something else.
+/// Refuses profiles that do not request turn indicators and hazard lights by one message each. `files` are
+/// the tables of the messages, which may have been refused for something else.
 fn each_is_requested_once(fields: &Fields<'_>, files: &[Fields<'_>]) {
     let turns = |file: &&Fields<'_>| file.has("turn");
     let hazards = |file: &&Fields<'_>| file.has("hazard") || has_within(file, "turn", "hazard");

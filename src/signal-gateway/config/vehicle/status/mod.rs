@@ -1,4 +1,5 @@
-//! `[velocity]`, `[steering]`, `[gear]`, `[control_mode]` and `[[doors.door]]` of a profile: the status of the vehicle beside its lights.
+//! `[velocity]`, `[steering]`, `[gear]`, `[control_mode]` and `[[doors.door]]` of a profile: the status of
+//! the vehicle beside its lights.
 
 mod control_mode;
 mod doors;

@@ -1,4 +1,5 @@
-//! A physical quantity of a profile: an inline table with a signal, its unit, its sign and the raw values that count.
+//! A physical quantity of a profile: an inline table with a signal, its unit, its sign and the raw values
+//! that count.
 
 use crate::config::reading::{Fields, Keywords};
 use crate::config::vehicle::binder::{Binder, Meanings, NOT_AVAILABLE, UNUSABLE, unusable_values};

@@ -3,8 +3,8 @@
 use crate::config::reading::Fields;
 use crate::config::vehicle::binder::Binder;
 
-/// Reads the sources of a section: the section itself as the only one, whose name is empty, or those in its `source`, the most
-/// trusted first.
+/// Reads the sources of a section: the section itself as the only one, whose name is empty, or those in its
+/// `source`, the most trusted first.
 pub(super) fn sources<S>(
     binder: &mut Binder<'_>,
     fields: &Fields<'_>,

@@ -123,8 +123,8 @@ fn stalk(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<TurnSource> {
     Some(TurnSource::Stalk { role: role?, settings })
 }
 
-/// Reads what is reported of the turn indicators while the hazard lights are on; `both_sides` means that those
-/// are both turn sides on.
+/// Reads what is reported of the turn indicators while the hazard lights are on; `both_sides` means that
+/// those are both turn sides on.
 pub(super) fn while_hazard(fields: &Fields<'_>, both_sides: bool) -> TurnWhileHazard {
     let policy = fields.keyword("while_hazard", WHILE_HAZARD).unwrap_or_default();
     if policy == TurnWhileHazard::Keep && both_sides && !fields.has("source") {

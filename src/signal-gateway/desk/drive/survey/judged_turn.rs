@@ -13,7 +13,8 @@ use lanelet2_map::lane_network::{LaneId, TurnDirection};
 use lanelet2_map::tag_check::MapFlaw;
 use turn_signal::side::Side;
 
-/// Sections are judged this far from their ends, metres, since distances are measured along the middle of the lanes.
+/// Sections are judged this far from their ends, metres, since distances are measured along the middle of the
+/// lanes.
 const MARGIN_M: f64 = 1.5;
 
 /// What is wrong with the signal of a turn.
@@ -53,7 +54,8 @@ pub(super) struct JudgedTurn {
     pub(super) side: Side,
     /// Its start, metres from the start of the route.
     pub(super) start_m: f64,
-    /// Where its signal is required: from the front at its start to the rear axle at the end of the required section.
+    /// Where its signal is required: from the front at its start to the rear axle at the end of the required
+    /// section.
     required_m: [f64; 2],
     /// A flaw of the map at one of its lanelets, or at one that is one turn with it.
     pub(super) flaw: Option<MapFlaw>,
@@ -88,8 +90,8 @@ pub(super) fn turns(
     turns
 }
 
-/// Returns the flaw of the map by which each lanelet of a route is signalled wrongly: its own, or one of a lanelet with the same tag next to it, with
-/// which it is one turn to the decider.
+/// Returns the flaw of the map by which each lanelet of a route is signalled wrongly: its own, or one of a
+/// lanelet with the same tag next to it, with which it is one turn to the decider.
 fn flaws<'a>(
     file: &DriveFile,
     lanes: &[LaneId],
@@ -109,7 +111,8 @@ fn flaws<'a>(
 }
 
 impl JudgedTurn {
-    /// Returns what is wrong with the signal, given what is `shown` at each position of the rear axle in metres; `None` if nothing is.
+    /// Returns what is wrong with the signal, given what is `shown` at each position of the rear axle in
+    /// metres; `None` if nothing is.
     pub(super) fn fault(&self, turns: &[Self], shown: &[(f64, Option<Side>)]) -> Option<SignalFault> {
         let [from_m, to_m] = self.required_m;
         let within = |at_m: f64, margin_m: f64| at_m >= from_m + margin_m && at_m <= to_m - margin_m;

@@ -25,8 +25,8 @@ const STEP_M: f64 = 4.0;
 pub enum RouteChoice {
     /// So many from all over the map.
     Any(usize),
-    /// Up to so many different ones that meet themselves: they come near to an earlier part of themselves, or their last lanelet leads to
-    /// one of them.
+    /// Up to so many different ones that meet themselves: they come near to an earlier part of themselves, or
+    /// their last lanelet leads to one of them.
     Loops(usize),
 }
 

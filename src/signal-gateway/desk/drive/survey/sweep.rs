@@ -124,7 +124,8 @@ impl Sweep {
         }
     }
 
-    /// Returns each value as text, with the settings that it makes of `given`. The rules of a country take the place of all parameters.
+    /// Returns each value as text, with the settings that it makes of `given`. The rules of a country take
+    /// the place of all parameters.
     pub fn variants(&self, given: &DeciderSettings) -> Vec<(String, DeciderSettings)> {
         match self {
             Self::Parameter(name, values) => {

@@ -9,16 +9,17 @@
 //!    0.012000 1  ErrorFrame
 //!    0.013000 CANFD   1 Rx 1A1 Name 1 0 9 12 00 01 … (duration, length, flags, …)
 //! ```
-//! The length of a frame is its data length code, one hexadecimal digit. CSS Electronics also writes CAN FD frames in this form,
-//! without `CANFD` and with a decimal code: `d 10` and 16 bytes. Only a code of 9 to 15 is ambiguous, since a classic frame with
-//! such a code has 8 bytes; the number of bytes in the line decides, and a line with any other number is bad.
+//! The length of a frame is its data length code, one hexadecimal digit. CSS Electronics also writes CAN FD
+//! frames in this form, without `CANFD` and with a decimal code: `d 10` and 16 bytes. Only a code of 9 to 15
+//! is ambiguous, since a classic frame with such a code has 8 bytes; the number of bytes in the line decides,
+//! and a line with any other number is bad.
 //!
-//! `base dec` makes identifiers and data decimal. `timestamps absolute` counts from the start of
-//! the measurement, `relative` from the line before, whatever that held. The start is the date of
-//! the first trigger block, or the date of the heading, also written as `Thu, 09 Nov 2023 17:10:55 GMT`. A chip status, with
-//! error counters or without, is the state of the controller. Statistics, requests to send
-//! (`TxRq`) and other events are skipped; an event with a direction in the place of a frame that is
-//! not a frame counts as bad.
+//! `base dec` makes identifiers and data decimal. `timestamps absolute` counts from the start of the
+//! measurement, `relative` from the line before, whatever that held. The start is the date of the first
+//! trigger block, or the date of the heading, also written as `Thu, 09 Nov 2023 17:10:55 GMT`. A chip status,
+//! with error counters or without, is the state of the controller. Statistics, requests to send (`TxRq`) and
+//! other events are skipped; an event with a direction in the place of a frame that is not a frame counts as
+//! bad.
 
 use super::clock::{SECOND, days, month, nanos, time_of_day};
 use super::entry::{BadLine, EntryContent, LogEntry};
@@ -89,7 +90,8 @@ impl Asc {
 
 const HOUR: i64 = 3600 * SECOND;
 
-/// Parses `Tue Mar 5 02:30:00.250 pm 2024` or `Tue, 05 Mar 2024 14:30:00 GMT`, in lower case; am and pm are optional.
+/// Parses `Tue Mar 5 02:30:00.250 pm 2024` or `Tue, 05 Mar 2024 14:30:00 GMT`, in lower case; am and pm are
+/// optional.
 fn start(date: &[&str]) -> Option<i64> {
     let (half, name, day, time, year) = match date {
         [_weekday, name, day, time, half @ ("am" | "pm"), year] => (Some(*half), name, day, time, year),
@@ -197,8 +199,8 @@ fn fd(fields: &mut SpacedFields<'_>) -> Result<Option<EntryContent>, BadLine> {
     let _error_state_and_dlc = (fields.next(), fields.next());
     let length = fields.length()?;
     let content = fields.data_frame(id, true, length)?;
-    // Behind the data: duration, length in bits, flags. Without them it is an FD frame. Some writers leave the flags
-    // zero; only an FD frame has a bit rate switch or more than eight bytes.
+    // Behind the data: duration, length in bits, flags. Without them it is an FD frame. Some writers leave
+    // the flags zero; only an FD frame has a bit rate switch or more than eight bytes.
     let must_be_fd = rate_switch == Some("1") || length > 8;
     let flags = fields.nth(2).and_then(|flags| number(flags, 16)).unwrap_or(FD_FRAME);
     match content {

@@ -7,10 +7,11 @@
 //! Timestamp,Arbitration_ID,DLC,Data,Class,SubClass
 //! 1597759710.125893,153,8,20 A1 10 FF 00 FF 50 1F,Normal,Normal
 //! ```
-//! The heading names the columns, in any order. The time is in seconds. Identifier and data are hexadecimal, with or without `0x`, data
-//! also with spaces; an identifier of eight digits, or above `7FF`, has 29 bits, and more than eight bytes are CAN FD. A column `dlc` or
-//! `dlc_value` has to agree with the data. A column `interface` names the bus, else all frames are of `can0`. All other columns are ignored,
-//! the labels too: injected frames were on the bus. Rows without values (`na`) are bad.
+//! The heading names the columns, in any order. The time is in seconds. Identifier and data are hexadecimal,
+//! with or without `0x`, data also with spaces; an identifier of eight digits, or above `7FF`, has 29 bits,
+//! and more than eight bytes are CAN FD. A column `dlc` or `dlc_value` has to agree with the data. A column
+//! `interface` names the bus, else all frames are of `can0`. All other columns are ignored, the labels too:
+//! injected frames were on the bus. Rows without values (`na`) are bad.
 
 use super::clock::SECOND;
 use super::entry::{BadLine, EntryInterface, LogEntry};
@@ -43,7 +44,8 @@ struct DataSetColumns {
 }
 
 impl DataSetColumns {
-    /// Returns the positions in a heading; `None` for another line. A column `data` beside a column `extended` is python-can's, in Base64.
+    /// Returns the positions in a heading; `None` for another line. A column `data` beside a column
+    /// `extended` is python-can's, in Base64.
     fn of_heading(heading: &str) -> Option<Self> {
         let position = |names: &[&str]| {
             columns(heading, 0).position(|column| names.iter().any(|name| column.eq_ignore_ascii_case(name)))

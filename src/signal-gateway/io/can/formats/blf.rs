@@ -82,7 +82,8 @@ impl Blf {
 impl ObjectReader for Blf {
     fn next_object(&mut self) -> io::Result<Option<Outcome<'_>>> {
         match self.read_object() {
-            // A container that cannot be unpacked, instead of its objects. A source that fails gives errors of other kinds.
+            // A container that cannot be unpacked, instead of its objects. A source that fails gives errors
+            // of other kinds.
             Err(error) if error.kind() == ErrorKind::InvalidData => Ok(Some(Err(BadLine::BadData))),
             outcome => outcome,
         }
@@ -252,8 +253,8 @@ impl ContainerContents {
     }
 }
 
-/// Reads to the end of the next `LOBJ` and returns the number of bytes before it, without the padding of writers.
-/// Returns `None` at the end of the source.
+/// Reads to the end of the next `LOBJ` and returns the number of bytes before it, without the padding of
+/// writers. Returns `None` at the end of the source.
 fn find_magic(source: &mut impl BufRead) -> io::Result<Option<u64>> {
     const PADDING: u64 = 3;
     let (mut window, mut read) = ([0; 4], 0_u64);

@@ -12,15 +12,15 @@
 //! more than half a day is midnight), in absolute mode since the start, in relative mode since the
 //! line before. The last part of a time is milliseconds, or tenths of them when it has four digits.
 //!
-//! A log of J1939 has other columns: the time, the channel, the identifier of 29 bits, and parameter group, type, addresses and priority,
-//! which repeat what the identifier says.
+//! A log of J1939 has other columns: the time, the channel, the identifier of 29 bits, and parameter group,
+//! type, addresses and priority, which repeat what the identifier says.
 //!
 //! ```text
 //! ***PROTOCOL J1939***
 //! 12:38:37:7168 1 1ceafffe 0x00EA00 RQST_ACL FE  FF  007 Tx 3 00 EE 00
 //! ```
-//! A message of more than eight bytes is passed over: BUSMASTER assembles it from frames, which have lines of their own. A log of LIN is
-//! not read: its lines are bad.
+//! A message of more than eight bytes is passed over: BUSMASTER assembles it from frames, which have lines of
+//! their own. A log of LIN is not read: its lines are bad.
 
 use super::clock::{DAY, WrappingClock, days, nanos, time_of_day};
 use super::entry::{BadLine, EntryContent, LogEntry};

@@ -5,10 +5,11 @@
 //! 240.479,0x1A0,0,0x0ACC0ADE
 //! 0.06194250166663551,308,0,08007c630a00d064
 //! ```
-//! Newer versions write identifier and data with `0x` (`exportToCSV` in openpilot's `tools/cabana/utils/export.cc`); older ones
-//! wrote the identifier in decimal and data without a mark (panda's `can_replay.py`). So an identifier without `0x` is decimal.
-//! The format does not state the kind of frame: an identifier above `7FF` has 29 bits, more than eight bytes are CAN FD.
-//! Time is in seconds since the start of the route. A bus from 128 on is panda's own sending.
+//! Newer versions write identifier and data with `0x` (`exportToCSV` in openpilot's
+//! `tools/cabana/utils/export.cc`); older ones wrote the identifier in decimal and data without a mark
+//! (panda's `can_replay.py`). So an identifier without `0x` is decimal. The format does not state the kind of
+//! frame: an identifier above `7FF` has 29 bits, more than eight bytes are CAN FD. Time is in seconds since
+//! the start of the route. A bus from 128 on is panda's own sending.
 
 use super::clock::SECOND;
 use super::entry::{BadLine, LogEntry};

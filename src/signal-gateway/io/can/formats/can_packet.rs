@@ -1,9 +1,9 @@
-//! The packets of captures (pcap, pcapng) that carry CAN: SocketCAN (link type 227), and Linux cooked (113 and 276), which
-//! `tcpdump -i any` writes.
+//! The packets of captures (pcap, pcapng) that carry CAN: SocketCAN (link type 227), and Linux cooked (113
+//! and 276), which `tcpdump -i any` writes.
 //!
-//! A SocketCAN frame is the kernel's structure: identifier with flags, length, flags of CAN FD, two reserved bytes, data.
-//! The identifier is big-endian in link type 227, and in the byte order of the file in cooked packets: see
-//! `swap_socketcan_header` of libpcap.
+//! A SocketCAN frame is the kernel's structure: identifier with flags, length, flags of CAN FD, two reserved
+//! bytes, data. The identifier is big-endian in link type 227, and in the byte order of the file in cooked
+//! packets: see `swap_socketcan_header` of libpcap.
 
 use std::io;
 

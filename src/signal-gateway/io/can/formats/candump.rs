@@ -4,15 +4,19 @@
 //! (1436509052.249713) can0 044#2A366C2B
 //!  (1436509052.249713)  can0  044   [4]  2A 36 6C 2B
 //! ```
-//! Of `-L` it also reads CAN FD (`##`, flags digit), remote requests (`#R`), error frames (identifier bit 29),
-//! the flags of 29 bits and remote requests in an identifier of eight digits, as can-utils takes them; a raw DLC (`_9` to `_F`), and the trailing ` R` / ` T` of newer versions. Of `-ta` it reads CAN FD (a length of two digits),
-//! a raw DLC (`{F}`), `remote request`, and the flags of `-x`; bytes may be binary (`-i`) or in reverse order (`-S`). Colours
-//! (`-c`), letters behind the data (`-a`) and the explanation of an error frame (`-e`) are passed over. CAN XL is counted as
-//! not supported. Lines that begin with `#` are comments, or notes of the black box.
+//! Of `-L` it also reads CAN FD (`##`, flags digit), remote requests (`#R`), error frames (identifier bit
+//! 29), the flags of 29 bits and remote requests in an identifier of eight digits, as can-utils takes them; a
+//! raw DLC (`_9` to `_F`), and the trailing ` R` / ` T` of newer versions. Of `-ta` it reads CAN FD (a length
+//! of two digits), a raw DLC (`{F}`), `remote request`, and the flags of `-x`; bytes may be binary (`-i`) or
+//! in reverse order (`-S`). Colours (`-c`), letters behind the data (`-a`) and the explanation of an error
+//! frame (`-e`) are passed over. CAN XL is counted as not supported. Lines that begin with `#` are comments,
+//! or notes of the black box.
 //!
-//! Stamps may be padded and have a date (`-tA`). Stamps of `-tz` count from the start of the recording, so its epoch is
-//! 1970. Stamps of `-td` are the time since the frame before, cut to microseconds, and are added up. They look like those of
-//! `-tz`, but fall again and again, so that the beginning of a recording tells the two apart.
+//! Stamps may be padded and have a date (`-tA`). Stamps of `-tz` count from the start of the recording, so
+//! its epoch is
+//! 1970. Stamps of `-td` are the time since the frame before, cut to microseconds, and are added up. They
+//!       look like those of `-tz`, but fall again and again, so that the beginning of a recording tells the
+//!       two apart.
 
 use memchr::memmem;
 
@@ -83,8 +87,8 @@ pub fn parse_line(line: &[u8]) -> Result<LogEntry<'_>, BadLine> {
     Candump::default().read(line)?.ok_or(BadLine::NoTime)
 }
 
-/// Reads a classic data frame as `-L` writes it, much faster than [`any_line`]: long recordings have hardly anything
-/// else. Returns `None` for all other lines.
+/// Reads a classic data frame as `-L` writes it, much faster than [`any_line`]: long recordings have hardly
+/// anything else. Returns `None` for all other lines.
 fn common_line(line: &[u8]) -> Option<LogEntry<'_>> {
     let rest = line.strip_prefix(b"(")?;
     let (seconds, length) = leading::<10>(rest, 10);
@@ -120,7 +124,8 @@ fn until(text: &[u8], end: u8) -> Option<(&[u8], &[u8])> {
     Some((&text[..at], &text[at + 1..]))
 }
 
-/// Reads the digits at the beginning of a text, at most `most`, which is at most ten. Returns their value and their number.
+/// Reads the digits at the beginning of a text, at most `most`, which is at most ten. Returns their value and
+/// their number.
 #[inline]
 fn leading<const RADIX: u8>(text: &[u8], most: usize) -> (u64, usize) {
     let (mut value, mut length) = (0_u64, 0);
@@ -178,7 +183,8 @@ fn parse_note(line: &[u8]) -> Option<LogEntry<'_>> {
     Some(LogEntry { stamp, interface, content: EntryContent::Note(LogNote::parse(fields)?) })
 }
 
-/// Flags of SocketCAN above the 29 bits of an identifier; the highest one, for 29 bits, is known from eight digits.
+/// Flags of SocketCAN above the 29 bits of an identifier; the highest one, for 29 bits, is known from eight
+/// digits.
 const REMOTE_FLAG: u32 = 0x4000_0000;
 const ERROR_FLAG: u32 = 0x2000_0000;
 const ID_MASK: u32 = 0x1FFF_FFFF;
@@ -231,7 +237,8 @@ fn long_content(first: &str, mut fields: SpacedFields<'_>) -> Result<EntryConten
     }
 }
 
-/// Reads `length` bytes of two hexadecimal digits, or eight binary ones; back quotes separate bytes in reverse order.
+/// Reads `length` bytes of two hexadecimal digits, or eight binary ones; back quotes separate bytes in
+/// reverse order.
 fn long_data(fields: SpacedFields<'_>, length: usize) -> Result<[u8; MAX_DATA], BadLine> {
     let is_reversed = fields.clone().next().is_some_and(|field| field.contains('`'));
     let mut digits = fields.flat_map(|field| field.split('`')).map(uncoloured);

@@ -7,8 +7,8 @@ use gateway_base::time::WallStamp;
 /// Stamps below this are not absolute times: 2001-09-09, ns.
 const MIN_ABSOLUTE: i64 = 1_000_000_000 * SECOND;
 
-/// Returns the stamp of a line if it may be a difference, ns: candump writes these with three digits of seconds at least, and absolute
-/// times with ten.
+/// Returns the stamp of a line if it may be a difference, ns: candump writes these with three digits of
+/// seconds at least, and absolute times with ten.
 pub(super) fn difference(line: &[u8]) -> Option<i64> {
     let line = text(line).ok()?;
     let (stamp, _) = stamped(line)?;
@@ -18,8 +18,9 @@ pub(super) fn difference(line: &[u8]) -> Option<i64> {
     Some(stamp.as_nanos()).filter(|nanos| is_written_so && *nanos < MIN_ABSOLUTE)
 }
 
-/// Returns true if the stamps of these lines are differences: they fall again and again, and a quarter or more of them are smaller than
-/// the stamp before or half of the largest. Stamps of `-tz` fall only where two interfaces have a frame at the same time.
+/// Returns true if the stamps of these lines are differences: they fall again and again, and a quarter or
+/// more of them are smaller than the stamp before or half of the largest. Stamps of `-tz` fall only where two
+/// interfaces have a frame at the same time.
 pub(super) fn are_differences<'a>(lines: impl Iterator<Item = &'a [u8]>) -> bool {
     let (mut pairs, mut falls, mut small, mut largest) = (0_usize, 0, 0, 0);
     let mut last = None;
@@ -34,8 +35,8 @@ pub(super) fn are_differences<'a>(lines: impl Iterator<Item = &'a [u8]>) -> bool
     falls > 0 && falls * 20 >= pairs && small * 4 >= pairs
 }
 
-/// Reads `(seconds.fraction)` or `(2015-07-10 06:17:32.249713)`, with one to nine decimals, and returns the rest. Seconds before 1970 are
-/// negative, as we write them.
+/// Reads `(seconds.fraction)` or `(2015-07-10 06:17:32.249713)`, with one to nine decimals, and returns the
+/// rest. Seconds before 1970 are negative, as we write them.
 pub(super) fn stamped(line: &str) -> Option<(WallStamp, &str)> {
     let (time, rest) = without_colour(line.trim_start()).trim_start().strip_prefix('(')?.split_once(')')?;
     let (_, fraction) = time.trim().split_once('.')?;

@@ -4,9 +4,10 @@
 //! TimestampEpoch;BusChannel;ID;IDE;DLC;DataLength;Dir;EDL;BRS;ESI;RTR;DataBytes
 //! 1689951599.926300;9;06A;0;3;3;0;0;0;0;0;474400
 //! ```
-//! The heading names the columns (some have no `ESI` and `RTR`). Time is in seconds since 1970, identifier and data are
-//! hexadecimal. `IDE` is 1 for 29 bits, `EDL` for CAN FD, `RTR` for a remote request. The layout is the one that CSS Electronics'
-//! python-can-cansub writes and reads; its channel may also be a name, or nothing, which is `can0`.
+//! The heading names the columns (some have no `ESI` and `RTR`). Time is in seconds since 1970, identifier
+//! and data are hexadecimal. `IDE` is 1 for 29 bits, `EDL` for CAN FD, `RTR` for a remote request. The layout
+//! is the one that CSS Electronics' python-can-cansub writes and reads; its channel may also be a name, or
+//! nothing, which is `can0`.
 
 use super::clock::SECOND;
 use super::entry::{BadLine, EntryContent, EntryInterface, LogEntry};

@@ -5,12 +5,12 @@
 //! 18.876 070      8 00 B0 C8 64 9D B0 01 D6
 //! 18,880 18FEF100 2 00 01
 //! ```
-//! An identifier of more than three digits has 29 bits. What follows the data is a comment; `RTR` in place of the data
-//! is a remote request.
+//! An identifier of more than three digits has 29 bits. What follows the data is a comment; `RTR` in place of
+//! the data is a remote request.
 //!
 //! # Time
-//! Seconds with a point or comma, of an adapter's counter that begins again after 60 s. A file with 60 s or more has a
-//! counter that does not.
+//! Seconds with a point or comma, of an adapter's counter that begins again after 60 s. A file with 60 s or
+//! more has a counter that does not.
 
 use super::clock::{SECOND, TimeCounter};
 use super::entry::{BadLine, EntryContent, LogEntry};

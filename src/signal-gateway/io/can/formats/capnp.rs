@@ -1,7 +1,7 @@
 //! Messages of Cap'n Proto, as far as recordings need them (<https://capnproto.org/encoding.html>).
 //!
-//! A message has segments of 8-byte words. Pointers in it lead to structures, which have numbers and then pointers, and to lists;
-//! a far pointer leads to a pointer in another segment.
+//! A message has segments of 8-byte words. Pointers in it lead to structures, which have numbers and then
+//! pointers, and to lists; a far pointer leads to a pointer in another segment.
 
 use std::io::{self, ErrorKind, Read};
 
@@ -16,8 +16,8 @@ const MAX_BYTES: u64 = 16 << 20;
 /// Most segments of a valid message.
 const MAX_SEGMENTS: u32 = 512;
 
-/// Returns true if a file that begins with `head` begins with a message whose root is a structure with this number of words and
-/// pointers.
+/// Returns true if a file that begins with `head` begins with a message whose root is a structure with this
+/// number of words and pointers.
 pub(super) fn begins(head: &[u8], words: u16, pointers: u16) -> bool {
     let Some(last) = head.first_chunk().map(|last| u32::from_le_bytes(*last)) else { return false };
     let root = if last < MAX_SEGMENTS { head.get(table_length(last)..) } else { None };
@@ -211,8 +211,8 @@ impl<'a> Struct<'a> {
         (kind == 2).then_some(bytes)
     }
 
-    /// Returns the structures of the list behind a pointer, none if it leads nowhere; `None` for anything else, and for a list
-    /// that is longer than its segment.
+    /// Returns the structures of the list behind a pointer, none if it leads nowhere; `None` for anything
+    /// else, and for a list that is longer than its segment.
     pub(super) fn structures(&self, index: usize) -> Option<Structs<'a>> {
         let message = self.message;
         let target = message.follow(self.segment, self.pointer(index)?)?;

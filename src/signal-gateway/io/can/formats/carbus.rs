@@ -4,9 +4,10 @@
 //! @ TEXT @ 2 @ 64 @ 0 @ 55 @ 10078 @ 00:00:10.078 @
 //! 46,016  1  0004  45A  8  5A 04 00 00 00 00 00 00  00000000  Z
 //! ```
-//! A line has time, bus, kind, identifier, length and data between tabulators; of the rest, nothing is used. Three digits are an
-//! identifier of 11 bits. Behind the comma of a time are milliseconds in version 2, which the first line tells, and microseconds in
-//! version 3, which `SavvyCAN` writes without zeros before them. See its `loadCARBUSAnalyzerFile`.
+//! A line has time, bus, kind, identifier, length and data between tabulators; of the rest, nothing is used.
+//! Three digits are an identifier of 11 bits. Behind the comma of a time are milliseconds in version 2, which
+//! the first line tells, and microseconds in version 3, which `SavvyCAN` writes without zeros before them.
+//! See its `loadCARBUSAnalyzerFile`.
 
 use std::io::{self, BufRead, Read};
 

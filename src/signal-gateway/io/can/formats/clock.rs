@@ -1,5 +1,5 @@
-//! Dates, times of the day and clocks that start again at zero, as recordings write them, in nanoseconds. Time zones
-//! are not written, see [the formats](super).
+//! Dates, times of the day and clocks that start again at zero, as recordings write them, in nanoseconds.
+//! Time zones are not written, see [the formats](super).
 
 use super::fields::decimal;
 
@@ -74,9 +74,9 @@ impl WrappingClock {
         Self { period, newest, base: 0 }
     }
 
-    /// Returns the time since the start of the first period. A step back by more than half a period starts the next
-    /// period. A time within [`MAX_DELAY`] on the other side of that step belongs to the previous period. Other steps
-    /// back stay in their period.
+    /// Returns the time since the start of the first period. A step back by more than half a period starts
+    /// the next period. A time within [`MAX_DELAY`] on the other side of that step belongs to the previous
+    /// period. Other steps back stay in their period.
     pub(super) fn since_start(&mut self, time: i64) -> i64 {
         if time + self.period / 2 < self.newest {
             self.base = self.base.saturating_add(self.period);

@@ -5,9 +5,9 @@
 //! 1542473901.020305 1R11 402 FA 01 C3
 //! 1542473901.021 2T29 18FEF100 01
 //! ```
-//! The time is in seconds since 1970, or since the start of the module. `R` is received, `T` sent, with 11 or 29 bits of
-//! identifier; the digit before it is the number of the bus, 1 without one. Types that begin with `C` are comments, events
-//! and statistics.
+//! The time is in seconds since 1970, or since the start of the module. `R` is received, `T` sent, with 11 or
+//! 29 bits of identifier; the digit before it is the number of the bus, 1 without one. Types that begin with
+//! `C` are comments, events and statistics.
 
 use super::clock::SECOND;
 use super::entry::{BadLine, EntryContent, LogEntry};

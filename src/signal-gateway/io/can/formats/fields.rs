@@ -115,7 +115,8 @@ pub(super) fn id(number: u32, extended: bool) -> Result<CanId, BadLine> {
     if extended { CanId::extended(number) } else { CanId::standard(number) }.ok_or(BadLine::BadId)
 }
 
-/// Returns the number of data bytes for a DLC; `None` above 15. A classic frame with a DLC above 8 still has 8 bytes.
+/// Returns the number of data bytes for a DLC; `None` above 15. A classic frame with a DLC above 8 still has
+/// 8 bytes.
 pub(super) fn length_of_dlc(dlc: u32, fd: bool) -> Option<usize> {
     const LENGTHS: [usize; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64];
     let length = *LENGTHS.get(usize::try_from(dlc).ok()?)?;

@@ -4,9 +4,10 @@
 //! 1478198376.389427,0316,8,05,21,68,09,21,21,00,6f,R
 //! Timestamp: 1479121434.850202        ID: 0350    000    DLC: 8    05 28 84 66 6d 00 00 a2
 //! ```
-//! Time is in seconds since 1970; identifiers have four hexadecimal digits for 11 bits. Behind the data of the first form is `R`, or
-//! `T` for an injected frame; both were on the bus. The second form is how early versions of python-can print a message; its flags are
-//! `000`, or `010` with eight digits for 29 bits. Others are bad. There is one bus.
+//! Time is in seconds since 1970; identifiers have four hexadecimal digits for 11 bits. Behind the data of
+//! the first form is `R`, or `T` for an injected frame; both were on the bus. The second form is how early
+//! versions of python-can print a message; its flags are `000`, or `010` with eight digits for 29 bits.
+//! Others are bad. There is one bus.
 
 use super::clock::SECOND;
 use super::entry::{BadLine, EntryContent, LogEntry};

@@ -6,8 +6,8 @@
 //! "Time","Identifier (hex)","Format","Flags","Data (hex)"
 //! "00:01:03.03","223","Std","","00 00 00 00 49 00 00 01 "
 //! ```
-//! The times are a clock of the day or begin with the trace; no file tells which, so that the date is not used. Only frames without
-//! flags are known. There is one bus. See `loadIXXATFile` of `SavvyCAN`.
+//! The times are a clock of the day or begin with the trace; no file tells which, so that the date is not
+//! used. Only frames without flags are known. There is one bus. See `loadIXXATFile` of `SavvyCAN`.
 
 use super::clock::{DAY, WrappingClock, time_of_day};
 use super::entry::{BadLine, LogEntry};

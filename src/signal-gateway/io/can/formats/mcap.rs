@@ -1,8 +1,9 @@
 //! MCAP: the files of rosbag2 and Foxglove, the gateway's own included (`run --record`).
 //!
-//! A file is a sequence of records, most of them in chunks, which are plain, lz4 or zstd. They are read from the first to the last, so
-//! that a file without its end, as a killed recorder leaves it, is read as well; the index is not needed. Memory is the packed bytes of a
-//! chunk, the window of its decoder, and the topics that are read. A chunk that cannot be unpacked, or whose checksum is wrong, counts as a bad object.
+//! A file is a sequence of records, most of them in chunks, which are plain, lz4 or zstd. They are read from
+//! the first to the last, so that a file without its end, as a killed recorder leaves it, is read as well;
+//! the index is not needed. Memory is the packed bytes of a chunk, the window of its decoder, and the topics
+//! that are read. A chunk that cannot be unpacked, or whose checksum is wrong, counts as a bad object.
 
 use std::collections::BTreeMap;
 use std::io::{self, BufReader, Cursor, ErrorKind, Read};
@@ -38,7 +39,8 @@ const NODE: usize = 64;
 const RECORD_WORK: u64 = 100;
 /// Length of the head of a message: channel, sequence, log time, publish time.
 const MESSAGE_HEAD: usize = 22;
-/// Length of the head of a chunk before the name of its compression: two times, size, checksum, length of the name.
+/// Length of the head of a chunk before the name of its compression: two times, size, checksum, length of the
+/// name.
 const CHUNK_HEAD: usize = 32;
 
 static CRC: Crc<u32, Table<16>> = Crc::<u32, Table<16>>::new(&CRC_32_ISO_HDLC);

@@ -1,9 +1,10 @@
 //! ASAM MDF 4 with bus logging of CAN, as the tools of Vector, `CANedge`, `asammdf` and python-can write it.
 //!
-//! A data group (`DG`) has one stream of records; if they belong to several channel groups (`CG`), each begins with the number of
-//! its own. The records of a channel group with a channel `CAN_DataFrame`, `CAN_RemoteFrame` or `CAN_ErrorFrame` are frames.
-//! Groups are merged by time; frames that a logger wrote together, a bus at a time, too. A file that its writer did not end (`UnFinMF`) is read as it is: counts of records are not
-//! used, and the last block of data reaches to the end of the file.
+//! A data group (`DG`) has one stream of records; if they belong to several channel groups (`CG`), each
+//! begins with the number of its own. The records of a channel group with a channel `CAN_DataFrame`,
+//! `CAN_RemoteFrame` or `CAN_ErrorFrame` are frames. Groups are merged by time; frames that a logger wrote
+//! together, a bus at a time, too. A file that its writer did not end (`UnFinMF`) is read as it is: counts of
+//! records are not used, and the last block of data reaches to the end of the file.
 
 use std::collections::BTreeMap;
 use std::io::{self, ErrorKind};
@@ -157,7 +158,8 @@ mod tests {
         }
     }
 
-    /// As a `CANedge` writes: groups of one stream, constants as virtual channels, lengths by a table, and data of variable length.
+    /// As a `CANedge` writes: groups of one stream, constants as virtual channels, lengths by a table, and
+    /// data of variable length.
     fn unsorted(records: &[u8]) -> Vec<u8> {
         let mut file = Writer::new("UnFinMF 4.11    ");
         let time = file.conversion(1, &[0.0, 1e-6]);
@@ -274,7 +276,8 @@ mod tests {
         [head, packed].concat()
     }
 
-    /// As asammdf writes: a data group for each kind of frame, merged by time, in lists of plain and packed blocks.
+    /// As asammdf writes: a data group for each kind of frame, merged by time, in lists of plain and packed
+    /// blocks.
     fn sorted() -> Vec<u8> {
         let mut file = Writer::new("MDF     4.10    ");
         let mut before = None;

@@ -1,7 +1,7 @@
 //! Blocks of an ASAM MDF 4 file, which is kept in memory since they refer to each other in any order.
 //!
-//! A block has two letters as its kind, its length, links to other blocks and data; a link of 0 leads nowhere. How often blocks
-//! are visited is bounded, so that reading ends whatever the links say.
+//! A block has two letters as its kind, its length, links to other blocks and data; a link of 0 leads
+//! nowhere. How often blocks are visited is bounded, so that reading ends whatever the links say.
 
 use std::cell::Cell;
 use std::io::{self, ErrorKind};

@@ -1,4 +1,5 @@
-//! Channels of an MF4 file: where a record has a value, and how it is converted; and the channels of a CAN frame.
+//! Channels of an MF4 file: where a record has a value, and how it is converted; and the channels of a CAN
+//! frame.
 
 use std::io;
 

@@ -25,7 +25,8 @@ const VARIABLE_LENGTH: u16 = 1;
 /// A frame, or why it cannot be read.
 pub(super) type Entry = Result<LogEntry<'static>, BadLine>;
 
-/// Number of frames that wait in the window of a data group: loggers write those of a bus, or of a kind, together.
+/// Number of frames that wait in the window of a data group: loggers write those of a bus, or of a kind,
+/// together.
 const WINDOW: usize = 20_000;
 
 /// Channel groups with one stream of records.
@@ -131,7 +132,8 @@ impl DataGroup {
         }
     }
 
-    /// Returns the time of the next entry and the entry; `None` at the end. Fails if nothing behind can be read.
+    /// Returns the time of the next entry and the entry; `None` at the end. Fails if nothing behind can be
+    /// read.
     pub(super) fn next(&mut self, file: &Blocks) -> io::Result<Option<(Option<i64>, Entry)>> {
         let size = if self.groups.len() > 1 { WINDOW } else { 1 };
         while self.window.len() < size && self.failure.is_none() {

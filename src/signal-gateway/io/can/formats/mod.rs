@@ -1,18 +1,19 @@
 //! The formats of recordings, one in each file, and the recognition of a recording's format.
 //!
-//! `LINE_FORMATS` lists the formats of lines, `OBJECT_FORMATS` the binary ones, which are recognised by their first bytes; a
-//! new one needs a file and a line there. The name of a file does not matter. The first line that a format claims decides; lines before it are read (and counted as bad) in that format. A file without such a line
-//! at its beginning is refused with a description of its content.
+//! `LINE_FORMATS` lists the formats of lines, `OBJECT_FORMATS` the binary ones, which are recognised by their
+//! first bytes; a new one needs a file and a line there. The name of a file does not matter. The first line
+//! that a format claims decides; lines before it are read (and counted as bad) in that format. A file without
+//! such a line at its beginning is refused with a description of its content.
 //!
 //! # Time
-//! A format with a date gives absolute stamps. Their writers note local time without its zone,
-//! so it is taken for UTC: stamps of such a file are off by the writer's distance to UTC, which
-//! matters only where the wall clock is read. A format with nothing but offsets or a free
-//! counter gives stamps from the epoch on, a format without any time gives the epoch every time.
+//! A format with a date gives absolute stamps. Their writers note local time without its zone, so it is taken
+//! for UTC: stamps of such a file are off by the writer's distance to UTC, which matters only where the wall
+//! clock is read. A format with nothing but offsets or a free counter gives stamps from the epoch on, a
+//! format without any time gives the epoch every time.
 //!
 //! # Interfaces
-//! Formats that number their buses get the name `can` and the number as in the file: GVRET counts from 0, Vector and
-//! PCAN from 1. Without a number it is `can0`.
+//! Formats that number their buses get the name `can` and the number as in the file: GVRET counts from 0,
+//! Vector and PCAN from 1. Without a number it is `can0`.
 
 mod asc;
 mod attack_csv;
@@ -114,7 +115,7 @@ const LINE_FORMATS: [LineFormat; 16] = [
 pub(super) struct ObjectFormat {
     pub(super) name: &'static str,
     pub(super) mark: Mark,
-    /// Creates a reader of a file from its first byte on. Fails if the source fails, or if the file is not supported.
+    /// Creates a reader of a file from its first byte on. Fails with the source, or for an unsupported file.
     pub(super) reader: fn(ObjectSource) -> io::Result<Box<dyn ObjectReader>>,
 }
 
@@ -177,7 +178,7 @@ pub(super) fn is_in_bags(head: &[u8]) -> bool {
     mcap::FORMAT.begins(head) || sqlite::FORMAT.begins(head) && has_topics()
 }
 
-/// Returns true if a file that begins with `head` is a recording in a binary format, as far as its first bytes tell.
+/// Returns true if the first bytes of a file, `head`, are those of a binary recording.
 pub fn begins_like_binary(head: &[u8]) -> bool {
     OBJECT_FORMATS.iter().any(|format| format.begins(head))
 }
@@ -193,15 +194,15 @@ pub(super) type Outcome<'a> = Result<Option<LogEntry<'a>>, BadLine>;
 
 /// Reads a recording object by object, in bounded memory.
 pub(super) trait ObjectReader: Send {
-    /// Reads the next object; `None` at the end of the file. Fails if the source fails, or if nothing behind can be read: with
-    /// [`io::ErrorKind::UnexpectedEof`] if the file ends within an object, with [`io::ErrorKind::InvalidData`] if it is damaged.
+    /// Reads the next object; `None` at the end of the file. Fails if the source fails, or if nothing behind
+    /// can be read: with [`io::ErrorKind::UnexpectedEof`] if the file ends within an object, with
+    /// [`io::ErrorKind::InvalidData`] if it is damaged.
     fn next_object(&mut self) -> io::Result<Option<Outcome<'_>>>;
 }
 
 /// Reads a recording line by line, and keeps the state from its headings.
 pub(super) trait LineReader: Send {
-    /// Reads a trimmed line that is not empty. Returns `None` for a heading, a comment, or an event that is not a
-    /// frame.
+    /// Reads a trimmed line with content; `None` for a heading, a comment, or an event that is no frame.
     fn read<'a>(&mut self, line: &'a [u8]) -> Outcome<'a>;
 }
 
@@ -224,8 +225,7 @@ pub(super) const HEAD: usize = 4096;
 const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 impl Format {
-    /// Returns the format of a recording that begins with `head`; `None` if no whole line fits one, or if more of the beginning
-    /// `may_follow` and decides.
+    /// Returns the format that whole lines of `head` fit; `None` also if more `may_follow` and decide.
     pub(super) fn of(head: &[u8], may_follow: bool) -> Option<Self> {
         if let Some(format) = OBJECT_FORMATS.into_iter().find(|format| format.begins(head)) {
             return Some(Self::Objects(format));
@@ -326,8 +326,8 @@ mod testing {
         (entries, outcome)
     }
 
-    /// Cuts a file at 20 places behind its first `head` bytes: each part gives the first entries of the whole file, at most
-    /// `most_lost` less than its share, and then fails unless the cut is between two objects.
+    /// Cuts a file at 20 places behind its first `head` bytes: each part gives the first entries of the whole
+    /// file, at most `most_lost` less than its share, and then fails unless the cut is between two objects.
     pub(super) fn assert_parts_give_the_beginning(
         format: ObjectFormat,
         file: &[u8],

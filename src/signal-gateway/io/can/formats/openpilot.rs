@@ -1,11 +1,13 @@
-//! Logs of openpilot (rlog and qlog): messages of Cap'n Proto, of which `can` has the frames that a panda received.
+//! Logs of openpilot (rlog and qlog): messages of Cap'n Proto, of which `can` has the frames that a panda
+//! received.
 //!
-//! See `Event`, `CanData` and `InitData` in openpilot's `cereal/log.capnp`. Times are those of a clock that starts with the device;
-//! newer logs begin with the wall time, from which the date follows. CAN FD is not stated, so that more than 8 bytes are CAN FD; nor
-//! is the length of identifiers, so that more than 11 bits are an extended one.
+//! See `Event`, `CanData` and `InitData` in openpilot's `cereal/log.capnp`. Times are those of a clock that
+//! starts with the device; newer logs begin with the wall time, from which the date follows. CAN FD is not
+//! stated, so that more than 8 bytes are CAN FD; nor is the length of identifiers, so that more than 11 bits
+//! are an extended one.
 //!
-//! Frames that openpilot itself sends appear a second time with 128 added to the number of the bus, and those that the panda refused
-//! with 192 added: both are passed over, as what is sent is in recordings of ROS 2.
+//! Frames that openpilot itself sends appear a second time with 128 added to the number of the bus, and those
+//! that the panda refused with 192 added: both are passed over, as what is sent is in recordings of ROS 2.
 
 use std::io;
 

@@ -1,7 +1,7 @@
 //! pcap, the captures of tcpdump and of older versions of Wireshark.
 //!
-//! A header of 24 bytes has the byte order, the unit of times and the link type; packets follow, each with its time, its
-//! captured length and its length on the bus. Memory is one packet.
+//! A header of 24 bytes has the byte order, the unit of times and the link type; packets follow, each with
+//! its time, its captured length and its length on the bus. Memory is one packet.
 
 use std::io::{self, BufRead, Read};
 
@@ -36,7 +36,8 @@ struct Pcap {
 }
 
 impl Pcap {
-    /// Reads the header. Fails if the source fails or ends within it, or if the link type carries no CAN frames.
+    /// Reads the header. Fails if the source fails or ends within it, or if the link type carries no CAN
+    /// frames.
     fn new(mut source: ObjectSource) -> io::Result<Self> {
         let mut header = [0; 24];
         source.read_exact(&mut header)?;
@@ -85,7 +86,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// A capture with the frame 123#0102 at 5.000250 s, and one of four bytes that were cut to a snap length of two.
+    /// A capture with the frame 123#0102 at 5.000250 s, and one of four bytes that were cut to a snap length
+    /// of two.
     fn capture(order: ByteOrder, magic: u32, fraction: u32, link: u32) -> Vec<u8> {
         let number = |number: u32| {
             if order == ByteOrder::Big { number.to_be_bytes() } else { number.to_le_bytes() }

@@ -1,8 +1,9 @@
 //! pcapng, the captures of Wireshark.
 //!
-//! A file is a sequence of blocks, each with its type and length before its content, and the length behind it. A section
-//! header has the byte order of its section, an interface description the link type, name and unit of times of an
-//! interface; packets refer to interfaces by their position in the section. Memory is one block and the interfaces.
+//! A file is a sequence of blocks, each with its type and length before its content, and the length behind
+//! it. A section header has the byte order of its section, an interface description the link type, name and
+//! unit of times of an interface; packets refer to interfaces by their position in the section. Memory is one
+//! block and the interfaces.
 
 use std::io::{self, BufRead, Read};
 

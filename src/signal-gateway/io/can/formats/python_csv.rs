@@ -4,8 +4,8 @@
 //! timestamp,arbitration_id,extended,remote,error,dlc,data
 //! 1483389946.197,0xdadada,1,0,0,6,WzQyLCA5XQ==
 //! ```
-//! The time is in seconds since 1970, data is Base64. The format does not name buses, so all frames are of `can0`; nor does
-//! it say whether a frame of up to eight bytes was CAN FD, so it is taken for a classic one.
+//! The time is in seconds since 1970, data is Base64. The format does not name buses, so all frames are of
+//! `can0`; nor does it say whether a frame of up to eight bytes was CAN FD, so it is taken for a classic one.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;

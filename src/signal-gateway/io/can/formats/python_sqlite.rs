@@ -1,7 +1,7 @@
 //! python-can's SQLite database: the table `messages`, a row for each frame.
 //!
-//! It does not name buses, so all is `can0`. CAN FD is not stated, so frames of more than 8 bytes are FD; nor is the kind
-//! of an error.
+//! It does not name buses, so all is `can0`. CAN FD is not stated, so frames of more than 8 bytes are FD; nor
+//! is the kind of an error.
 
 use std::io;
 

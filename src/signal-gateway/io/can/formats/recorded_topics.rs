@@ -1,4 +1,5 @@
-//! Messages of ROS 2 in a recording, whatever file holds them: of topics that the reader of the recording chooses.
+//! Messages of ROS 2 in a recording, whatever file holds them: of topics that the reader of the recording
+//! chooses.
 
 use std::io;
 use std::sync::Arc;
@@ -33,12 +34,12 @@ pub struct LoggedMessage<'a, T> {
 
 /// Reads the messages of the chosen topics one by one, in bounded memory.
 pub trait MessageReader<T>: Send {
-    /// Reads on to the next message, which [`Self::message`] then returns; an `Err` within for one that cannot be read, `None` at the
-    /// end.
+    /// Reads on to the next message, which [`Self::message`] then returns; an `Err` within for one that
+    /// cannot be read, `None` at the end.
     ///
     /// # Errors
-    /// A source that fails; [`io::ErrorKind::UnexpectedEof`] if the file ends too early, [`io::ErrorKind::InvalidData`] if nothing
-    /// behind can be read.
+    /// A source that fails; [`io::ErrorKind::UnexpectedEof`] if the file ends too early,
+    /// [`io::ErrorKind::InvalidData`] if nothing behind can be read.
     fn advance(&mut self) -> io::Result<Option<Result<(), BadLine>>>;
 
     /// Returns the message that was read last.

@@ -1,8 +1,8 @@
-//! CAN frames as messages of ROS 2, as `ros2_socketcan` and the gateway itself record them: `can_msgs/msg/Frame`, and
-//! `ros2_socketcan_msgs/msg/FdFrame` for CAN FD, in CDR.
+//! CAN frames as messages of ROS 2, as `ros2_socketcan` and the gateway itself record them:
+//! `can_msgs/msg/Frame`, and `ros2_socketcan_msgs/msg/FdFrame` for CAN FD, in CDR.
 //!
-//! The namespace of a topic `/can0/from_can_bus` or `/can0/from_can_bus_fd` names the interface. Frames of `to_can_bus` and the like
-//! were sent and not received, and are passed over.
+//! The namespace of a topic `/can0/from_can_bus` or `/can0/from_can_bus_fd` names the interface. Frames of
+//! `to_can_bus` and the like were sent and not received, and are passed over.
 
 use std::io;
 use std::sync::Arc;
@@ -33,7 +33,8 @@ pub(super) struct FrameTopic {
 }
 
 impl FrameTopic {
-    /// Returns `None` for a topic of another type (`can_msgs/msg/Frame`), in another encoding, or with sent frames.
+    /// Returns `None` for a topic of another type (`can_msgs/msg/Frame`), in another encoding, or with sent
+    /// frames.
     pub(super) fn new(topic: &str, type_name: &str, encoding: &str) -> Option<Self> {
         let is_fd = type_name == full_name(FdFrame::TYPE_NAME);
         let (namespace, last) = topic.trim_matches('/').rsplit_once('/').unwrap_or((UNNAMED, topic));
@@ -89,8 +90,8 @@ fn without_frames(choice: &TopicChoice<FrameTopic>) -> io::Error {
     }
 }
 
-/// Reads a message with its encapsulation header: when it was received, and what. A message without a stamp has the time of its
-/// record.
+/// Reads a message with its encapsulation header: when it was received, and what. A message without a stamp
+/// has the time of its record.
 ///
 /// # Errors
 /// Bytes that are no such message.

@@ -4,12 +4,14 @@
 //! t1A0301020304D2
 //! T18FEF1000
 //! ```
-//! `t` and `r` have three digits of identifier, `T` and `R` eight; `r` and `R` are remote requests. `d`, `D` (without a bit rate
-//! switch), `b` and `B` (with one) are CAN FD as `CANable` 2 and python-can write it. A digit is the DLC; data and, if the
-//! adapter is set so, a stamp of four digits follow. All numbers are hexadecimal.
+//! `t` and `r` have three digits of identifier, `T` and `R` eight; `r` and `R` are remote requests. `d`, `D`
+//! (without a bit rate switch), `b` and `B` (with one) are CAN FD as `CANable` 2 and python-can write it. A
+//! digit is the DLC; data and, if the adapter is set so, a stamp of four digits follow. All numbers are
+//! hexadecimal.
 //!
 //! # Time
-//! Milliseconds of a counter that begins again after 60 s (`0000` to `EA5F`). Without stamps every stamp is the epoch.
+//! Milliseconds of a counter that begins again after 60 s (`0000` to `EA5F`). Without stamps every stamp is
+//! the epoch.
 
 use super::clock::{SECOND, TimeCounter};
 use super::entry::{BadLine, EntryContent, LogEntry};

@@ -1,7 +1,9 @@
-//! Reads the rows of tables of an SQLite database, which is kept in memory (<https://www.sqlite.org/fileformat2.html>).
+//! Reads the rows of tables of an SQLite database, which is kept in memory
+//! (<https://www.sqlite.org/fileformat2.html>).
 //!
-//! A table is a tree of pages: inner pages refer to others, leaves have the rows, and what does not fit is in a chain of
-//! overflow pages. Every page is visited once at most, so that reading ends whatever the file says.
+//! A table is a tree of pages: inner pages refer to others, leaves have the rows, and what does not fit is in
+//! a chain of overflow pages. Every page is visited once at most, so that reading ends whatever the file
+//! says.
 
 use std::io::{self, ErrorKind};
 
@@ -81,8 +83,8 @@ pub(super) struct Database {
 }
 
 impl Database {
-    /// Reads a database as far as it goes. Fails if the source fails within the header, or for a kind of database that is
-    /// not supported.
+    /// Reads a database as far as it goes. Fails if the source fails within the header, or for a kind of
+    /// database that is not supported.
     pub(super) fn read(mut source: ObjectSource) -> io::Result<Self> {
         let budget = source.budget.clone();
         budget.allow_whole();
@@ -152,7 +154,7 @@ impl Database {
         page.ok_or_else(|| missing_part(self.failure.as_ref()))
     }
 
-    /// Counts a page in `visited`. Fails if there are more than the file has, so that pages refer in a circle.
+    /// Counts a page in `visited`. Fails if there are more than the file has: pages refer in a circle.
     fn visit(&self, visited: &mut usize) -> io::Result<()> {
         self.budget.spend(ROW_WORK)?;
         *visited += 1;
@@ -160,7 +162,7 @@ impl Database {
         is_possible.then_some(()).ok_or_else(|| ErrorKind::InvalidData.into())
     }
 
-    /// Appends `length` bytes of a row to `payload`: those of a leaf, and those of the chain of pages behind it.
+    /// Appends `length` bytes of a row to `payload`: those of a leaf, and of the chain of pages behind it.
     fn collect(
         &self,
         cell: &[u8],
@@ -360,7 +362,7 @@ pub(super) mod testing {
         [varint_bytes(types.len() + 1), types, content].concat()
     }
 
-    /// The cell of a row of which the first `local` bytes are in the leaf, and the rest begins on page `overflow`.
+    /// The cell of a row with `local` bytes in the leaf, whose rest begins on page `overflow`.
     pub(in super::super) fn cell(row: u8, record: &[u8], local: usize, overflow: Option<u8>) -> Vec<u8> {
         let pointer = overflow.map(|page| vec![0, 0, 0, page]).unwrap_or_default();
         [varint_bytes(record.len()), vec![row], record[..local].to_vec(), pointer].concat()
@@ -414,7 +416,7 @@ mod tests {
         let bytes = |length: usize| (0..length).map(|at| u8::try_from(at % 251).unwrap()).collect::<Vec<_>>();
         let blobs = [bytes(3), bytes(700), bytes(1000), bytes(470)];
         let records = blobs.each_ref().map(|blob| record(&[Value::Null, Value::Blob(blob)]));
-        // With pages of 512 bytes, a leaf has 39 bytes of a row and as many more as its last page leaves, up to 477.
+        // With pages of 512 bytes, a leaf has 39 to 477 bytes of a row: all that its last page leaves.
         let inner = page(0, Some(5), &[vec![0, 0, 0, 3, 1], vec![0, 0, 0, 4, 3]]);
         let leaves = [
             page(0, None, &[whole(1, &records[0])]),

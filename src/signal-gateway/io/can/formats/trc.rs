@@ -1,5 +1,5 @@
-//! PCAN TRC, as PCAN-View, PCAN-Explorer and python-can write it: versions 1.0 to 1.3, 2.0, 2.1; and the CSV that
-//! PEAK-Converter makes of it.
+//! PCAN TRC, as PCAN-View, PCAN-Explorer and python-can write it: versions 1.0 to 1.3, 2.0, 2.1; and the CSV
+//! that PEAK-Converter makes of it.
 //!
 //! ```text
 //! ;$FILEVERSION=2.1
@@ -14,9 +14,9 @@
 //! ```text
 //! 1,1.250,1,Rx,DT,01A0,-,3,01,02,03
 //! ```
-//! The CSV has other columns, and commas, semicolons or tabs between them: number, offset, bus, direction, type, identifier,
-//! reserved, length, data. Its length may be a DLC or count bytes; the number of bytes decides. The headings before it vary
-//! and do not count, but for a start among them.
+//! The CSV has other columns, and commas, semicolons or tabs between them: number, offset, bus, direction,
+//! type, identifier, reserved, length, data. Its length may be a DLC or count bytes; the number of bytes
+//! decides. The headings before it vary and do not count, but for a start among them.
 
 use super::clock::{DAY, SECOND};
 use super::entry::{BadLine, EntryContent, LogEntry};
@@ -41,8 +41,8 @@ struct Trc {
     columns: TrcColumns,
 }
 
-/// Columns by the letters of `$COLUMNS`: `N`umber, `O`ffset, `T`ype, `B`us, `I`dentifier, `d`irection, `R`eserved,
-/// `l`ength in bytes, `L` the DLC, `D`ata. Versions 1 combine direction and kind in `t`.
+/// Columns by the letters of `$COLUMNS`: `N`umber, `O`ffset, `T`ype, `B`us, `I`dentifier, `d`irection,
+/// `R`eserved, `l`ength in bytes, `L` the DLC, `D`ata. Versions 1 combine direction and kind in `t`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct TrcColumns([u8; 10]);
 

@@ -55,8 +55,8 @@ pub fn known_magic(head: &[u8]) -> Option<Looks> {
     known.or_else(|| (head.get(257..262) == Some(b"ustar")).then_some(plain("a tar archive")))
 }
 
-/// Describes a file by its first bytes, e.g. `a zip archive`, or by its first line in quotes; with a remedy, which may be
-/// empty.
+/// Describes a file by its first bytes, e.g. `a zip archive`, or by its first line in quotes; with a remedy,
+/// which may be empty.
 pub(super) fn looks_like(head: &[u8]) -> (String, &'static str) {
     if let Some(Looks { name, remedy }) = known_magic(head) {
         return (name.to_owned(), remedy);

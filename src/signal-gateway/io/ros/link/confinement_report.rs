@@ -1,5 +1,6 @@
-//! The report of the network process on its confinement, sent once over a socket of its own: the layers that are missing, and with them the
-//! descriptor at which the kernel asks about each system call that is refused. Who holds it decides, so the process keeps none.
+//! The report of the network process on its confinement, sent once over a socket of its own: the layers that
+//! are missing, and with them the descriptor at which the kernel asks about each system call that is refused.
+//! Who holds it decides, so the process keeps none.
 
 use std::io;
 use std::os::fd::{AsFd, OwnedFd};

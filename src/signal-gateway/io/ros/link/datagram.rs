@@ -31,8 +31,8 @@ pub fn send(socket: impl AsFd, message: &[u8], descriptors: &[BorrowedFd<'_>]) -
     Ok(())
 }
 
-/// Receives a message into the space for it; gives its length, which is 0 once the other end is closed, and its descriptors. One
-/// that is longer than the space is an error.
+/// Receives a message into the space for it; gives its length, which is 0 once the other end is closed, and
+/// its descriptors. One that is longer than the space is an error.
 pub fn receive(socket: impl AsFd, space: &mut [u8]) -> io::Result<(usize, Vec<OwnedFd>)> {
     let mut ancillary_space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(MAX_DESCRIPTORS))];
     let mut ancillary = RecvAncillaryBuffer::new(&mut ancillary_space);

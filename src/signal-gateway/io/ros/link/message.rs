@@ -12,7 +12,8 @@ use ros_messages::cdr::{CdrBytes, Endian};
 
 /// The longest text, bytes.
 const MAX_TEXT: usize = 1024;
-/// Longest JSON of a status: room for 11 bytes of each of a thousand topics, and for the few nodes that are named.
+/// Longest JSON of a status: room for 11 bytes of each of a thousand topics, and for the few nodes that are
+/// named.
 const MAX_STATUS: usize = 32 * 1024;
 /// The largest sample that is handed on, bytes.
 pub const MAX_SAMPLE: usize = 8 * 1024 * 1024;
@@ -60,7 +61,8 @@ pub enum FromNetwork<'a> {
         number: u64,
         /// True if a sample came back. It may fail to without a network, or where none ever did.
         has_echo: bool,
-        /// True if a sample has arrived since the last answer at a reader that does not belong to the network side's participant.
+        /// True if a sample has arrived since the last answer at a reader that does not belong to the network
+        /// side's participant.
         is_heard: bool,
     },
 }
@@ -143,7 +145,8 @@ impl ToNetwork {
         match self {
             Self::Start(settings) => {
                 bytes.push(START);
-                // Settings have no map whose keys are no texts; what could not be encoded cannot be read either.
+                // Settings have no map whose keys are no texts; what could not be encoded cannot be read
+                // either.
                 bytes.extend(serde_json::to_vec(settings).unwrap_or_default());
             }
             Self::Order(topic, Order::Publish(samples)) => {
@@ -209,7 +212,8 @@ const STATUS: u8 = 5;
 const PONG: u8 = 6;
 
 impl<'a> FromNetwork<'a> {
-    /// Appends the bytes of the message; a reason is shortened to what may be sent, and the names in a status are short already.
+    /// Appends the bytes of the message; a reason is shortened to what may be sent, and the names in a status
+    /// are short already.
     pub(in crate::io::ros) fn encode(&self, bytes: &mut Vec<u8>) {
         match self {
             Self::Ready => bytes.push(READY),

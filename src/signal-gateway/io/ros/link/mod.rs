@@ -1,8 +1,9 @@
-//! The link between the gateway and its network side: a socket pair with framed messages, whether the network side is
-//! a process or a thread.
+//! The link between the gateway and its network side: a socket pair with framed messages, whether the network
+//! side is a process or a thread.
 //!
-//! Neither side waits for the other: what cannot be written stays with its sender, where newer orders replace it. The
-//! gateway trusts nothing that the network side sends; a message that breaks the rules is a [`Violation`].
+//! Neither side waits for the other: what cannot be written stays with its sender, where newer orders replace
+//! it. The gateway trusts nothing that the network side sends; a message that breaks the rules is a
+//! [`Violation`].
 
 mod bytes;
 pub mod confinement_report;

@@ -27,7 +27,8 @@ pub struct NetworkSettings {
     pub read: Vec<ReadTopic>,
     /// Intervals at which lost peers and new addresses are acted on.
     pub recovery: Recovery,
-    /// True once a sample of our own has come back on this computer. Where none has, it is not a sign of life.
+    /// True once a sample of our own has come back on this computer. Where none has, it is not a sign of
+    /// life.
     pub echo_is_proven: bool,
     /// The most bytes of samples that may be kept until their readers have acknowledged them.
     pub history_bytes: usize,

@@ -20,7 +20,8 @@ const KEPT: usize = 1024 * 1024;
 /// A socket with what waits on both sides of it. Nothing here blocks, but for [`Link::ready`].
 #[derive(Debug)]
 pub struct Link {
-    /// Watched for what can be read alone: watched for room, it would wake this end whenever the other end reads.
+    /// Watched for what can be read alone: watched for room, it would wake this end whenever the other end
+    /// reads.
     stream: AsyncFd<UnixStream>,
     incoming: FrameBuffer,
     scratch: Box<[u8]>,

@@ -33,7 +33,8 @@ pub enum Violation {
     /// The sample is too large.
     #[error("a sample of {0} bytes")]
     Sample(usize),
-    /// The message is not due: none may come before the first, which may come once, nor a pong without its ping.
+    /// The message is not due: none may come before the first, which may come once, nor a pong without its
+    /// ping.
     #[error("a message out of turn")]
     OutOfTurn,
 }

@@ -23,8 +23,8 @@ pub(super) fn group_elements(elements: &[GroupElement], compat: Compat) -> Vec<T
     elements.iter().map(|shown| element(shown.bulb, shown.confidence, compat)).collect()
 }
 
-/// Returns the bulb that an element shows; `None` when one of its numbers is not a constant of the type, or the confidence is
-/// not from 0 to 1.
+/// Returns the bulb that an element shows; `None` when one of its numbers is not a constant of the type, or
+/// the confidence is not from 0 to 1.
 pub(super) fn bulb(element: TrafficLightElement) -> Option<Bulb> {
     let color = Color::ALL.into_iter().find(|known| color(*known) == element.color)?;
     let shape = BulbShape::ALL.into_iter().find(|known| shape(*known, Compat::Improved) == element.shape)?;

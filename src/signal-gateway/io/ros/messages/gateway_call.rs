@@ -40,7 +40,8 @@ pub fn call_message(timed: &TimedCall) -> Message {
     }
 }
 
-/// Returns the call of a message; `None` for a kind that is not known, or with contents that it does not have.
+/// Returns the call of a message; `None` for a kind that is not known, or with contents that it does not
+/// have.
 pub fn timed_call(message: &Message) -> Option<TimedCall> {
     let mut notes = message.notes.iter().map(|note| LogNote::parse(note.split(' ')));
     let call = match message.kind {

@@ -26,7 +26,8 @@ use traffic_lights::emission::{Emission, LightsContent};
 #[cfg(test)]
 mod properties;
 
-/// Encoded messages kept for reuse. A writer holds the last message until it has the next one, so two take turns.
+/// Encoded messages kept for reuse. A writer holds the last message until it has the next one, so two take
+/// turns.
 const MAX_KEPT: usize = 2;
 /// The largest alignment of a CDR field, bytes.
 const MAX_ALIGNMENT: usize = 8;
@@ -144,8 +145,8 @@ impl<E: ArrayElement> ArrayEncoder<E> {
 /// A message in CDR, and what it shows.
 #[derive(Debug, Clone)]
 struct EncodedArray<T> {
-    /// The list of which the message was made, known by its address, which is not given to another list meanwhile.
-    /// Holding the list itself would make the core copy it with the next change.
+    /// The list of which the message was made, known by its address, which is not given to another list
+    /// meanwhile. Holding the list itself would make the core copy it with the next change.
     content: Weak<Vec<T>>,
     items: Vec<T>,
     /// The bytes of each element, without the padding before it.
@@ -239,8 +240,8 @@ impl<T: Clone> EncodedArray<T> {
     }
 }
 
-/// Appends a value as it is encoded at a position of a message: alignment counts from the start of the message.
-/// The position is a multiple of 4.
+/// Appends a value as it is encoded at a position of a message: alignment counts from the start of the
+/// message. The position is a multiple of 4.
 fn append(value: &impl Serialize, position: usize, bytes: &mut Vec<u8>) -> cdr_encoding::Result<()> {
     if position.is_multiple_of(MAX_ALIGNMENT) {
         return cdr_encoding::to_writer::<_, LittleEndian, _>(bytes, value);

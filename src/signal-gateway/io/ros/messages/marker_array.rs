@@ -65,7 +65,8 @@ impl ArrayElement for Marker {
 }
 
 /// Namespace and id of a lamp's marker: the way id times four plus the lamp's number. Ids too large for that
-/// have a namespace of their own; upstream's wrap around, and lamps of different heads can replace each other (Q6).
+/// have a namespace of their own; upstream's wrap around, and lamps of different heads can replace each other
+/// (Q6).
 fn name(way_id: i64, number: u8, compat: Compat) -> (String, i32) {
     let id = way_id.wrapping_mul(NUMBERS_PER_HEAD).wrapping_add(i64::from(number));
     let fitting = way_id

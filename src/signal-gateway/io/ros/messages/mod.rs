@@ -1,4 +1,5 @@
-//! The messages of ROS 2 from and to what the gateway decides. The types themselves are those of [`ros_messages`].
+//! The messages of ROS 2 from and to what the gateway decides. The types themselves are those of
+//! [`ros_messages`].
 
 mod array_element;
 mod diagnostics;

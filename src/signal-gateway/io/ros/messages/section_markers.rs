@@ -24,8 +24,8 @@ const REQUIRED_M: f64 = 4.0;
 /// The viewer deletes the markers of a gateway that has ended after this time.
 const LIFETIME: Duration = Duration { sec: 3, nanosec: 0 };
 
-/// Makes the markers of all candidates that have a side and finite points, after the deletion of all markers before.
-/// The candidate that is signalled is opaque.
+/// Makes the markers of all candidates that have a side and finite points, after the deletion of all markers
+/// before. The candidate that is signalled is opaque.
 pub fn section_markers(decision: &Decision, stamp: WallStamp) -> MarkerArray {
     let mut markers = delete_all(stamp).markers;
     markers
@@ -88,7 +88,8 @@ mod tests {
         plane::Pose::new(x_m, 0.0, 0.0)
     }
 
-    /// A left turn that is required from 40 to 50 m, and an avoidance to the right behind it, for a vehicle at 20 m.
+    /// A left turn that is required from 40 to 50 m, and an avoidance to the right behind it, for a vehicle
+    /// at 20 m.
     fn decision(sections: &Candidates) -> Decision {
         let path = Path::new((0..100_u32).map(|x| at(x.into()))).unwrap();
         let limits = NearestLimits { distance_m: 3.0, yaw_rad: 1.0 };

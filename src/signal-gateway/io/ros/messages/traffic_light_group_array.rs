@@ -31,7 +31,8 @@ pub(super) fn predicted_state(prediction: &Prediction, compat: Compat) -> Predic
     }
 }
 
-/// Returns the prediction of a message; `None` when a number of it is not a constant of its type, or its stamp is not a time.
+/// Returns the prediction of a message; `None` when a number of it is not a constant of its type, or its
+/// stamp is not a time.
 fn prediction(message: &PredictedTrafficLightState) -> Option<Prediction> {
     let elements = elements_of(&message.simultaneous_elements)?;
     let source = INFORMATION_SOURCES.into_iter().find(|known| *known == message.information_source);
@@ -71,8 +72,9 @@ pub(super) fn group_array(
     TrafficLightGroupArray { stamp: stamp.into(), traffic_light_groups: elements(groups, stamp, compat) }
 }
 
-/// Returns the input of a message for a store. A group without elements removes its state; a group with an undefined
-/// number is left out as a whole and counted, a prediction with one alone. Only states of V2I have predictions.
+/// Returns the input of a message for a store. A group without elements removes its state; a group with an
+/// undefined number is left out as a whole and counted, a prediction with one alone. Only states of V2I have
+/// predictions.
 pub fn groups_for_store(message: &TrafficLightGroupArray, store: StoreId) -> TrafficLightInput {
     let (mut states, mut rejected) = (Vec::new(), 0);
     for group in &message.traffic_light_groups {
@@ -96,8 +98,8 @@ pub fn groups_for_store(message: &TrafficLightGroupArray, store: StoreId) -> Tra
     TrafficLightInput::States { store, stamp: message.stamp.into(), states, rejected }
 }
 
-/// Returns the input of a camera pipeline's message. A group with an undefined number is left out as a whole and
-/// counted; predictions of cameras are not used.
+/// Returns the input of a camera pipeline's message. A group with an undefined number is left out as a whole
+/// and counted; predictions of cameras are not used.
 pub fn groups_for_arbiter(message: &TrafficLightGroupArray) -> TrafficLightInput {
     let group = |group: &TrafficLightGroup| {
         let elements = elements_of(&group.elements)?;

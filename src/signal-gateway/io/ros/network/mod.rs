@@ -1,8 +1,8 @@
 //! The network side: what joins DDS, or Zenoh, behind a link.
 //!
-//! It believes what the network tells it, since RustDDS does: a single packet can make it allocate without bound, or
-//! hang. So it runs in a process of its own ([`process`]), which knows nothing of CAN and may die at any time; the
-//! gateway replaces it. It may also run in a thread of the gateway, for debuggers and tests.
+//! It believes what the network tells it, since RustDDS does: a single packet can make it allocate without
+//! bound, or hang. So it runs in a process of its own ([`process`]), which knows nothing of CAN and may die
+//! at any time; the gateway replaces it. It may also run in a thread of the gateway, for debuggers and tests.
 
 mod confinement;
 mod dds;
@@ -24,8 +24,9 @@ pub(super) use dds::survey;
 pub use distribution::DISTRO;
 pub(super) use distribution::identifier_length;
 
-/// Serves the gateway at the other end of the socket until it says stop; `confine` is called with the engine that it wants,
-/// before anything of the network is there. Fails with the error of `confine`, or of the link, most often because the gateway is gone.
+/// Serves the gateway at the other end of the socket until it says stop; `confine` is called with the engine
+/// that it wants, before anything of the network is there. Fails with the error of `confine`, or of the link,
+/// most often because the gateway is gone.
 pub fn serve(socket: UnixStream, confine: impl FnOnce(&Transport) -> io::Result<()>) -> io::Result<()> {
     let runtime = Builder::new_current_thread().enable_all().build()?;
     let Some((settings, link)) = runtime.block_on(start(socket))? else { return Ok(()) };

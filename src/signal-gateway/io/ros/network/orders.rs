@@ -44,8 +44,8 @@ pub(super) fn next_message(link: &mut Link) -> io::Result<Option<ToNetwork>> {
     frame.map(ToNetwork::decode).transpose().map_err(invalid)
 }
 
-/// Adds an order to those that are to be carried out: behind the samples of the last one where each counts, else in its
-/// place.
+/// Adds an order to those that are to be carried out: behind the samples of the last one where each counts,
+/// else in its place.
 fn add(orders: &mut BTreeMap<u16, Order>, topic: u16, order: Order, counts_each: bool) {
     match (orders.get_mut(&topic), order) {
         (Some(Order::Publish(samples)), Order::Publish(more)) if counts_each => samples.extend(more),

@@ -19,8 +19,8 @@ pub const PANICKED: i32 = 101;
 /// Time to leave the network in order after the gateway has ended without a word.
 const TIME_TO_LEAVE: Duration = Duration::from_secs(1);
 
-/// Closes whatever the parent had open without knowing, such as what a shell left it. Standard streams stay. To be called
-/// before anything is opened here.
+/// Closes whatever the parent had open without knowing, such as what a shell left it. Standard streams stay.
+/// To be called before anything is opened here.
 ///
 /// # Errors
 /// The error of the kernel: `ENOSYS` before Linux 5.9.
@@ -31,9 +31,9 @@ pub fn close_inherited() -> io::Result<()> {
     if closed < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
 }
 
-/// Serves the gateway that has started this process, over the socket that is its standard input, and confined as
-/// `confinement` has it, to this much private writable memory in MB. `confined` is called once that is so, before anything of the
-/// network is there.
+/// Serves the gateway that has started this process, over the socket that is its standard input, and confined
+/// as `confinement` has it, to this much private writable memory in MB. `confined` is called once that is so,
+/// before anything of the network is there.
 pub fn run(memory_mb: u32, confined: impl FnOnce()) -> io::Result<()> {
     end_with_any_panic();
     // `systemctl kill --signal=HUP` means the gateway, and reaches all of its unit.
@@ -65,8 +65,8 @@ pub fn run(memory_mb: u32, confined: impl FnOnce()) -> io::Result<()> {
     })
 }
 
-/// Ends the process a little after the gateway has closed its end of the socket, should it not have left by itself until
-/// then: DDS may hang.
+/// Ends the process a little after the gateway has closed its end of the socket, should it not have left by
+/// itself until then: DDS may hang.
 fn end_after_the_gateway(socket: UnixStream) -> io::Result<()> {
     let wait = move || {
         // Nothing but the end is waited for. It is there at once when waiting fails.
@@ -78,8 +78,8 @@ fn end_after_the_gateway(socket: UnixStream) -> io::Result<()> {
     Ok(())
 }
 
-/// A thread of RustDDS that panics leaves a process that looks alive. Here it ends the process, with a code that no
-/// lack of memory has.
+/// A thread of RustDDS that panics leaves a process that looks alive. Here it ends the process, with a code
+/// that no lack of memory has.
 fn end_with_any_panic() {
     let hook = panic::take_hook();
     panic::set_hook(Box::new(move |panic| {

@@ -1,7 +1,7 @@
 //! Messages on their way out, by the topic they are for.
 //!
-//! A report, command or emission that waits to be sent is replaced by a newer one of the same topic. Messages of which
-//! each counts keep their order, and the oldest is dropped when `max_waiting` of their row wait.
+//! A report, command or emission that waits to be sent is replaced by a newer one of the same topic. Messages
+//! of which each counts keep their order, and the oldest is dropped when `max_waiting` of their row wait.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
@@ -83,8 +83,8 @@ impl fmt::Debug for Publication {
     }
 }
 
-/// Returns what an output publishes on which topics; nothing for traffic lights, whose topics are configured one by one,
-/// and for outputs that are not published.
+/// Returns what an output publishes on which topics; nothing for traffic lights, whose topics are configured
+/// one by one, and for outputs that are not published.
 pub(crate) fn publications(output: &Output, hardware_id: &str) -> Vec<(OutgoingTopic, Publication)> {
     match output {
         Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step)) => {

@@ -1,4 +1,5 @@
-//! A request in a sample, and the sample of its response: each middleware has its own way to say which belong together.
+//! A request in a sample, and the sample of its response: each middleware has its own way to say which belong
+//! together.
 
 use ros_messages::cdr::{CdrBytes, Endian};
 
@@ -10,7 +11,8 @@ const HEADER: usize = 16;
 pub enum Middleware {
     /// `rmw_cyclonedds`: numbers stand before request and response.
     Cyclone,
-    /// `rmw_fastrtps` and others: the response names the sample of the request (DDS-RPC, "enhanced service mapping").
+    /// `rmw_fastrtps` and others: the response names the sample of the request (DDS-RPC, "enhanced service
+    /// mapping").
     Enhanced,
 }
 

@@ -1,7 +1,8 @@
-//! The services of the node: for its parameters, which can be read and not set, and for the layout of the doors.
+//! The services of the node: for its parameters, which can be read and not set, and for the layout of the
+//! doors.
 //!
-//! [`NodeService::answer`] makes the response to a request; [`Call`] finds request and client in a sample, as the
-//! middleware of the client has put them there. Requests come from anybody: nothing in them is trusted.
+//! [`NodeService::answer`] makes the response to a request; [`Call`] finds request and client in a sample, as
+//! the middleware of the client has put them there. Requests come from anybody: nothing in them is trusted.
 
 mod call;
 mod service;
@@ -35,8 +36,8 @@ pub struct Parameters {
 }
 
 impl Parameters {
-    /// Adds a parameter, or replaces its value. Numbers that are not finite become texts: they have no place in the
-    /// settings of the network side.
+    /// Adds a parameter, or replaces its value. Numbers that are not finite become texts: they have no place
+    /// in the settings of the network side.
     pub fn set(&mut self, name: &str, value: impl Into<ParameterValue>) {
         let mut value = value.into();
         if let ParameterValue::Double(number) = value

@@ -177,7 +177,8 @@ fn descriptor(name: &str, parameters: &Parameters) -> ParameterDescriptor {
     }
 }
 
-/// The parameters below the prefixes, no more than `depth` levels below, and the levels that they stand below.
+/// The parameters below the prefixes, no more than `depth` levels below, and the levels that they stand
+/// below.
 fn list(parameters: &Parameters, prefixes: &[String], depth: u64) -> ListParametersResult {
     let is_within = |rest: &str| depth == 0 || rest.split('.').count() as u64 <= depth;
     let is_listed = |name: &str| {

@@ -43,8 +43,8 @@ fn memory_bytes(process: u32) -> Option<u64> {
     kilobytes.checked_mul(1024)
 }
 
-/// Starts the program with its end of the link as standard input, and of the report of its confinement as standard output. All
-/// other descriptors of ours close by themselves.
+/// Starts the program with its end of the link as standard input, and of the report of its confinement as
+/// standard output. All other descriptors of ours close by themselves.
 pub(super) fn spawn(
     program: &Path,
     log_level: &str,

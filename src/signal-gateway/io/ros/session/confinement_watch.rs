@@ -1,4 +1,5 @@
-//! What is known of the confinement of a network process, and the answers for the kernel when it refuses a system call.
+//! What is known of the confinement of a network process, and the answers for the kernel when it refuses a
+//! system call.
 
 use std::io;
 use std::os::fd::{AsRawFd as _, OwnedFd};
@@ -17,7 +18,8 @@ use gateway_core::gateway::confinement::{Confinement, Layers};
 pub(super) struct ConfinementWatch(Arc<Mutex<Option<Confinement>>>);
 
 impl ConfinementWatch {
-    /// Begins to listen at our end of the socket on which the process reports; it cannot know that it is `without` these.
+    /// Begins to listen at our end of the socket on which the process reports; it cannot know that it is
+    /// `without` these.
     pub(super) fn start(socket: OwnedFd, without: Layers) -> io::Result<Self> {
         let known = Arc::new(Mutex::new(None));
         let shared = Arc::clone(&known);
@@ -59,8 +61,8 @@ fn listen(socket: OwnedFd, without: Layers, known: &Mutex<Option<Confinement>>) 
     }
 }
 
-/// Takes the next call that waits for an answer, and refuses it with `EPERM`. `None` if who made it has ended meanwhile, or was
-/// interrupted and will ask again.
+/// Takes the next call that waits for an answer, and refuses it with `EPERM`. `None` if who made it has ended
+/// meanwhile, or was interrupted and will ask again.
 #[allow(unsafe_code)]
 fn refuse(listener: &OwnedFd) -> io::Result<Option<usize>> {
     // SAFETY: all zeros are a value of each of these structures, which the kernel fills and reads.

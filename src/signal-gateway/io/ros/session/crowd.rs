@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-/// Participants and matched endpoints of others, together, more than any ROS network has: DDS has ports for 120 participants
-/// of a host, and a gateway's topics have a few readers each. RustDDS sends to each of them, and forgets none before its lease
-/// is over, which may be after 68 years.
+/// Participants and matched endpoints of others, together, more than any ROS network has: DDS has ports for
+/// 120 participants of a host, and a gateway's topics have a few readers each. RustDDS sends to each of them,
+/// and forgets none before its lease is over, which may be after 68 years.
 pub(super) const MAX_PEERS: u32 = 1000;
 /// Time without many more of them after which a flood is over; RustDDS meets those that wait one by one.
 const CALM: Duration = Duration::from_millis(1500);

@@ -1,4 +1,5 @@
-//! The session's thread: mailbox to network side, network side to inbox, and a new network side when the old one ends.
+//! The session's thread: mailbox to network side, network side to inbox, and a new network side when the old
+//! one ends.
 
 mod show;
 
@@ -79,7 +80,8 @@ pub(super) struct Exchange {
 enum NetworkPhase {
     /// The network side runs.
     Active(Box<Active>),
-    /// It was killed, or has closed its end of the link; with the cause, if that is known, and the age it reached.
+    /// It was killed, or has closed its end of the link; with the cause, if that is known, and the age it
+    /// reached.
     Ending {
         host: Host,
         since: Instant,
@@ -247,8 +249,8 @@ impl Exchange {
         }
     }
 
-    /// Ends with this error if the start still waits for the first network side. False if it does not: the next one may
-    /// do better.
+    /// Ends with this error if the start still waits for the first network side. False if it does not: the
+    /// next one may do better.
     fn refuse(&mut self, error: RosError) -> bool {
         let is_refused = self.starter.take().is_some_and(|starter| starter.send(Err(error)).is_ok());
         if is_refused {

@@ -45,14 +45,15 @@ impl Hosts {
         Self { isolation, delay: RestartDelay::default(), has_no_service: false }
     }
 
-    /// Notes an end, and the age that was reached since it joined the network; gives the time to the start of the next one. A
-    /// service that does not even start is done without from then on.
+    /// Notes an end, and the age that was reached since it joined the network; gives the time to the start of
+    /// the next one. A service that does not even start is done without from then on.
     pub(super) fn note_end(&mut self, failure: &NetworkFailure, age: Option<Duration>) -> Duration {
         self.has_no_service |= *failure == NetworkFailure::SupervisorEnded && age.is_none();
         self.delay.next(age)
     }
 
-    /// Starts a network side; gives our end of its link. From the first process on, none of our user looks into our memory.
+    /// Starts a network side; gives our end of its link. From the first process on, none of our user looks
+    /// into our memory.
     pub(super) fn start(&self) -> io::Result<(Host, UnixStream)> {
         let (ours, theirs) = UnixStream::pair()?;
         let Isolation::Process { program, memory_limit_mb, supervisor } = &self.isolation else {

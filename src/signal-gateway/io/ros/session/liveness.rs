@@ -18,21 +18,22 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(100);
 const PATIENCE: Duration = Duration::from_secs(5);
 /// Longest time until a network side has joined the network.
 const START_PATIENCE: Duration = Duration::from_secs(10);
-/// The most that counts of the time between two calls. When the whole computer is busy, or was suspended, this side does
-/// not run either, and the silence is not the other's.
+/// The most that counts of the time between two calls. When the whole computer is busy, or was suspended,
+/// this side does not run either, and the silence is not the other's.
 const MAX_STEP: Duration = Duration::from_millis(150);
 
-/// Time without a sample at a reader of our own after which the network side's threads are looked at. A new reader takes
-/// the place of the last one within that time, and is met.
+/// Time without a sample at a reader of our own after which the network side's threads are looked at. A new
+/// reader takes the place of the last one within that time, and is met.
 const QUIET: Duration = Duration::from_millis(600);
 /// The most such time from then on while the threads could run.
 const MAX_QUIET: Duration = Duration::from_millis(900);
 /// The most such time whatever held the threads up.
 const QUIET_PATIENCE: Duration = Duration::from_secs(8);
 
-/// Waits for answers of one network side, and for samples of it at a reader of our own. A silent one is deaf, or was held
-/// up: on one busy processor an echo was seen to take more than a second, and killing a healthy network side costs more
-/// than waiting for it. One that answers and is not heard is of no use either: no peer meets it.
+/// Waits for answers of one network side, and for samples of it at a reader of our own. A silent one is deaf,
+/// or was held up: on one busy processor an echo was seen to take more than a second, and killing a healthy
+/// network side costs more than waiting for it. One that answers and is not heard is of no use either: no
+/// peer meets it.
 #[derive(Debug)]
 pub(super) struct Liveness {
     last_look: Instant,
@@ -84,7 +85,8 @@ impl Liveness {
         (self.silence, self.quiet, self.has_joined) = (Silence::default(), Silence::default(), true);
     }
 
-    /// An error once it has been silent or unheard for too long. `threads` reads its threads, where that can be done.
+    /// An error once it has been silent or unheard for too long. `threads` reads its threads, where that can
+    /// be done.
     pub(super) fn look(
         &mut self,
         now: Instant,
@@ -125,7 +127,8 @@ impl Liveness {
         Some(number)
     }
 
-    /// Notes an answer, which may be to any ping since the last one, and whether a sample has arrived since then.
+    /// Notes an answer, which may be to any ping since the last one, and whether a sample has arrived since
+    /// then.
     pub(super) fn pong(&mut self, number: u64, is_heard: bool) -> Result<(), Violation> {
         let sent = self.last_ping.map_or(0, |(number, _)| number);
         if number <= self.last_pong || number > sent {
@@ -140,7 +143,8 @@ impl Liveness {
 }
 
 impl Silence {
-    /// Lets time pass, and looks at the threads when that is due; gives the time in which nothing held them up.
+    /// Lets time pass, and looks at the threads when that is due; gives the time in which nothing held them
+    /// up.
     fn look(
         &mut self,
         step: Duration,
@@ -237,8 +241,8 @@ mod tests {
         Duration::from_millis(ms)
     }
 
-    /// Time at which a network side that answers for three seconds, and then never, is found deaf, in milliseconds; looks
-    /// are `pause` apart, and its threads are `threads` at each.
+    /// Time at which a network side that answers for three seconds, and then never, is found deaf, in
+    /// milliseconds; looks are `pause` apart, and its threads are `threads` at each.
     fn found_deaf(pause: u64, threads: impl Fn(u64) -> Option<Threads>) -> u64 {
         let start = Instant::now();
         let mut liveness = Liveness::new(false, start);
@@ -338,7 +342,8 @@ mod tests {
         );
     }
 
-    /// Time after three seconds at which a network side that answers is found unheard, in milliseconds, if it is.
+    /// Time after three seconds at which a network side that answers is found unheard, in milliseconds, if it
+    /// is.
     fn found_unheard(is_proven: bool, is_heard: impl Fn(u64) -> bool, ran: u64, waited: u64) -> Option<u64> {
         let start = Instant::now();
         let mut liveness = Liveness::new(is_proven, start);

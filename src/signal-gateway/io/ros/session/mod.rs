@@ -1,14 +1,15 @@
 //! The session: a node in the ROS 2 graph that publishes any number of topics and reads any number.
 //!
-//! It owns a thread; the caller only puts messages into its mailbox and is never held up. Received messages wait in an
-//! inbox. The thread encodes and decodes messages, and exchanges them with the network side ([`network`](super::network)),
-//! which alone joins DDS: a process that the session starts (through a [`supervisor`] of another user, where systemd has one), watches and
-//! replaces, or a thread of this process.
+//! It owns a thread; the caller only puts messages into its mailbox and is never held up. Received messages
+//! wait in an inbox. The thread encodes and decodes messages, and exchanges them with the network side
+//! ([`network`](super::network)), which alone joins DDS: a process that the session starts (through a
+//! [`supervisor`] of another user, where systemd has one), watches and replaces, or a thread of this process.
 //!
-//! The network side answers pings with the help of a sample of its own that goes out and comes back. One that is silent
-//! for a second in which it could run is killed, and so is one that breaks the rules of the link. One that answers while its
-//! samples no longer arrive at a reader of our own, or to which too many peers were announced, is told to leave. The next one
-//! starts after a delay, gets what is current on each topic, and announces it as a new participant does.
+//! The network side answers pings with the help of a sample of its own that goes out and comes back. One that
+//! is silent for a second in which it could run is killed, and so is one that breaks the rules of the link.
+//! One that answers while its samples no longer arrive at a reader of our own, or to which too many peers
+//! were announced, is told to leave. The next one starts after a delay, gets what is current on each topic,
+//! and announces it as a new participant does.
 
 mod child;
 mod confinement_watch;
@@ -66,7 +67,8 @@ pub struct RosSession {
 }
 
 impl RosSession {
-    /// Joins the graph. Blocks until DDS is up, for some 10 ms; at worst 5 s, and then continues without it for now.
+    /// Joins the graph. Blocks until DDS is up, for some 10 ms; at worst 5 s, and then continues without it
+    /// for now.
     pub fn start(settings: RosSettings) -> Result<Self, RosError> {
         check(&settings)?;
         let has_other_distribution = warn_of_other_distribution();
@@ -94,8 +96,8 @@ impl RosSession {
         }
     }
 
-    /// Publishes an output. Never blocks: reports, commands and traffic lights not yet sent are replaced by newer
-    /// ones, diagnostics queue up to a bound.
+    /// Publishes an output. Never blocks: reports, commands and traffic lights not yet sent are replaced by
+    /// newer ones, diagnostics queue up to a bound.
     pub fn send(&self, output: &Output) {
         self.mailbox.put(output, &self.hardware_id);
     }
@@ -155,8 +157,8 @@ fn check(settings: &RosSettings) -> Result<(), RosError> {
     Ok(())
 }
 
-/// Warns if the environment names another distribution than this build; returns true if its graph differs. The data is the same
-/// in every distribution, the graph is not (see `graph.rs`).
+/// Warns if the environment names another distribution than this build; returns true if its graph differs.
+/// The data is the same in every distribution, the graph is not (see `graph.rs`).
 fn warn_of_other_distribution() -> bool {
     match std::env::var("ROS_DISTRO") {
         Ok(other) if other != DISTRO => {

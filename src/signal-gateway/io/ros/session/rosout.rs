@@ -14,7 +14,8 @@ pub(super) struct Rosout {
 }
 
 impl Rosout {
-    /// The logger of a node, by the name that `rcl` gives it: `vehicle.signal_gateway` in the namespace `/vehicle`.
+    /// The logger of a node, by the name that `rcl` gives it: `vehicle.signal_gateway` in the namespace
+    /// `/vehicle`.
     pub(super) fn new(namespace: &str, node: &str) -> Self {
         let full = format!("{namespace}/{node}");
         let levels: Vec<_> = full.split('/').filter(|level| !level.is_empty()).collect();

@@ -11,8 +11,8 @@ use gateway_core::gateway::network::NetworkState;
 pub struct RosStatus {
     /// False when the session's thread has ended; nothing is published any more.
     pub running: bool,
-    /// The topics that are written: the vehicle's lights, diagnostics, traffic lights in the order of the settings, the
-    /// decider, the log.
+    /// The topics that are written: the vehicle's lights, diagnostics, traffic lights in the order of the
+    /// settings, the decider, the log.
     pub outgoing: Vec<OutgoingStatus>,
     /// The topics that are read, in the order of the settings.
     pub incoming: Vec<IncomingStatus>,

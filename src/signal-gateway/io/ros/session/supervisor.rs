@@ -1,6 +1,7 @@
-//! A network process with a user of its own. systemd starts it, in a service for each connection with a socket, since the gateway
-//! has no right to become another user; nor may it signal, wait for, or look at another user's process. So a second process of
-//! that user, the supervisor, stands between the two: it starts the network process, and does these things for the gateway.
+//! A network process with a user of its own. systemd starts it, in a service for each connection with a
+//! socket, since the gateway has no right to become another user; nor may it signal, wait for, or look at
+//! another user's process. So a second process of that user, the supervisor, stands between the two: it
+//! starts the network process, and does these things for the gateway.
 
 use std::io;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
@@ -70,7 +71,8 @@ struct ObservedService {
 }
 
 impl Supervised {
-    /// Has the supervisor behind a socket start a network process with these ends of its link and of its report.
+    /// Has the supervisor behind a socket start a network process with these ends of its link and of its
+    /// report.
     pub(super) fn start(
         path: &Path,
         log_level: &str,
@@ -137,8 +139,8 @@ impl ObservedService {
     }
 }
 
-/// Supervises a network process, which runs this program, for the gateway at the other end of standard input: what the hidden command
-/// `network-supervisor` runs.
+/// Supervises a network process, which runs this program, for the gateway at the other end of standard input:
+/// what the hidden command `network-supervisor` runs.
 ///
 /// # Errors
 /// Standard input is not such a connection, or a process cannot be started.

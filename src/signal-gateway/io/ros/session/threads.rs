@@ -1,4 +1,5 @@
-//! What held up the threads of a process, by two readings of `/proc`: a processor or memory that they waited for.
+//! What held up the threads of a process, by two readings of `/proc`: a processor or memory that they waited
+//! for.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -50,7 +51,8 @@ impl Threads {
         (!threads.is_empty()).then_some(Self(threads))
     }
 
-    /// The processor time that threads have used since an earlier reading; `None` where the kernel does not measure it.
+    /// The processor time that threads have used since an earlier reading; `None` where the kernel does not
+    /// measure it.
     pub(super) fn ran_since(&self, earlier: &Self) -> Option<Duration> {
         let ran = |(id, now): (&u32, &ThreadReading)| {
             let before =
@@ -60,8 +62,8 @@ impl Threads {
         self.0.iter().map(ran).sum()
     }
 
-    /// How much of the time since an earlier reading, which is `span`, threads may have been held up. One waits for
-    /// another, so their times add up.
+    /// How much of the time since an earlier reading, which is `span`, threads may have been held up. One
+    /// waits for another, so their times add up.
     pub(super) fn held_up(&self, earlier: &Self, span: Duration) -> Duration {
         let pairs = self.0.iter().filter_map(|(id, now)| Some((earlier.0.get(id)?, now)));
         pairs.map(|(then, now)| now.held_up(then, span)).sum::<Duration>().min(span)

@@ -1,7 +1,8 @@
-//! The topics, one row for each: name, type, quality of service, flow, and the key of the configuration that renames it.
+//! The topics, one row for each: name, type, quality of service, flow, and the key of the configuration that
+//! renames it.
 //!
-//! docs/spec/vehicle-interface.md ("Topics and quality of service") and docs/spec/traffic-lights.md ("Messages and
-//! topics") say why; the log is as `rcl_qos_profile_rosout_default` of `rcl` has it.
+//! docs/spec/vehicle-interface.md ("Topics and quality of service") and docs/spec/traffic-lights.md
+//! ("Messages and topics") say why; the log is as `rcl_qos_profile_rosout_default` of `rcl` has it.
 
 mod flow;
 mod incoming;
@@ -29,8 +30,9 @@ use ros_messages::visualization_msgs::MarkerArray;
 use traffic_lights::compat::Compat;
 use traffic_lights::emission::LightsTopic;
 
-/// A topic that is written. The order is the order in settings, statuses and recordings; the topics of traffic lights,
-/// which are configured one by one ([`LightsTopicSettings`]), come before the topics of the decider.
+/// A topic that is written. The order is the order in settings, statuses and recordings; the topics of
+/// traffic lights, which are configured one by one ([`LightsTopicSettings`]), come before the topics of the
+/// decider.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[allow(missing_docs)] // see the rows
 pub enum OutgoingTopic {
@@ -60,7 +62,8 @@ pub struct OutgoingRow {
     pub flow: TopicFlow,
     /// Section and key of the configuration that name the topic; `None` for a topic whose name is fixed.
     pub key: Option<(&'static str, &'static str)>,
-    /// Absolute name unless configured; empty for a topic that is written only where the configuration names it.
+    /// Absolute name unless configured; empty for a topic that is written only where the configuration names
+    /// it.
     pub default_name: &'static str,
     /// Type of the messages.
     pub type_name: TypeName,
@@ -236,7 +239,8 @@ const REPORT: OutgoingRow = OutgoingRow {
 };
 /// The rest of the row of a state of the vehicle.
 const STATE: OutgoingRow = OutgoingRow { flow: TopicFlow::VehicleStatus, ..REPORT };
-/// The rest of the row of a report that is published with each frame. A late reader would take an earlier one for current.
+/// The rest of the row of a report that is published with each frame. A late reader would take an earlier one
+/// for current.
 const MEASUREMENT: OutgoingRow = OutgoingRow {
     durability: RowDurability::Fixed(Durability::Volatile),
     delivery: Delivery::Live,
@@ -273,7 +277,8 @@ pub struct Topics {
 }
 
 impl Default for Topics {
-    /// Creates the topics of the vehicle's lights and of the diagnostics, with the names that Autoware expects.
+    /// Creates the topics of the vehicle's lights and of the diagnostics, with the names that Autoware
+    /// expects.
     fn default() -> Self {
         let topics = [
             OutgoingTopic::TurnIndicatorsReport,
@@ -318,7 +323,8 @@ impl Topics {
     }
 }
 
-/// A topic with traffic lights. Several can carry the same emissions, as the V2I topic and its legacy name do.
+/// A topic with traffic lights. Several can carry the same emissions, as the V2I topic and its legacy name
+/// do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LightsTopicSettings {
     /// The emissions that are published there.

@@ -7,11 +7,12 @@ use serde::{Deserialize, Serialize};
 /// The durability of a topic: whether a late reader gets the current sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Durability {
-    /// It gets the sample. A writer serves transient-local and volatile readers alike; a reader takes transient-local
-    /// writers only.
+    /// It gets the sample. A writer serves transient-local and volatile readers alike; a reader takes
+    /// transient-local writers only.
     #[default]
     TransientLocal,
-    /// It waits for the next message. A writer does not serve transient-local readers; a reader takes any writer.
+    /// It waits for the next message. A writer does not serve transient-local readers; a reader takes any
+    /// writer.
     Volatile,
 }
 
@@ -32,7 +33,8 @@ pub enum Delivery {
     Report,
     /// The newest counts, and there are many a second.
     Stream,
-    /// The newest counts for the readers of that moment, and is never sent again: it was true at its stamp alone.
+    /// The newest counts for the readers of that moment, and is never sent again: it was true at its stamp
+    /// alone.
     Live,
     /// Each counts for the readers of that moment, and is not sent again.
     Once,

@@ -2,7 +2,8 @@ use super::*;
 use crate::report::chart::{Along, CommandKind, IndicatorState, Look, Mark, Plan, PlanLane};
 use gateway_base::diagnostics::Level;
 
-/// All texts of a picture with their left and right end as the widths of this program have them, and their base line.
+/// All texts of a picture with their left and right end as the widths of this program have them, and their
+/// base line.
 fn texts(svg: &str) -> Vec<(String, f64, f64, f64)> {
     let text = |element: &str| {
         let (head, rest) = element.split_once('>')?;

@@ -99,7 +99,8 @@ impl LightLook {
     }
 }
 
-/// Changes a list as the core does: in place unless it is held elsewhere, and not at all without a difference.
+/// Changes a list as the core does: in place unless it is held elsewhere, and not at all without a
+/// difference.
 fn take<T: Clone>(
     list: &mut Arc<Vec<T>>,
     step: &ListStep,

@@ -1,7 +1,8 @@
-//! The system calls that each engine needs, and of those with many meanings the meanings that it needs. All others fail with
-//! `EPERM` and never end the process. So the network process can neither run a program nor open a file (with Zenoh: to write), look into
-//! other processes, set their limits or priorities, have signals sent to them, or open sockets other than IP and the kernel's list
-//! of interfaces: it reaches neither CAN nor the service manager. With DDS it has no streams, and so no TCP.
+//! The system calls that each engine needs, and of those with many meanings the meanings that it needs. All
+//! others fail with `EPERM` and never end the process. So the network process can neither run a program nor
+//! open a file (with Zenoh: to write), look into other processes, set their limits or priorities, have
+//! signals sent to them, or open sockets other than IP and the kernel's list of interfaces: it reaches
+//! neither CAN nor the service manager. With DDS it has no streams, and so no TCP.
 //!
 //! The gateway is asked about each call that is refused, so that it can name it; its answer is no other.
 
@@ -19,12 +20,13 @@ use crate::io::ros::settings::Transport;
 /// System calls that are let through, each in these cases; in all without any.
 type Calls = BTreeMap<i64, Vec<SeccompRule>>;
 
-/// Leaves all threads the calls that an engine needs. Where this kernel cannot ask, they are refused without a word.
+/// Leaves all threads the calls that an engine needs. Where this kernel cannot ask, they are refused without
+/// a word.
 pub(super) fn allow_only(engine: &Transport) -> Result<io::Result<OwnedFd>, String> {
     let errno = |errno: i32| SeccompAction::Errno(errno.unsigned_abs());
     let (allow, no_call, not_permitted) = (SeccompAction::Allow, errno(libc::ENOSYS), errno(libc::EPERM));
-    // The C library tries `clone3`, whose flags a filter cannot read, and falls back to `clone` without it. A filter that came
-    // before says more than one that lets through, or asks.
+    // The C library tries `clone3`, whose flags a filter cannot read, and falls back to `clone` without it. A
+    // filter that came before says more than one that lets through, or asks.
     let clone3 = BTreeMap::from([(libc::SYS_clone3, vec![])]);
     for (calls, answer) in [(clone3, no_call), (unasked(engine)?, not_permitted.clone())] {
         apply(&program(calls, allow.clone(), answer)?).map_err(text)?;
@@ -49,9 +51,9 @@ fn program(calls: Calls, other: SeccompAction, listed: SeccompAction) -> Result<
     Ok(answering(&program, |answer| if answer == kill { none } else { answer }))
 }
 
-/// Calls that are also refused in normal operation, so that they are not reported. When RustDDS lists interfaces, it looks a thousand times for
-/// what a desktop's network manager keeps of them, and does without; so does the C library without the cache of names that Zenoh
-/// makes it look for.
+/// Calls that are also refused in normal operation, so that they are not reported. When RustDDS lists
+/// interfaces, it looks a thousand times for what a desktop's network manager keeps of them, and does
+/// without; so does the C library without the cache of names that Zenoh makes it look for.
 fn unasked(engine: &Transport) -> Result<Calls, String> {
     let is_dds = matches!(engine, Transport::Dds);
     let files = [libc::SYS_openat, libc::SYS_newfstatat, libc::SYS_statx];
@@ -113,8 +115,8 @@ fn allowed(engine: &Transport) -> Result<Calls, String> {
 const MAP_TYPE: u64 = 0xF;
 /// The flag of `open` that stands for a file without a name.
 const O_TMPFILE: libc::c_int = 0o20_000_000;
-/// Requests of `ioctl` that an engine needs: `FIONBIO`, `FIONREAD`, `FIOCLEX`, `TCGETS` (is this a terminal?), `SIOCGIFNAME` and
-/// `SIOCGIFINDEX`. In libc, their type differs between C libraries.
+/// Requests of `ioctl` that an engine needs: `FIONBIO`, `FIONREAD`, `FIOCLEX`, `TCGETS` (is this a
+/// terminal?), `SIOCGIFNAME` and `SIOCGIFINDEX`. In libc, their type differs between C libraries.
 const REQUESTS: [u64; 6] = [0x5421, 0x541B, 0x5451, 0x5401, 0x8910, 0x8933];
 
 /// IP datagrams, `NETLINK_ROUTE`, and IP streams but for DDS.
@@ -149,7 +151,8 @@ fn rule(conditions: &[(u8, SeccompCmpOp, u64)]) -> Result<SeccompRule, String> {
     SeccompRule::new(conditions.collect::<Result<_, _>>()?).map_err(text)
 }
 
-/// System calls that every engine needs, in all cases: of the C library, the libraries of Rust, RustDDS and Zenoh.
+/// System calls that every engine needs, in all cases: of the C library, the libraries of Rust, RustDDS and
+/// Zenoh.
 fn always() -> Vec<i64> {
     #[cfg_attr(not(target_arch = "x86_64"), expect(unused_mut))]
     let mut calls = vec![

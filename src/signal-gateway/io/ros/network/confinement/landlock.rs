@@ -1,8 +1,9 @@
-//! Landlock: what the network process may do with files, ports and other processes, whatever system calls it has left.
+//! Landlock: what the network process may do with files, ports and other processes, whatever system calls it
+//! has left.
 //!
-//! With DDS: nothing. With Zenoh: read what names of hosts, certificates and libraries are in; and as a client, which connects with
-//! no host but its routers, connect to their ports, and listen at none. As a peer it learns the ports of others from the network, so
-//! that none can be left out.
+//! With DDS: nothing. With Zenoh: read what names of hosts, certificates and libraries are in; and as a
+//! client, which connects with no host but its routers, connect to their ports, and listen at none. As a peer
+//! it learns the ports of others from the network, so that none can be left out.
 
 use std::collections::BTreeSet;
 
@@ -15,7 +16,8 @@ use crate::io::ros::settings::Transport;
 #[cfg(feature = "zenoh")]
 use crate::io::ros::zenoh_config;
 
-/// What is asked for: files, their truncation and devices, TCP, signals and abstract sockets. An older kernel has less.
+/// What is asked for: files, their truncation and devices, TCP, signals and abstract sockets. An older kernel
+/// has less.
 const WANTED: ABI = ABI::V6;
 /// Where the C library looks up names, users and its own parts.
 #[cfg(feature = "zenoh")]

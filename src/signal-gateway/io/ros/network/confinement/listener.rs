@@ -1,4 +1,5 @@
-//! Filters of system calls, applied to all threads, and the descriptor at which the kernel asks about what they refuse.
+//! Filters of system calls, applied to all threads, and the descriptor at which the kernel asks about what
+//! they refuse.
 
 use std::io;
 use std::os::fd::{FromRawFd as _, OwnedFd};
@@ -28,7 +29,8 @@ pub(super) fn apply(program: &BpfProgram) -> io::Result<()> {
     install(program, libc::SECCOMP_FILTER_FLAG_TSYNC).map(drop)
 }
 
-/// Applies a program to all threads; the kernel asks at the descriptor where the program says `SECCOMP_RET_USER_NOTIF`.
+/// Applies a program to all threads; the kernel asks at the descriptor where the program says
+/// `SECCOMP_RET_USER_NOTIF`.
 #[allow(unsafe_code)]
 pub(super) fn apply_with_listener(program: &BpfProgram) -> io::Result<OwnedFd> {
     // Without ESRCH, a thread's id would look like a descriptor.
@@ -46,7 +48,8 @@ fn install(program: &BpfProgram, flags: libc::c_ulong) -> io::Result<libc::c_int
     rustix::thread::set_no_new_privs(true)?;
     let len = program.len().try_into().map_err(io::Error::other)?;
     let filter = libc::sock_fprog { len, filter: program.as_ptr().cast_mut().cast() };
-    // SAFETY: the kernel copies so many instructions, and a `sock_filter` of seccompiler is one of the kernel.
+    // SAFETY: the kernel copies so many instructions, and a `sock_filter` of seccompiler is one of the
+    // kernel.
     let outcome =
         unsafe { libc::syscall(libc::SYS_seccomp, libc::SECCOMP_SET_MODE_FILTER, flags, &raw const filter) };
     match libc::c_int::try_from(outcome).map_err(io::Error::other)? {

@@ -1,14 +1,16 @@
-//! The confinement of the network process before it meets the network, so that whoever takes it over gains little. It is made
-//! of layers ([`Layer`]), each by a means of the kernel; what this kernel does not have, or what was refused, is reported.
+//! The confinement of the network process before it meets the network, so that whoever takes it over gains
+//! little. It is made of layers ([`Layer`]), each by a means of the kernel; what this kernel does not have,
+//! or what was refused, is reported.
 //!
-//! - If it was stopped when its parent ends, it is continued so that it ends as well. It is the first that the kernel takes
-//!   when memory is short. It leaves no core dump.
-//! - Its memory and its descriptors are limited. The limit is one of private writable memory (`RLIMIT_DATA`), since
-//!   threads and allocators reserve much more address space than they use; memory that it would not count, which is shared or in
-//!   files, cannot be had.
-//! - It has no capability, not even where root started it, and none of the descriptors that its parent did not mean for it.
-//! - Once the gateway has said which engine is to run, [Landlock](landlock) and a filter of [system calls](calls) leave it
-//!   what this engine needs.
+//! - If it was stopped when its parent ends, it is continued so that it ends as well. It is the first that
+//!   the kernel takes when memory is short. It leaves no core dump.
+//! - Its memory and its descriptors are limited. The limit is one of private writable memory (`RLIMIT_DATA`),
+//!   since threads and allocators reserve much more address space than they use; memory that it would not
+//!   count, which is shared or in files, cannot be had.
+//! - It has no capability, not even where root started it, and none of the descriptors that its parent did
+//!   not mean for it.
+//! - Once the gateway has said which engine is to run, [Landlock](landlock) and a filter of [system
+//!   calls](calls) leave it what this engine needs.
 
 mod calls;
 mod landlock;
@@ -58,8 +60,9 @@ pub(super) fn confine(memory: u64) -> MissingLayers {
     missing
 }
 
-/// Gives up what this engine does not need, in all threads but for Landlock, which binds this one and those that it starts
-/// from now on. The kernel asks who listens at the descriptor, if there is one, what becomes of a call that is refused.
+/// Gives up what this engine does not need, in all threads but for Landlock, which binds this one and those
+/// that it starts from now on. The kernel asks who listens at the descriptor, if there is one, what becomes
+/// of a call that is refused.
 pub(super) fn confine_to(engine: &Transport, missing: &mut MissingLayers) -> Option<OwnedFd> {
     missing.note(Layer::Landlock, landlock::restrict(engine));
     missing

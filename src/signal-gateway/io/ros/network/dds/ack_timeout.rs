@@ -24,8 +24,8 @@ impl Default for AckTimeout {
 }
 
 impl AckTimeout {
-    /// Takes whether everything is acknowledged now, and by how many readers. True when a new participant is needed;
-    /// then it starts over, with twice the time.
+    /// Takes whether everything is acknowledged now, and by how many readers. True when a new participant is
+    /// needed; then it starts over, with twice the time.
     pub(super) fn observe(&mut self, acknowledged: bool, readers: usize, now: Instant) -> bool {
         if acknowledged {
             self.since = None;

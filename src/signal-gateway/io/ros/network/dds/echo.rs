@@ -1,11 +1,12 @@
 //! A sample that a participant sends to itself: it comes back only while RustDDS sends and receives.
 //!
-//! Without a network it does not, nor on a loopback without multicast, where RustDDS sends nothing to itself. What
-//! RustDDS's thread then still does is to notice that no sample came within the deadline that the reader asks for.
+//! Without a network it does not, nor on a loopback without multicast, where RustDDS sends nothing to itself.
+//! What RustDDS's thread then still does is to notice that no sample came within the deadline that the reader
+//! asks for.
 //!
-//! The topic is not a ROS topic, and each participant has its own, so that no one else reads it. Its name begins with `DCPS`, as
-//! the topics of DDS itself: ROS 2 omits them from its lists and from its search for hashes of types. A sample may get
-//! lost, as the next comes soon.
+//! The topic is not a ROS topic, and each participant has its own, so that no one else reads it. Its name
+//! begins with `DCPS`, as the topics of DDS itself: ROS 2 omits them from its lists and from its search for
+//! hashes of types. A sample may get lost, as the next comes soon.
 
 use std::task::Waker;
 use std::time::Instant;

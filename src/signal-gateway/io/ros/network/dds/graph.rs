@@ -4,8 +4,9 @@
 //! ROS 2 participant publishes. Its identifiers are 24 bytes long up to Humble and 16 bytes since
 //! Iron; that is all that differs between the builds.
 //!
-//! On a network of the other layout an entry of ours cannot be read, and with Cyclone DDS in Humble `ros2 node list` then fails for
-//! everybody. So the messages of others are looked at, and the entry is taken back when one of them has the other layout.
+//! On a network of the other layout an entry of ours cannot be read, and with Cyclone DDS in Humble `ros2
+//! node list` then fails for everybody. So the messages of others are looked at, and the entry is taken back
+//! when one of them has the other layout.
 
 use std::task::Waker;
 
@@ -48,7 +49,8 @@ impl GraphEntry {
         Ok(Self { participant: participant.guid(), node, writer, reader })
     }
 
-    /// True if a message of the other layout has arrived since the last call; has `waker` called when one arrives.
+    /// True if a message of the other layout has arrived since the last call; has `waker` called when one
+    /// arrives.
     pub(super) fn meets_other_layout(&self, waker: &Waker) -> bool {
         let mut is_met = false;
         let has_more = self.reader.take(waker, |taken| {

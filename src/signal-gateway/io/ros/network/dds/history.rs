@@ -25,7 +25,8 @@ pub(super) struct History {
 }
 
 impl History {
-    /// Records a written sample of that many bytes. The samples of one publication, and their repetitions, have its number.
+    /// Records a written sample of that many bytes. The samples of one publication, and their repetitions,
+    /// have its number.
     pub(super) fn add(&mut self, now: Instant, bytes: usize, publication: u64) {
         self.samples.push_back(Held { at: now, bytes, publication });
         self.bytes += bytes;

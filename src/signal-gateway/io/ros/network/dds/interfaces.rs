@@ -17,7 +17,8 @@ pub(super) struct Interfaces {
 }
 
 impl Interfaces {
-    /// The addresses now, limited to those in `only` unless that is empty. `None` when the system does not list them.
+    /// The addresses now, limited to those in `only` unless that is empty. `None` when the system does not
+    /// list them.
     pub(super) fn now(only: &[IpAddr]) -> Option<Self> {
         let mut interfaces = Self::default();
         for interface in if_addrs::get_if_addrs().ok()? {

@@ -1,10 +1,10 @@
 //! Announcements on the loopback by multicast.
 //!
-//! RustDDS sends no multicast on an interface that is not marked as capable of it, which the loopback of Linux is not.
-//! There it announces a participant to the ports of the first twelve participants of this computer instead. A peer that
-//! has none of these ports and listens to multicast on the loopback, such as Cyclone DDS without a participant index,
-//! receives nothing, and would be met no sooner than it announces itself again (8 s). So we take one of these ports, and
-//! our own participants still send there by multicast.
+//! RustDDS sends no multicast on an interface that is not marked as capable of it, which the loopback of
+//! Linux is not. There it announces a participant to the ports of the first twelve participants of this
+//! computer instead. A peer that has none of these ports and listens to multicast on the loopback, such as
+//! Cyclone DDS without a participant index, receives nothing, and would be met no sooner than it announces
+//! itself again (8 s). So we take one of these ports, and our own participants still send there by multicast.
 
 use std::io;
 use std::net::{Ipv4Addr, SocketAddrV4, UdpSocket};

@@ -1,7 +1,8 @@
 //! The network side that speaks DDS.
 //!
-//! DDS is RustDDS itself. Of `ros2-client` only the names of the ROS graph and `ros_discovery_info` in the layout of the
-//! distribution are used, because its node brings endpoints that are not needed here, and cannot take a publisher back.
+//! DDS is RustDDS itself. Of `ros2-client` only the names of the ROS graph and `ros_discovery_info` in the
+//! layout of the distribution are used, because its node brings endpoints that are not needed here, and
+//! cannot take a publisher back.
 //!
 //! # Withdrawn reports
 //!

@@ -59,13 +59,15 @@ pub(super) struct Participant {
     echo: Echo,
     /// The remote endpoints that each of our writers and readers is matched with.
     matched: BTreeMap<GUID, BTreeSet<GUID>>,
-    /// Writers of others on topics of ours, each with the position of the topic among our writers. RustDDS does not match them.
+    /// Writers of others on topics of ours, each with the position of the topic among our writers. RustDDS
+    /// does not match them.
     other_writers: BTreeMap<GUID, usize>,
     /// Topic names of the writers, then of the readers.
     names: Vec<String>,
     type_check: TypeCheck,
     events: DomainParticipantStatusListener,
-    /// Number of writers that were replaced by new ones. RustDDS keeps a few kilobytes of each for as long as the participant lives.
+    /// Number of writers that were replaced by new ones. RustDDS keeps a few kilobytes of each for as long as
+    /// the participant lives.
     pub(super) replaced_writers: u32,
     /// Participants of others that are there.
     pub(super) peers: u32,
@@ -155,8 +157,8 @@ impl Participant {
         Ok(())
     }
 
-    /// Takes received samples, each with the position of its subscription, until `hand_over` wants no more. True when
-    /// there are more.
+    /// Takes received samples, each with the position of its subscription, until `hand_over` wants no more.
+    /// True when there are more.
     pub(super) fn take(&self, waker: &Waker, mut hand_over: impl FnMut(u16, TakenSample) -> bool) -> bool {
         let mut is_more = false;
         for (subscription, topic_reader) in (0..=u16::MAX).zip(&self.topic_readers) {
@@ -172,8 +174,8 @@ impl Participant {
         }
     }
 
-    /// Answers requests for parameters, and has `waker` called when more arrive. Gives the number of those that were not
-    /// answered.
+    /// Answers requests for parameters, and has `waker` called when more arrive. Gives the number of those
+    /// that were not answered.
     pub(super) fn serve(&mut self, waker: &Waker) -> u64 {
         let matched = &self.matched;
         self.service_server.as_mut().map_or(0, |server| server.serve(waker, matched, Instant::now()))
@@ -253,8 +255,8 @@ impl Participant {
         other.matched.values().flatten().all(|peer| served.contains(peer))
     }
 
-    /// Takes the events of the network since the last call, and has `waker` called when more occur; peers whose lease ran
-    /// out are added to `missing`, except those in `own`.
+    /// Takes the events of the network since the last call, and has `waker` called when more occur; peers
+    /// whose lease ran out are added to `missing`, except those in `own`.
     pub(super) fn observe(
         &mut self,
         waker: &Waker,
@@ -277,7 +279,8 @@ impl Participant {
                 }
                 DomainParticipantStatusEvent::ParticipantDiscovered { dpd } => {
                     let peer = prefix(&dpd.guid.to_bytes());
-                    // One that is missing stays so: RustDDS does not match the endpoints of a peer that it finds again.
+                    // One that is missing stays so: RustDDS does not match the endpoints of a peer that it
+                    // finds again.
                     self.peers += u32::from(!own.contains(&peer) && !self.echo.is_witness(&peer));
                 }
                 DomainParticipantStatusEvent::ParticipantLost { id, reason } => {
@@ -354,8 +357,8 @@ impl Participant {
         written.into_iter().position(|name| dds_name.strip_prefix("rt") == Some(name))
     }
 
-    /// Remembers a writer on a topic that we write. A gateway that was killed is no such writer: it does not announce itself any
-    /// more, and what replaces it hears only announcements.
+    /// Remembers a writer on a topic that we write. A gateway that was killed is no such writer: it does not
+    /// announce itself any more, and what replaces it hears only announcements.
     fn note_other_writer(&mut self, writer: GUID, topic: &str, own: &[Prefix]) {
         let position = self.written_position(topic);
         let is_own = own.contains(&prefix(&writer.to_bytes()));
@@ -383,7 +386,8 @@ impl Participant {
         position.and_then(|position| self.names.get(position)).map_or("a topic", String::as_str)
     }
 
-    /// Takes our node out of the graph when the other nodes' graph has the other layout; returns true if it did so.
+    /// Takes our node out of the graph when the other nodes' graph has the other layout; returns true if it
+    /// did so.
     pub(super) fn leave_other_graph(&mut self, waker: &Waker) -> bool {
         let left = self.graph.take_if(|graph| graph.meets_other_layout(waker));
         left.is_some()

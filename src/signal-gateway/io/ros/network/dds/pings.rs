@@ -1,4 +1,5 @@
-//! When a ping is answered: once its echo is there; where there can be none, once RustDDS's thread has shown that it works.
+//! When a ping is answered: once its echo is there; where there can be none, once RustDDS's thread has shown
+//! that it works.
 
 use std::time::{Duration, Instant};
 

@@ -1,10 +1,11 @@
 //! Encoded messages handed to RustDDS, padded to a multiple of four bytes.
 //!
-//! RTPS wants every submessage but the last one of a datagram to have such a length, and Cyclone DDS up to 0.10.2 (the version of
-//! Debian 12) rejects a last fragment without it as malformed, so that no sample of more than a datagram arrives there.
-//! RustDDS cuts fragments of 256 bytes and pads none. The padding stands behind the last field, where CDR decoders have
-//! stopped reading; its length, for which DDS-XTypes has two bits in the encapsulation options, is left at zero, as RustDDS
-//! does not set them and no decoder of these plain types needs it.
+//! RTPS wants every submessage but the last one of a datagram to have such a length, and Cyclone DDS up to
+//! 0.10.2 (the version of Debian 12) rejects a last fragment without it as malformed, so that no sample of
+//! more than a datagram arrives there. RustDDS cuts fragments of 256 bytes and pads none. The padding stands
+//! behind the last field, where CDR decoders have stopped reading; its length, for which DDS-XTypes has two
+//! bits in the encapsulation options, is left at zero, as RustDDS does not set them and no decoder of these
+//! plain types needs it.
 
 use rustdds::RepresentationIdentifier;
 use rustdds::bytes::Bytes;

@@ -1,7 +1,7 @@
 //! The services of the node. Requests are answered here, where they arrive: they never reach the gateway.
 //!
-//! A response waits until a reader of the client's participant is matched, since no one would get it before. Changes, which
-//! a reload makes, are told on `/parameter_events`.
+//! A response waits until a reader of the client's participant is matched, since no one would get it before.
+//! Changes, which a reload makes, are told on `/parameter_events`.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::task::Waker;
@@ -123,8 +123,8 @@ impl DdsServiceServer {
         self.endpoints.iter().map(|endpoint| endpoint.reader.guid())
     }
 
-    /// Answers the requests that have arrived, and has `waker` called when more do. Gives the number of those that were
-    /// not answered.
+    /// Answers the requests that have arrived, and has `waker` called when more do. Gives the number of those
+    /// that were not answered.
     pub(super) fn serve(
         &mut self,
         waker: &Waker,
@@ -206,8 +206,8 @@ fn answer(
     Ok(call.reply(response))
 }
 
-/// The identity by which the client knows its request. Fast DDS has it answered to its reader, and leaves the number to
-/// the sample.
+/// The identity by which the client knows its request. Fast DDS has it answered to its reader, and leaves the
+/// number to the sample.
 fn identity(sample: &DeserializedCacheChange<EncodedSample>) -> SampleIdentity {
     let own = SampleIdentity { writer_guid: sample.writer_guid(), sequence_number: sample.sequence_number };
     let Some(given) =

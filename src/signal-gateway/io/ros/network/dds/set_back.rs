@@ -1,14 +1,15 @@
 //! Whether the wall clock was set back, which a participant does not stand.
 //!
-//! RustDDS orders what a best-effort reader receives by the wall clock, and hands out what is not later than now. So after a step
-//! back its readers give nothing until the time before the step has come again; the readers of a new participant do.
+//! RustDDS orders what a best-effort reader receives by the wall clock, and hands out what is not later than
+//! now. So after a step back its readers give nothing until the time before the step has come again; the
+//! readers of a new participant do.
 
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// A smaller step makes readers wait no longer than a busy computer does.
 const MIN_STEP: Duration = Duration::from_millis(100);
-/// Shortest time between two attempts to follow, when the clock is set back again and again. Until a step is followed no echo
-/// arrives, so it is well below the second of silence that the gateway bears.
+/// Shortest time between two attempts to follow, when the clock is set back again and again. Until a step is
+/// followed no echo arrives, so it is well below the second of silence that the gateway bears.
 const MIN_INTERVAL: Duration = Duration::from_millis(400);
 
 /// The wall clock beside a clock that is never set.
@@ -76,7 +77,8 @@ mod tests {
         let mut is_step = |passed_s: f64, wall_s: f64| {
             watched.is_step_back(Duration::from_secs_f64(passed_s), Duration::from_secs_f64(wall_s))
         };
-        // It runs, is 50 ms late, is set ahead by 60 s and back by 3600 s, and runs; then it is set back and ahead by 60 s.
+        // It runs, is 50 ms late, is set ahead by 60 s and back by 3600 s, and runs; then it is set back and
+        // ahead by 60 s.
         let times = [(1.0, 1001.0), (2.0, 1001.95), (3.0, 1063.0), (4.0, 1064.0)];
         assert!(times.into_iter().all(|(passed_s, wall_s)| !is_step(passed_s, wall_s)));
         assert!(is_step(5.0, 465.0));

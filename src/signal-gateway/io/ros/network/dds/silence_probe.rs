@@ -17,8 +17,8 @@ use crate::io::ros::topics::Durability;
 /// Time within which writers are met and heard.
 const LIFE: Duration = Duration::from_secs(3);
 
-/// Readers of the topics of writers that are suspected, on a participant of their own. What writers have kept for newcomers does
-/// not come here: only what they send from now on.
+/// Readers of the topics of writers that are suspected, on a participant of their own. What writers have kept
+/// for newcomers does not come here: only what they send from now on.
 pub(super) struct SilenceProbe {
     readers: Vec<(u16, DdsTopicReader)>,
     since: Instant,

@@ -1,8 +1,9 @@
 //! Writers that sent regularly, are still there, and are not heard any more.
 //!
-//! RustDDS believes what comes under a writer's identity: after one GAP or HEARTBEAT with a number far ahead, its reader
-//! takes all samples below it for received, and says nothing of it. A reader of another participant starts again. So it shows
-//! there whether a writer is only silent: one that was not heard has gone on in the meantime.
+//! RustDDS believes what comes under a writer's identity: after one GAP or HEARTBEAT with a number far ahead,
+//! its reader takes all samples below it for received, and says nothing of it. A reader of another
+//! participant starts again. So it shows there whether a writer is only silent: one that was not heard has
+//! gone on in the meantime.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -13,7 +14,8 @@ use rustdds::GUID;
 const REGULAR: u32 = 10;
 /// The longest pause between these.
 const MAX_PAUSE: Duration = Duration::from_millis(1200);
-/// Silence of a regular writer after which it may not be heard, and as a multiple of its usual pause; the longer one counts.
+/// Silence of a regular writer after which it may not be heard, and as a multiple of its usual pause; the
+/// longer one counts.
 const SILENCE: Duration = Duration::from_secs(1);
 const PAUSES: f64 = 2.5;
 /// What a sample that comes sooner leaves of the usual pause.
@@ -79,7 +81,8 @@ impl SilentWriters {
         };
     }
 
-    /// Notes a sample that has come to another participant; true when it shows that a suspected writer has gone on unheard.
+    /// Notes a sample that has come to another participant; true when it shows that a suspected writer has
+    /// gone on unheard.
     pub(super) fn heard_elsewhere(&mut self, writer: &ReadWriter, number: i64) -> bool {
         let Some(heard) = self.writers.get_mut(writer).filter(|heard| heard.is_suspected) else {
             return false;
@@ -104,7 +107,8 @@ impl SilentWriters {
         self.writers.values().any(|heard| heard.is_suspected)
     }
 
-    /// The regular writers that are there and have been silent for too long, once one is, and this `may_suspect` any.
+    /// The regular writers that are there and have been silent for too long, once one is, and this
+    /// `may_suspect` any.
     pub(super) fn look(
         &mut self,
         now: Instant,
@@ -143,8 +147,8 @@ mod tests {
     /// Time after which a suspicion is dropped, in ticks.
     const PROBE: u32 = 100;
 
-    /// What comes of a writer: the milliseconds at which it was suspected, and those at which it was found unheard.
-    /// Each sample is a time in milliseconds, a number, and whether it is heard elsewhere alone.
+    /// What comes of a writer: the milliseconds at which it was suspected, and those at which it was found
+    /// unheard. Each sample is a time in milliseconds, a number, and whether it is heard elsewhere alone.
     fn watch(until_ms: u64, samples: &[(u64, i64, bool)]) -> (Vec<u64>, Vec<u64>) {
         let (start, writer) = (Instant::now(), (0, GUID::from_bytes([1; 16])));
         let mut writers = SilentWriters::new(start);

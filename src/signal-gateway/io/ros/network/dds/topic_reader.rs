@@ -48,8 +48,8 @@ impl DdsTopicReader {
         self.reader.guid()
     }
 
-    /// Takes what has arrived until `hand_over` wants no more, and has `waker` called when more does. True when more
-    /// has arrived already.
+    /// Takes what has arrived until `hand_over` wants no more, and has `waker` called when more does. True
+    /// when more has arrived already.
     pub(super) fn take(&self, waker: &Waker, mut hand_over: impl FnMut(TakenSample) -> bool) -> bool {
         // First, so that whatever arrives from here on wakes.
         self.reader.set_waker(Some(waker.clone()));

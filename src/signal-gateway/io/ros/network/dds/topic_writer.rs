@@ -5,13 +5,13 @@
 //! that a report is not lost on readers which knew the writer's predecessor, it is repeated (same
 //! stamp) a few times in the writer's first seconds.
 //!
-//! RustDDS trims a transient-local writer's history every 6 s, up to what all readers have
-//! acknowledged; without readers it keeps thousands of samples, whatever the depth. A late joiner
-//! would be handed minutes of old samples before the current one. So while there is no reader, nothing is
-//! written and the history is empty; the current samples are written when one joins. While others read, the history has
-//! seconds of samples nonetheless. RustDDS tells of a reader that it has discovered before it hands over anything: the
-//! reader has to ask first, and is answered after 5 ms. By then the writer is gone, and the reader finds a new, empty
-//! one instead, as do the others, which lose nothing but what was outdated.
+//! RustDDS trims a transient-local writer's history every 6 s, up to what all readers have acknowledged;
+//! without readers it keeps thousands of samples, whatever the depth. A late joiner would be handed minutes
+//! of old samples before the current one. So while there is no reader, nothing is written and the history is
+//! empty; the current samples are written when one joins. While others read, the history has seconds of
+//! samples nonetheless. RustDDS tells of a reader that it has discovered before it hands over anything: the
+//! reader has to ask first, and is answered after 5 ms. By then the writer is gone, and the reader finds a
+//! new, empty one instead, as do the others, which lose nothing but what was outdated.
 
 use std::time::{Duration, Instant};
 
@@ -32,8 +32,8 @@ const REPEATS: [Duration; 4] =
 const ACKNOWLEDGE: Duration = Duration::from_millis(100);
 /// Time for which a new writer is not replaced because its history is long: its readers come one by one.
 const SETTLING: Duration = Duration::from_secs(2);
-/// Time for which a new writer is not replaced for a late reader, so that many of them do not keep others from reading. It is the
-/// most history that a late reader gets.
+/// Time for which a new writer is not replaced for a late reader, so that many of them do not keep others
+/// from reading. It is the most history that a late reader gets.
 const MIN_LIFE: Duration = Duration::from_secs(1);
 
 /// A topic of one participant.
@@ -59,7 +59,8 @@ pub(super) struct DdsTopicWriter {
     history: History,
     /// Number of matched readers at the last call of [`settle`](Self::settle).
     readers: usize,
-    /// Everything was acknowledged at some moment since the last call of [`is_acknowledged`](Self::is_acknowledged).
+    /// Everything was acknowledged at some moment since the last call of
+    /// [`is_acknowledged`](Self::is_acknowledged).
     acknowledged: bool,
 }
 
@@ -119,8 +120,8 @@ impl DdsTopicWriter {
         self.begin_anew()
     }
 
-    /// Keeps a reader that was discovered, and asks for history, from being handed more than the topic's depth. Call it at once,
-    /// before RustDDS answers the reader. True when that made a new writer.
+    /// Keeps a reader that was discovered, and asks for history, from being handed more than the topic's
+    /// depth. Call it at once, before RustDDS answers the reader. True when that made a new writer.
     pub(super) fn meet_late_reader(&mut self) -> Result<bool, String> {
         let counts_newest = matches!(self.delivery, Delivery::Report | Delivery::Stream);
         let is_long = self.history.publications() > self.depth;
@@ -131,8 +132,8 @@ impl DdsTopicWriter {
         }
     }
 
-    /// The most bytes that RustDDS may hold of a topic until its readers have acknowledged them; none of a new writer,
-    /// which is not replaced.
+    /// The most bytes that RustDDS may hold of a topic until its readers have acknowledged them; none of a
+    /// new writer, which is not replaced.
     pub(super) fn history_bytes(&self) -> usize {
         if self.used && self.first_write.elapsed() >= SETTLING { self.history.bytes } else { 0 }
     }
@@ -147,8 +148,8 @@ impl DdsTopicWriter {
     }
 
     /// True if every reader has acknowledged everything, now or at some moment since the last call: that is
-    /// seldom so at the very moment of the call on a busy writer. Waits some milliseconds for acknowledgements
-    /// in transit.
+    /// seldom so at the very moment of the call on a busy writer. Waits some milliseconds for
+    /// acknowledgements in transit.
     pub(super) fn is_acknowledged(&mut self) -> bool {
         std::mem::take(&mut self.acknowledged) || self.has_all_acknowledged(Duration::from_millis(5))
     }
@@ -158,8 +159,8 @@ impl DdsTopicWriter {
         self.writer.wait_for_acknowledgments(patience).unwrap_or(true)
     }
 
-    /// Writes the current samples for the first reader, and repeats a report when that is due; drops the history
-    /// of readers that are gone. True when that made a new writer.
+    /// Writes the current samples for the first reader, and repeats a report when that is due; drops the
+    /// history of readers that are gone. True when that made a new writer.
     pub(super) fn settle(&mut self, readers: usize) -> Result<bool, String> {
         let joined = readers > std::mem::replace(&mut self.readers, readers);
         if self.has_all_acknowledged(Duration::ZERO) {

@@ -1,7 +1,7 @@
 //! Compares the types of remote writers and readers with ours on the same topic.
 //!
-//! DDS does not connect endpoints of different types and says nothing about it, so a sender with a wrong type looks like
-//! one that is missing.
+//! DDS does not connect endpoints of different types and says nothing about it, so a sender with a wrong type
+//! looks like one that is missing.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,7 +21,8 @@ pub(super) struct TypeCheck {
 }
 
 impl TypeCheck {
-    /// A check of the topics that are written and read: absolute names, each with package and name of its type.
+    /// A check of the topics that are written and read: absolute names, each with package and name of its
+    /// type.
     pub(super) fn new<'a>(
         written: impl Iterator<Item = (&'a String, &'a (String, String))>,
         read: impl Iterator<Item = (&'a String, &'a (String, String))>,

@@ -1,9 +1,10 @@
 //! A reader of our own that does not belong to our participant: what arrives there arrives at others as well.
 //!
-//! A sample that a participant sends to itself comes back even when no peer receives anything any more, as after thousands of
-//! participants were announced to it: its two threads work, but no peer is met, and none hears of it. So a second, small
-//! participant stands beside it, which RustDDS knows only from packets: it announces a reader of the echo, and another one in
-//! its place every few seconds, and takes what comes there. It has no multicast and announces itself to no one else.
+//! A sample that a participant sends to itself comes back even when no peer receives anything any more, as
+//! after thousands of participants were announced to it: its two threads work, but no peer is met, and none
+//! hears of it. So a second, small participant stands beside it, which RustDDS knows only from packets: it
+//! announces a reader of the echo, and another one in its place every few seconds, and takes what comes
+//! there. It has no multicast and announces itself to no one else.
 
 use std::io;
 use std::net::{Ipv4Addr, SocketAddrV4, UdpSocket};
@@ -29,8 +30,8 @@ const PARTICIPANT: [u8; 4] = [0, 0, 1, 0xC1];
 const DATA: (u8, u8) = (0x15, 0x05);
 const DISPOSAL: (u8, u8) = (0x15, 0x0B);
 const HEARTBEAT: (u8, u8) = (0x07, 0x03);
-/// It announces itself and its readers, and takes no announcement. RustDDS 0.15 looks for announcements of readers
-/// in the place of announcements of writers.
+/// It announces itself and its readers, and takes no announcement. RustDDS 0.15 looks for announcements of
+/// readers in the place of announcements of writers.
 const ENDPOINTS: u32 = 0x15;
 /// Should it end before its participant does, that forgets it.
 const LEASE_S: u32 = 20;
@@ -59,7 +60,8 @@ pub(super) struct Witness {
 }
 
 impl Witness {
-    /// A witness of the participant with this prefix and number in the domain, and of the samples of this topic.
+    /// A witness of the participant with this prefix and number in the domain, and of the samples of this
+    /// topic.
     pub(super) fn new(
         observed: Prefix,
         (domain, participant): (u16, u16),
@@ -123,7 +125,8 @@ impl Witness {
         received.map(u64::from).sum()
     }
 
-    /// Its participant, the reader that is gone, and the one that is there: the two are numbered one after the other.
+    /// Its participant, the reader that is gone, and the one that is there: the two are numbered one after
+    /// the other.
     fn announcement(&self) -> io::Result<Vec<u8>> {
         let mut packet = [b"RTPS", &[2, 4, 1, 0x12][..], &self.prefix].concat();
         let meta = locator(&self.socket)?;

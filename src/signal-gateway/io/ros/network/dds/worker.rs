@@ -1,5 +1,5 @@
-//! The network side at work: orders to writers, samples to the gateway, and a new participant when the old one cannot
-//! continue.
+//! The network side at work: orders to writers, samples to the gateway, and a new participant when the old
+//! one cannot continue.
 
 use std::io;
 use std::sync::Arc;
@@ -39,13 +39,15 @@ const MAX_OVERLAP: Duration = Duration::from_secs(35);
 const MAX_PREDECESSORS: usize = 3;
 /// Writers that a participant replaces before it is itself replaced, see [`Participant::replaced_writers`].
 const MAX_REPLACED_WRITERS: u32 = 1000;
-/// A longer round means that the process was stopped, and that peers may have given its participant up for good.
+/// A longer round means that the process was stopped, and that peers may have given its participant up for
+/// good.
 const STANDSTILL: Duration = Duration::from_secs(2);
 /// Time since an echo after which readers may be deaf.
 const ECHO_MISSED: Duration = Duration::from_millis(600);
 /// Own participants that are remembered; all of the last lease (50 s) would do.
 const MAX_OWN: usize = 32;
-/// Bytes that may wait for the gateway before samples stay with RustDDS, which keeps as many as the topic's depth.
+/// Bytes that may wait for the gateway before samples stay with RustDDS, which keeps as many as the topic's
+/// depth.
 const MAX_WAITING: usize = 256 * 1024;
 
 /// The network side's state.
@@ -188,7 +190,8 @@ impl DdsWorker {
         }
     }
 
-    /// Takes the events of discovery, and serves the readers that were met: a late reader is to be met within milliseconds.
+    /// Takes the events of discovery, and serves the readers that were met: a late reader is to be met within
+    /// milliseconds.
     fn observe(&mut self) {
         let waker = Waker::from(Arc::clone(&self.discovered));
         let observed = self.participant.observe(&waker, &mut self.missing, &self.own);
@@ -230,8 +233,8 @@ impl DdsWorker {
         });
     }
 
-    /// Passes received samples to the gateway while it takes them, first the samples of predecessors: they read on until
-    /// our participant has met all writers.
+    /// Passes received samples to the gateway while it takes them, first the samples of predecessors: they
+    /// read on until our participant has met all writers.
     fn receive(&mut self) {
         let Self { link, waker, silent_writers, .. } = self;
         let mut hand_over = |subscription: u16, taken: TakenSample| {
@@ -352,8 +355,8 @@ impl DdsWorker {
         }
     }
 
-    /// Finds out whether writers that sent regularly are silent or not heard any more, and replaces the participant if one
-    /// is not heard: see [`SilentWriters`].
+    /// Finds out whether writers that sent regularly are silent or not heard any more, and replaces the
+    /// participant if one is not heard: see [`SilentWriters`].
     fn follow_silent_writers(&mut self) {
         self.suspect_writers();
         let Self { silence_probe, silent_writers, waker, last_round, .. } = self;

@@ -36,8 +36,8 @@ struct SeenToken {
     /// Connections, and whether the other end is a router.
     links: BTreeMap<String, bool>,
     lost: u64,
-    /// Peers whose connection is lost and of which there is no sign since: neither another connection nor a token, which then
-    /// comes by a router, as samples do.
+    /// Peers whose connection is lost and of which there is no sign since: neither another connection nor a
+    /// token, which then comes by a router, as samples do.
     missing: BTreeSet<String>,
     /// Endpoints whose hash is another one than ours, and which were named in the log.
     named: BTreeSet<String>,

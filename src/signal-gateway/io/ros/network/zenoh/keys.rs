@@ -171,7 +171,8 @@ pub(super) fn node_of(token: &str) -> Option<String> {
     Some(format!("{namespace}/{node}"))
 }
 
-/// Reads the token of an endpoint; `None` for other tokens and other texts. Fields of later versions may follow.
+/// Reads the token of an endpoint; `None` for other tokens and other texts. Fields of later versions may
+/// follow.
 pub(super) fn read_token(token: &str) -> Option<GraphEndpoint> {
     let (session, node) = (session_of(token)?.to_owned(), node_of(token)?);
     let mut parts = token.split('/').skip(5);

@@ -1,9 +1,9 @@
 //! When a peer is sought whose connection is lost, and what is done about it.
 //!
-//! Zenoh connects again with a router by itself, and with peers that a router or another peer speaks of. Of a peer that only the
-//! two ends gave up neither speaks any more: both are there, and never receive each other again. Its tokens tell it from a
-//! peer that has ended: a router still has them. So a router is asked, and while it has them our session is replaced by a new one,
-//! which everybody meets as if it had just come.
+//! Zenoh connects again with a router by itself, and with peers that a router or another peer speaks of. Of a
+//! peer that only the two ends gave up neither speaks any more: both are there, and never receive each other
+//! again. Its tokens tell it from a peer that has ended: a router still has them. So a router is asked, and
+//! while it has them our session is replaced by a new one, which everybody meets as if it had just come.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
@@ -49,7 +49,8 @@ pub(super) struct PeerSearch {
 }
 
 impl PeerSearch {
-    /// Takes note of the sessions whose connection is lost at present. Gives nodes that are back, and the time that it took.
+    /// Takes note of the sessions whose connection is lost at present. Gives nodes that are back, and the
+    /// time that it took.
     pub(super) fn observe(
         &mut self,
         missing: &BTreeSet<String>,
@@ -76,8 +77,8 @@ impl PeerSearch {
         back
     }
 
-    /// The sessions of which a router is to be asked now; the caller gives what it says to [`answered`](Self::answered).
-    /// `None` if none is to be asked, or if there is no router.
+    /// The sessions of which a router is to be asked now; the caller gives what it says to
+    /// [`answered`](Self::answered). `None` if none is to be asked, or if there is no router.
     pub(super) fn question(
         &mut self,
         has_router: impl FnOnce() -> bool,

@@ -16,8 +16,8 @@ const PATIENCE: Duration = Duration::from_secs(2);
 /// Nodes of one session that are named; a process may have hundreds.
 const MAX_NODES: usize = 8;
 
-/// Asks a router in a thread of its own which of these sessions have tokens in a domain, as a client: a router tells peers only
-/// of itself. Calls `then` with the answer; `None` if there was none.
+/// Asks a router in a thread of its own which of these sessions have tokens in a domain, as a client: a
+/// router tells peers only of itself. Calls `then` with the answer; `None` if there was none.
 ///
 /// # Errors
 /// The error of the kernel, which has no thread left.

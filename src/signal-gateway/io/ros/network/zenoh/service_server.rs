@@ -1,7 +1,7 @@
 //! The services of the node. Requests are answered here, where they arrive: they never reach the gateway.
 //!
-//! Each service is a queryable with a token of the graph, as `rmw_zenoh_cpp` has them. Changes, which a reload makes, are published on
-//! `/parameter_events`.
+//! Each service is a queryable with a token of the graph, as `rmw_zenoh_cpp` has them. Changes, which a
+//! reload makes, are published on `/parameter_events`.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -176,8 +176,8 @@ impl ZenohWorker {
         self.link
     }
 
-    /// Opens a session, whether there is a network or not; a client's session waits for a router, so that it is opened by a
-    /// thread of its own. The error is a text for people.
+    /// Opens a session, whether there is a network or not; a client's session waits for a router, so that it
+    /// is opened by a thread of its own. The error is a text for people.
     pub(super) fn open(&mut self) -> Result<(), String> {
         let Transport::Zenoh(zenoh) = &self.settings.transport else {
             return Err("not configured".to_owned());
@@ -205,7 +205,8 @@ impl ZenohWorker {
         Ok(())
     }
 
-    /// Declares everything on a session, in the place of the one before if there is one, and publishes what is current.
+    /// Declares everything on a session, in the place of the one before if there is one, and publishes what
+    /// is current.
     fn join(&mut self, session: Session) -> zenoh::Result<()> {
         let heritage = self.joined.as_ref().map(|former| former.graph.heritage(&former.session));
         let is_first = heritage.is_none();
@@ -231,7 +232,8 @@ impl ZenohWorker {
         Ok(())
     }
 
-    /// Closes the session that was replaced once its time is over; in a thread of its own, since that may take long.
+    /// Closes the session that was replaced once its time is over; in a thread of its own, since that may
+    /// take long.
     fn close_replaced(&mut self, now: Instant) {
         if let Some((_, former)) =
             self.replaced.take_if(|(since, _)| now.saturating_duration_since(*since) >= OVERLAP)
@@ -290,8 +292,8 @@ impl ZenohWorker {
         }
     }
 
-    /// Works until the gateway says stop. Fails with the error of the link, whose other end is gone, or of a session that
-    /// cannot be opened.
+    /// Works until the gateway says stop. Fails with the error of the link, whose other end is gone, or of a
+    /// session that cannot be opened.
     pub(super) fn run(mut self, runtime: &Runtime) -> io::Result<()> {
         self.link.answer(&FromNetwork::Ready);
         self.link.flush()?;
