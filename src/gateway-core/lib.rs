@@ -2,6 +2,7 @@
 //!
 //! - [`vehicle_lights`], [`vehicle_status`]: reports from bound frames; [`vehicle_report`] is what they have
 //!   in common;
+//! - [`v2i_reception`]: states of traffic lights from the frames of a V2X unit;
 //! - [`command`]: turn and hazard commands, from their senders into frames;
 //! - [`gateway`]: all flows behind one interface, each on its clock. Frames and messages go in with their
 //!   times, outputs and the next deadline come out: the same inputs give the same outputs, byte for byte.
@@ -50,6 +51,7 @@ pub mod command;
 pub mod control_mode;
 pub mod gateway;
 pub mod provenance;
+pub mod v2i_reception;
 pub mod vehicle_lights;
 pub mod vehicle_report;
 pub mod vehicle_status;

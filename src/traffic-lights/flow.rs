@@ -7,17 +7,13 @@ use super::arbiter::{Arbiter, ArbiterSettings, ArbiterStamp};
 use super::catalogue;
 use super::command::parse_command;
 use super::emission::{Emission, Groups, LightsContent, LightsTopic};
-use super::engine::{LightsSettings, TrafficLights};
+use super::engine::{LightObservation, LightsSettings, TrafficLights};
 use super::event_log::ScenarioEvent;
 use super::faults::ChannelFaults;
 use super::input::TrafficLightInput;
 use super::output::TrafficLightOutput;
-use super::received::ReceivedState;
 use super::simulated_clock::SimulatedClock;
 use super::target::{LightChannel, StoreId};
-use super::v2i_reception::binding::V2iBinding;
-use super::v2i_reception::{V2iReception, ValidState};
-use can_signal::can::Bus;
 use gateway_base::diagnostics::Status;
 use gateway_base::time::{MonoTime, Now, WallStamp};
 
@@ -36,7 +32,7 @@ pub struct LightsFlowSettings {
     /// topic.
     pub external_camera: bool,
     /// True when [`TrafficLightInput::Clock`] gives the time of scenario, faults and messages: nothing
-    /// happens before the first one. The unit on CAN is judged by the gateway's own clock in any case.
+    /// happens before the first one.
     pub use_sim_time: bool,
 }
 
@@ -54,7 +50,7 @@ impl LightsFlowSettings {
     }
 }
 
-/// The traffic lights with reception, faults on purpose and arbiter.
+/// The traffic lights with faults on purpose and arbiter.
 ///
 /// Give it inputs, call [`Self::settle`] after them and at [`Self::next_deadline`], then take the outputs:
 ///
@@ -66,20 +62,18 @@ impl LightsFlowSettings {
 /// # use traffic_lights::emission::LightsTopic;
 /// # use traffic_lights::engine::LightsSettings;
 /// # use traffic_lights::flow::{LightsFlowSettings, TrafficLightFlow};
-/// # use traffic_lights::v2i_reception::binding::V2iBinding;
 /// # let map = Arc::new(LightMap::default());
 /// let mut lights = LightsSettings::new(map, Default::default(), Compat::Improved);
 /// lights.topics = [LightsTopic::Camera].into();
 /// let at_ms = |ms| Now { mono: MonoTime::from_millis(ms), wall: WallStamp::default() };
-/// let mut flow = TrafficLightFlow::new(LightsFlowSettings::new(lights), V2iBinding::default(), at_ms(0));
-/// flow.settle(&[], at_ms(100));
+/// let mut flow = TrafficLightFlow::new(LightsFlowSettings::new(lights), at_ms(0));
+/// flow.settle(at_ms(100));
 /// let messages = std::iter::from_fn(|| flow.poll_output()).count();
 /// assert_eq!(messages, 3, "30 frames a second");
 /// ```
 #[derive(Debug, Clone)]
 pub struct TrafficLightFlow {
     run: LightsRun,
-    pub(super) reception: V2iReception,
     /// The settings of a run.
     settings: Box<LightsFlowSettings>,
     /// The clock of a simulator; `None` when the gateway's own time counts.
@@ -132,56 +126,56 @@ impl LightsRun {
 
 impl TrafficLightFlow {
     /// Starts the scenario: does its init actions, before the first frame.
-    pub fn new(settings: LightsFlowSettings, binding: V2iBinding, now: Now) -> Self {
+    pub fn new(settings: LightsFlowSettings, now: Now) -> Self {
         Self {
             clock: settings.use_sim_time.then(SimulatedClock::default),
             run: LightsRun::new(settings.clone(), now),
             settings: Box::new(settings),
-            reception: V2iReception::new(binding),
             ready: VecDeque::new(),
             refused: 0,
             news: true,
         }
     }
 
-    /// Continues with other settings and another binding. The scenario continues if its lights, rules and
-    /// topics are the same; otherwise it starts again, with the states of the V2X unit. Call [`Self::settle`]
-    /// afterwards.
-    pub fn reconfigure(&mut self, settings: LightsFlowSettings, binding: V2iBinding, now: Now) {
-        let ended = self.reception.reconfigure(binding).into_iter().map(|id| (id, None::<ReceivedState>));
+    /// Continues with other settings. The scenario continues if its lights, rules and topics are the same;
+    /// otherwise it starts again. Returns true when a run begins: give it all states of the V2X unit. Call
+    /// [`Self::settle`] afterwards.
+    pub fn reconfigure(&mut self, settings: LightsFlowSettings, now: Now) -> bool {
         self.news = true;
         let before = std::mem::replace(&mut *self.settings, settings.clone());
-        let Some(now) = self.time(now) else { return };
-        if settings.lights.is_same_run(&before.lights) {
+        let Some(now) = self.time(now) else { return false };
+        let is_same_run = settings.lights.is_same_run(&before.lights);
+        if is_same_run {
             self.run.reconfigure(&before, settings, now);
-            self.run.engine.set_states(StoreId::V2I, ended, false, now);
         } else {
-            self.begin(now);
+            self.run = LightsRun::new(settings, now);
+        }
+        !is_same_run
+    }
+
+    /// Writes the states of a V2X unit that have changed, or all of them for a run that begins: by way or
+    /// relation id, `None` to remove one. They do not expire: who receives them knows their age. Call
+    /// [`Self::settle`] afterwards.
+    pub fn set_unit_states(
+        &mut self,
+        states: impl IntoIterator<Item = (i64, Option<LightObservation>)>,
+        now: Now,
+    ) {
+        if let Some(now) = self.time(now) {
+            self.run.engine.set_states(StoreId::V2I, states, false, now);
         }
     }
 
-    /// Starts the scenario again, with the states of the V2X unit.
-    fn begin(&mut self, now: Now) {
-        self.run = LightsRun::new((*self.settings).clone(), now);
-        let states = self.reception.valid_states().map(|(id, state)| (id, Some(received(state))));
-        self.run.engine.set_states(StoreId::V2I, states, false, now);
-    }
-
-    /// Returns the reception of the V2X unit, for its frames and buses. Call [`Self::settle`] afterwards.
-    pub fn reception(&mut self) -> &mut V2iReception {
-        &mut self.reception
-    }
-
-    /// Takes an input. Call [`Self::settle`] afterwards.
-    pub fn handle_input(&mut self, input: TrafficLightInput, now: Now) {
+    /// Takes an input. Returns true when a run begins with it: give it all states of the V2X unit. Call
+    /// [`Self::settle`] afterwards.
+    pub fn handle_input(&mut self, input: TrafficLightInput, now: Now) -> bool {
         if let TrafficLightInput::Clock(stamp) = input {
-            self.handle_clock(stamp, now);
-            return;
+            return self.handle_clock(stamp, now);
         }
         let Some(now) = self.time(now) else {
             // States come again, commands do not.
             self.refused += u64::from(matches!(input, TrafficLightInput::Command(_)));
-            return;
+            return false;
         };
         match input {
             TrafficLightInput::States { store, states, rejected, .. } => {
@@ -205,6 +199,7 @@ impl TrafficLightFlow {
                 self.news |= !done;
             }
         }
+        false
     }
 
     /// Returns the time of the run; `None` before a simulator has given one.
@@ -212,15 +207,17 @@ impl TrafficLightFlow {
         self.clock.as_ref().map_or(Some(now), SimulatedClock::now)
     }
 
-    /// Takes the time of a simulator, with which a run can begin.
-    fn handle_clock(&mut self, stamp: WallStamp, now: Now) {
-        let Some(clock) = &mut self.clock else { return };
+    /// Takes the time of a simulator. Returns true when a run begins with it.
+    fn handle_clock(&mut self, stamp: WallStamp, now: Now) -> bool {
+        let Some(clock) = &mut self.clock else { return false };
         let was_silent = clock.is_silent(now.mono);
         let begins = clock.handle(stamp, now.mono);
         self.news |= begins || was_silent;
-        if let Some(now) = clock.now().filter(|_| begins) {
-            self.begin(now);
+        let start = clock.now().filter(|_| begins);
+        if let Some(start) = start {
+            self.run = LightsRun::new((*self.settings).clone(), start);
         }
+        start.is_some()
     }
 
     /// Does the action of a command. Returns false when the command is not understood, or cannot be done.
@@ -235,16 +232,9 @@ impl TrafficLightFlow {
     }
 
     /// Brings everything up to now. Returns true when the diagnostics have changed.
-    pub fn settle(&mut self, buses: &[Bus], now: Now) -> bool {
-        let settled = self.reception.settle(buses, now);
-        self.news |= settled.news;
+    pub fn settle(&mut self, now: Now) -> bool {
         self.news |= self.clock.as_ref().is_some_and(|clock| clock.is_silent(now.mono));
         let Some(now) = self.time(now) else { return std::mem::take(&mut self.news) };
-        if !settled.changes.is_empty() {
-            let changes = settled.changes.iter().map(|(id, state)| (*id, state.map(received)));
-            // These are only the changes, so they do not expire: the reception knows the age of each state.
-            self.run.engine.set_states(StoreId::V2I, changes, false, now);
-        }
         self.run.engine.advance(now);
         while let Some(logged) = self.run.engine.poll_event() {
             self.news |= matches!(logged.event, ScenarioEvent::Ended(_));
@@ -277,15 +267,14 @@ impl TrafficLightFlow {
     /// Returns the next time at which [`Self::settle`] has something to do. With a simulated clock its
     /// messages are what a run waits for.
     pub fn next_deadline(&self, now: MonoTime) -> MonoTime {
-        let own = match &self.clock {
-            Some(clock) => clock.next_deadline(now),
+        match &self.clock {
+            Some(clock) => clock.next_deadline(now).unwrap_or(MonoTime::MAX),
             None => {
                 let faults = [&self.run.camera, &self.run.v2i].into_iter().flatten();
                 let faults = faults.filter_map(ChannelFaults::next_deadline);
-                Some(faults.fold(self.run.engine.next_deadline(), MonoTime::min))
+                faults.fold(self.run.engine.next_deadline(), MonoTime::min)
             }
-        };
-        own.into_iter().chain(self.reception.next_deadline(now)).min().unwrap_or(MonoTime::MAX)
+        }
     }
 
     /// Returns the engine that the flow runs.
@@ -293,8 +282,8 @@ impl TrafficLightFlow {
         &self.run.engine
     }
 
-    /// Returns one status for each channel, one for the scenario, one for the V2X unit if there is one.
-    pub fn statuses(&self, buses: &[Bus], now: MonoTime) -> Vec<Status> {
+    /// Returns one status for each channel, and one for the scenario.
+    pub fn statuses(&self, now: MonoTime) -> Vec<Status> {
         let clock = self.clock.as_ref();
         let time = clock.and_then(SimulatedClock::now).map_or(now, |time| time.mono);
         let finding = clock.and_then(|clock| match clock.now() {
@@ -308,9 +297,6 @@ impl TrafficLightFlow {
                 scenario.values.push(("clock_restarts", clock.restarts.to_string()));
                 scenario.values.push(("clock_overtaken", clock.overtaken.to_string()));
             }
-        }
-        if !self.reception.binding().is_empty() {
-            statuses.push(self.reception.status(buses, now));
         }
         statuses
     }
@@ -360,8 +346,4 @@ fn merge(arbiter: &mut Arbiter, emission: &Emission, clock: WallStamp) -> Option
         LightsTopic::V2i => arbiter.external(stamp, groups, ArbiterStamp(clock.as_nanos())),
         LightsTopic::GroundTruth | LightsTopic::Arbiter | LightsTopic::Markers | LightsTopic::Clock => None,
     }
-}
-
-fn received(ValidState { bulbs, confidence, .. }: ValidState) -> ReceivedState {
-    ReceivedState { bulbs, confidence, predictions: Vec::new() }
 }

@@ -1,4 +1,4 @@
-//! Inputs of the traffic lights, beside the V2X unit on a CAN bus.
+//! Inputs of the traffic lights, beside the states of a V2X unit.
 
 use super::emission::Groups;
 use super::received::ReceivedState;

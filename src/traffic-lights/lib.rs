@@ -27,8 +27,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The lights of a map are read by `lanelet2_map`, and signals of a V2X unit judged by `can_signal`. This
-//! crate does not know the vehicle and its turn signals; `gateway_core` runs it beside them.
+//! The lights of a map are read by `lanelet2_map`. This crate knows neither CAN nor the vehicle and its turn
+//! signals: `gateway_core` runs it beside them, and gives it the states of a V2X unit.
 
 pub mod arbiter;
 pub mod architecture;
@@ -69,6 +69,4 @@ mod sync;
 pub mod target;
 pub mod text;
 mod trigger;
-pub mod v2i_reception;
-mod v2i_status;
 pub mod variable;

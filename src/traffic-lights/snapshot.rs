@@ -7,9 +7,6 @@ use super::bulb::Bulb;
 use super::flow::TrafficLightFlow;
 use super::scenario::ControllerIndex;
 use super::target::{LightChannel, StoreId, StoreLayer};
-use can_signal::can::Bus;
-use can_signal::validation::snapshot::{MessageSnapshot, Received, SignalSnapshot, UsedBy};
-use gateway_base::time::MonoTime;
 
 /// The number of lights that are listed of each store; a map can have thousands.
 pub const MAX_LISTED_LIGHTS: usize = 200;
@@ -161,16 +158,5 @@ impl TrafficLightFlow {
             }
         });
         received.chain(heads)
-    }
-
-    /// The signals and messages of the V2X unit.
-    pub fn received_snapshot(
-        &self,
-        buses: &[Bus],
-        now: MonoTime,
-    ) -> (Vec<SignalSnapshot>, Vec<MessageSnapshot>) {
-        let (table, observations) = self.reception.received();
-        let received = Received { used_by: UsedBy::V2i, table, observations, buses };
-        (received.signals(now, |_, _| Vec::new()).collect(), received.messages().collect())
     }
 }

@@ -24,7 +24,7 @@ const FLOORS: &[(&str, &[&[&str]])] = &[
     ("signal_gateway", &[&["cli"], &["daemon", "check"], &["replay", "desk"], &["report"], &["config"], &["io"]]),
     // Each flow stands alone, and only what is above them imports two of them.
     ("gateway_core", &[
-        &["gateway"], &["vehicle_lights", "vehicle_status", "command"], &["vehicle_report"], &["control_mode", "provenance"],
+        &["gateway"], &["vehicle_lights", "vehicle_status", "command", "v2i_reception"], &["vehicle_report"], &["control_mode", "provenance"],
     ]),
     ("vehicle_bringup", &[&["plausibility", "simulated_vehicle", "discovery"], &["car_model"]]),
     ("can_signal", &[&["validation"], &["dbc"], &["can"]]),

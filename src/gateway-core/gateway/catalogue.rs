@@ -1,7 +1,7 @@
 //! The catalogue of all statuses with their messages, and what the statuses of the process say.
 
 use crate::command::catalogue::{COMMAND, COMMAND_TRANSMISSION};
-use crate::{vehicle_lights, vehicle_status};
+use crate::{v2i_reception, vehicle_lights, vehicle_status};
 use can_signal::can::catalogue::INTERFACE;
 use can_signal::validation;
 use gateway_base::diagnostics::{MessageRow, Section, messages};
@@ -92,7 +92,7 @@ pub static SECTIONS: [&Section; 15] = [
     &turn_signal::catalogue::SECTION,
     &traffic_light::CHANNELS,
     &traffic_light::TRAFFIC_LIGHTS_SCENARIO,
-    &traffic_light::V2I_TRAFFIC_LIGHTS,
+    &v2i_reception::catalogue::V2I_TRAFFIC_LIGHTS,
     &CONFIGURATION,
     &BLACK_BOX,
     &MCAP,
@@ -108,5 +108,5 @@ pub static REASONS: [&[&MessageRow]; 7] = [
     validation::catalogue::REQUIREMENT,
     vehicle_lights::catalogue::REASONS,
     vehicle_status::catalogue::REASONS,
-    traffic_light::REASONS,
+    v2i_reception::catalogue::REASONS,
 ];

@@ -25,6 +25,7 @@ use crate::command::settings::{CommandBinding, CommandSettings, Transmit};
 use crate::command::{Reported, Turn};
 use crate::control_mode::ControlMode;
 use crate::gateway::event::{Input, Output};
+use crate::v2i_reception::binding::V2iBinding;
 use crate::vehicle_lights::VehicleLights;
 use crate::vehicle_lights::binding::LightsBinding;
 use crate::vehicle_lights::verdict::{HazardLights, TurnIndicators};
@@ -36,9 +37,9 @@ use crate::vehicle_status::state::{Judged, StatusReason};
 use can_signal::can::{Bus, BusIndex, BusSettings, CanInput, IdMatch, LinkState};
 use gateway_base::diagnostics::{Diagnostics, Status};
 use gateway_base::time::{MonoTime, Now};
-use perception::{Effect, Headlines, Perception};
+use headlines::Headlines;
+use perception::{Effect, Perception};
 use traffic_lights::flow::LightsFlowSettings;
-use traffic_lights::v2i_reception::binding::V2iBinding;
 use turn_signal::flow::TurnSignalSettings;
 use turn_signal::light_command::EnumOrUnknown;
 use turn_signal::output::TurnSignalOutput;
@@ -51,6 +52,7 @@ pub mod catalogue;
 pub mod configuration;
 pub mod confinement;
 pub mod event;
+mod headlines;
 pub mod history;
 mod late_reports;
 pub mod live;
@@ -59,6 +61,7 @@ pub mod network;
 mod perception;
 pub mod process_status;
 pub mod snapshot;
+mod traffic_lights_with_unit;
 mod wall_clock;
 
 /// The settings of the gateway, checked by `config`.
@@ -296,8 +299,8 @@ impl Gateway {
         match input {
             Input::Can(input) => return self.take_can(&input, now),
             Input::TrafficLight(input) => {
-                if let Some(flow) = &mut self.perception.traffic_lights {
-                    flow.handle_input(input, now);
+                if let Some(lights) = &mut self.perception.traffic_lights {
+                    lights.handle_input(input, now);
                 }
             }
             Input::Planner(input) => {

@@ -5,6 +5,7 @@
 use std::time::Duration;
 
 use super::GatewaySettings;
+use super::traffic_lights_with_unit::TrafficLightsWithUnit;
 use crate::control_mode::ControlMode;
 use crate::gateway::event::Output;
 use crate::vehicle_lights::{Task, VehicleLights};
@@ -15,10 +16,9 @@ use can_signal::can::bus_status;
 use can_signal::can::{Bus, BusFinding, BusIndex, BusSnapshot, CanInput, Frame, IdMatch, IdTable, LinkState};
 use can_signal::validation::observation::Arrival;
 use can_signal::validation::table::{BoundMessage, MessageIndex};
-use gateway_base::diagnostics::{Level, RateMeter, Status};
+use gateway_base::diagnostics::{RateMeter, Status};
 use gateway_base::time::timer_table::TimerTable;
 use gateway_base::time::{MonoTime, Now, WallStamp};
-use traffic_lights::flow::TrafficLightFlow;
 use turn_signal::flow::TurnSignalFlow;
 use turn_signal::vehicle_state::VehicleState;
 
@@ -33,8 +33,7 @@ pub(super) struct Perception {
     routes: Vec<IdTable<Route>>,
     pub(super) lights: VehicleLights,
     pub(super) status: VehicleStatus,
-    pub(super) traffic_lights: Option<TrafficLightFlow>,
-    traffic_light_headlines: Headlines,
+    pub(super) traffic_lights: Option<TrafficLightsWithUnit>,
     pub(super) turn_signal: Option<TurnSignalFlow>,
     diagnostics_period: Duration,
     timers: TimerTable<Timer>,
@@ -100,22 +99,6 @@ fn vehicle_state(status: &VehicleStatus) -> VehicleState {
     }
 }
 
-/// Level and message of each status of a flow, as published last.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Headlines(Vec<(Level, String)>);
-
-impl Headlines {
-    /// The statuses whose level or message differs from the ones published last.
-    pub(super) fn changed(&mut self, mut statuses: Vec<Status>) -> Vec<Status> {
-        let now = statuses.iter().map(|status| (status.level, status.message.clone())).collect();
-        let mut before = std::mem::replace(&mut self.0, now).into_iter();
-        statuses.retain(|status| {
-            before.next().is_none_or(|(level, message)| level != status.level || message != status.message)
-        });
-        statuses
-    }
-}
-
 impl Perception {
     /// Nothing received yet; `links` has the link of each bus; a bus without one starts as
     /// [`LinkState::Missing`].
@@ -135,8 +118,7 @@ impl Perception {
             status: VehicleStatus::new(settings.status, settings.status_settings, settings.publish),
             traffic_lights: settings
                 .traffic_lights
-                .map(|flow| TrafficLightFlow::new(flow, settings.v2i, now)),
-            traffic_light_headlines: Headlines::default(),
+                .map(|flow| TrafficLightsWithUnit::new(flow, settings.v2i, now)),
             turn_signal: settings.turn_signal.map(|flow| TurnSignalFlow::new(flow, now)),
             diagnostics_period: settings.diagnostics_period,
             timers,
@@ -154,8 +136,8 @@ impl Perception {
         }
         self.lights.reconfigure(settings.lights, settings.publish, now.mono);
         self.status.reconfigure(settings.status, settings.status_settings, settings.publish, now.mono);
-        if let (Some(flow), Some(lights)) = (&mut self.traffic_lights, settings.traffic_lights) {
-            flow.reconfigure(lights, settings.v2i, now);
+        if let (Some(lights), Some(flow)) = (&mut self.traffic_lights, settings.traffic_lights) {
+            lights.reconfigure(flow, settings.v2i, now);
         }
         if let (Some(flow), Some(decider)) = (&mut self.turn_signal, settings.turn_signal) {
             flow.reconfigure(decider);
@@ -184,8 +166,8 @@ impl Perception {
                 if known.set_link(state) {
                     self.lights.forget_bus(bus);
                     self.status.forget_bus(bus);
-                    if let Some(flow) = &mut self.traffic_lights {
-                        flow.reception().forget_bus(bus);
+                    if let Some(lights) = &mut self.traffic_lights {
+                        lights.reception.forget_bus(bus);
                     }
                     return Some(Effect::BusForgotten(bus));
                 }
@@ -224,8 +206,8 @@ impl Perception {
         if is_revived {
             self.lights.forget_events(bus);
             self.status.forget_events(bus);
-            if let Some(flow) = &mut self.traffic_lights {
-                flow.reception().forget_events(bus);
+            if let Some(lights) = &mut self.traffic_lights {
+                lights.reception.forget_events(bus);
             }
         }
         if route.is_life_sign && self.lights.observe(bus, frame, was_alive, now.mono) {
@@ -241,8 +223,8 @@ impl Perception {
             self.unsettled.status |= is_new;
             is_news |= is_new;
         }
-        if let (Some(message), Some(flow)) = (route.v2i, &mut self.traffic_lights) {
-            flow.reception().frame_arrived(message, frame, stamp, &self.buses, now);
+        if let (Some(message), Some(lights)) = (route.v2i, &mut self.traffic_lights) {
+            lights.reception.frame_arrived(message, frame, stamp, &self.buses, now);
             is_news = true;
         }
         Some(match (is_revived, is_news) {
@@ -270,16 +252,12 @@ impl Perception {
         if status {
             self.settle_status(now, &mut emit, &mut changed);
         }
-        if let Some(flow) = &mut self.traffic_lights {
-            let has_news = flow.settle(&self.buses, now);
-            while let Some(output) = flow.poll_output() {
+        if let Some(lights) = &mut self.traffic_lights {
+            changed.extend(lights.settle(&self.buses, now));
+            while let Some(output) = lights.flow.poll_output() {
                 emit(Output::TrafficLights(output));
             }
-            self.timers.set(Timer::TrafficLights, flow.next_deadline(now.mono));
-            if has_news {
-                let statuses = flow.statuses(&self.buses, now.mono);
-                changed.extend(self.traffic_light_headlines.changed(statuses));
-            }
+            self.timers.set(Timer::TrafficLights, lights.next_deadline(now.mono));
         }
         if let Some(flow) = &mut self.turn_signal {
             let has_news = flow.settle(vehicle_state(&self.status), now);
@@ -351,8 +329,8 @@ impl Perception {
     pub(super) fn flow_statuses(&self, now: MonoTime) -> Vec<Status> {
         let mut statuses: Vec<_> = self.lights.tasks().map(|task| self.lights_status(task, now)).collect();
         statuses.extend(self.status.statuses(&self.buses, now));
-        if let Some(flow) = &self.traffic_lights {
-            statuses.extend(flow.statuses(&self.buses, now));
+        if let Some(lights) = &self.traffic_lights {
+            statuses.extend(lights.statuses(&self.buses, now));
         }
         statuses.extend(self.turn_signal.as_ref().map(|flow| flow.status(now)));
         statuses

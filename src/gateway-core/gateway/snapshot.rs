@@ -20,7 +20,6 @@ use can_signal::can::BusSnapshot;
 use can_signal::validation::snapshot::{MessageSnapshot, SignalSnapshot};
 use gateway_base::diagnostics::{Level, Status};
 use gateway_base::time::{Now, millis};
-use traffic_lights::flow::TrafficLightFlow;
 use traffic_lights::snapshot::TrafficLightsSnapshot;
 use turn_signal::flow::snapshot::DeciderSnapshot;
 
@@ -173,7 +172,8 @@ impl Gateway {
         let mut received =
             vec![lights.received_snapshot(buses, mono), perception.status.received_snapshot(buses, mono)];
         received.extend(self.commands.as_ref().map(|flow| flow.received_snapshot(buses, mono)));
-        received.extend(perception.traffic_lights.as_ref().map(|flow| flow.received_snapshot(buses, mono)));
+        let traffic_lights = perception.traffic_lights.as_ref();
+        received.extend(traffic_lights.map(|lights| lights.reception.received_snapshot(buses, mono)));
         let (signals, messages): (Vec<_>, Vec<_>) = received.into_iter().unzip();
         let snapshot = Snapshot {
             schema: SCHEMA,
@@ -188,7 +188,7 @@ impl Gateway {
             buses: perception.bus_snapshots(mono).collect(),
             signals: signals.into_iter().flatten().collect(),
             messages: messages.into_iter().flatten().collect(),
-            traffic_lights: perception.traffic_lights.as_ref().map(TrafficLightFlow::snapshot),
+            traffic_lights: traffic_lights.map(|lights| lights.flow.snapshot()),
             decider: perception.turn_signal.as_ref().map(|flow| flow.snapshot(mono)),
             diagnostics: Vec::new(),
         };

@@ -5,8 +5,8 @@ use crate::config::Settings;
 use can_signal::validation::display::role_texts;
 use can_signal::validation::meaning::Meaning;
 use can_signal::validation::table::Role;
+use gateway_core::v2i_reception::binding::{BoundGroup, V2iBinding, V2iStates};
 use traffic_lights::bulb::{Bulb, Color};
-use traffic_lights::v2i_reception::binding::{BoundGroup, V2iBinding, V2iStates};
 
 pub(super) fn sources(binding: &V2iBinding, report: &mut CheckReport) {
     for source in &binding.sources {
@@ -91,8 +91,8 @@ mod tests {
     use crate::config::load_profile;
     use can_signal::validation::meaning::{RawRange, ValueMap};
     use can_signal::validation::table::SignalIndex;
+    use gateway_core::v2i_reception::binding::V2iSource;
     use traffic_lights::text::parse_bulbs;
-    use traffic_lights::v2i_reception::binding::V2iSource;
 
     #[test]
     fn a_red_or_yellow_arrow_is_noted() {

@@ -14,7 +14,6 @@ use traffic_lights::input::TrafficLightInput;
 use traffic_lights::output::TrafficLightOutput;
 use traffic_lights::scenario::Scenario;
 use traffic_lights::text::parse_bulb;
-use traffic_lights::v2i_reception::binding::V2iBinding;
 
 use super::scene::{controller, settings, small_map};
 use crate::support::clock::at_ms;
@@ -40,7 +39,7 @@ impl Bench {
         let lights = LightsSettings { topics, first_frame: 0, ..settings(small_map(), scenario, Improved) };
         let mut settings = LightsFlowSettings::new(lights);
         change(&mut settings);
-        let flow = TrafficLightFlow::new(settings, V2iBinding::default(), at_ms(0));
+        let flow = TrafficLightFlow::new(settings, at_ms(0));
         Self { flow, now: at_ms(0), sent: Vec::new() }
     }
 
@@ -49,7 +48,7 @@ impl Bench {
     }
 
     fn settle(&mut self) {
-        self.flow.settle(&[], self.now);
+        self.flow.settle(self.now);
         while let Some(output) = self.flow.poll_output() {
             if let TrafficLightOutput::Publish(emission) = output {
                 self.sent.push(emission);
@@ -87,7 +86,7 @@ impl Bench {
 
     /// Level and message of the scenario's status.
     fn finding(&self) -> (Level, String) {
-        let statuses = self.flow.statuses(&[], self.now.mono);
+        let statuses = self.flow.statuses(self.now.mono);
         let status = statuses.into_iter().find(|status| status.task.ends_with("_scenario")).unwrap();
         (status.level, status.message)
     }
@@ -140,7 +139,7 @@ fn a_clock_that_begins_anew_begins_the_scenario_anew() {
     bench.clock(500);
     assert_eq!(bench.phase(), Some(0));
     assert_eq!(bench.stamps_ms(LightsTopic::Camera), [-1_000, 0]);
-    let statuses = bench.flow.statuses(&[], bench.now.mono);
+    let statuses = bench.flow.statuses(bench.now.mono);
     let values = &statuses.last().unwrap().values;
     let value = |key| values.iter().find(|(name, _)| *name == key).map(|(_, value)| value.as_str());
     assert_eq!((value("clock_restarts"), value("clock_overtaken")), (Some("1"), Some("1")));
@@ -151,7 +150,7 @@ fn commands_before_the_first_time_are_refused() {
     let mut bench = Bench::simulated();
     bench.input(TrafficLightInput::Command("TrafficSignalStateAction(21, red)".to_owned()));
     bench.clock(0);
-    let statuses = bench.flow.statuses(&[], bench.now.mono);
+    let statuses = bench.flow.statuses(bench.now.mono);
     assert!(statuses.last().unwrap().values.contains(&("refused_commands", "1".to_owned())));
 }
 
@@ -198,7 +197,7 @@ fn the_arbiter_takes_the_camera_pipeline_instead_of_the_own_camera_topic() {
         bench.input(TrafficLightInput::Camera { stamp, groups, rejected: 1 });
         let merged = bench.sent.iter().find(|emission| emission.topic == LightsTopic::Arbiter).unwrap();
         assert_eq!((merged.stamp, &merged.content), (stamp, &LightsContent::groups([group])));
-        let status = &bench.flow.statuses(&[], MonoTime::from_millis(1_000))[0];
+        let status = &bench.flow.statuses(MonoTime::from_millis(1_000))[0];
         assert_eq!(status.message, "an unreadable input was rejected");
     }
 }

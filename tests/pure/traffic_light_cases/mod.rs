@@ -14,3 +14,4 @@ pub(super) mod scene;
 mod stores;
 mod storyboard;
 mod timelines;
+mod unit;

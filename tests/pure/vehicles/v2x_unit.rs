@@ -10,7 +10,7 @@ use gateway_base::diagnostics::{Level, Status};
 use gateway_base::time::MonoTime;
 use gateway_core::gateway::Gateway;
 use gateway_core::gateway::event::Output;
-use traffic_lights::v2i_reception::{Settled, V2iReception};
+use gateway_core::v2i_reception::{Settled, V2iReception};
 
 use crate::pure::vehicles::payload::frame;
 use crate::pure::vehicles::profile;

@@ -35,6 +35,7 @@ use can_signal::validation::table::{BoundMessage, BoundSignal, MessageIndex, Sig
 use command::command;
 use gateway_core::command::settings::CommandBinding;
 use gateway_core::provenance::Provenance;
+use gateway_core::v2i_reception::binding::V2iBinding;
 use gateway_core::vehicle_lights::binding::{HazardBinding, LightsBinding, TurnBinding};
 use gateway_core::vehicle_status::binding::StatusBinding;
 use hazard::{hazard, is_from_both_sides};
@@ -44,7 +45,6 @@ use message::{BoundMessages, MessageSections};
 use provenance::{BoundParts, provenance};
 use requires::requires;
 use status::status;
-use traffic_lights::v2i_reception::binding::V2iBinding;
 use turn::{turn, while_hazard};
 pub(super) use v2i::LocatedId;
 use v2i::v2i;

@@ -10,10 +10,10 @@ use gateway_core::command::settings::CommandBinding;
 use gateway_core::provenance::{
     Date, FactSource, ProfileFact, Provenance, ProvenanceRecord, SOURCES, VERIFICATIONS, Verification,
 };
+use gateway_core::v2i_reception::binding::V2iSource;
 use gateway_core::vehicle_lights::binding::{LightsBinding, StateBinding};
 use gateway_core::vehicle_status::binding::StatusBinding;
 use gateway_core::vehicle_status::velocity::binding::DirectionSource;
-use traffic_lights::v2i_reception::binding::V2iSource;
 
 /// The bound parts of a profile, which state its facts.
 pub(super) struct BoundParts<'v> {

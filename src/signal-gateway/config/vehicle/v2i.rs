@@ -5,12 +5,12 @@ use super::raw_values::RawValues;
 use crate::config::reading::{Fields, Kind, LocatedText, Location, SourceLocation};
 use can_signal::validation::meaning::{Meaning, RawRange};
 use can_signal::validation::table::{MessageIndex, Role, SignalIndex};
-use traffic_lights::bulb::{BulbSet, BulbShape};
-use traffic_lights::text::parse_bulbs;
-use traffic_lights::v2i_reception::binding::{
+use gateway_core::v2i_reception::binding::{
     BoundGroup, Confidence, CyclingMessage, GroupKey, V2iSource, V2iStates,
 };
-use traffic_lights::v2i_reception::movement_phase::movement_phase_states;
+use gateway_core::v2i_reception::movement_phase::movement_phase_states;
+use traffic_lights::bulb::{BulbSet, BulbShape};
+use traffic_lights::text::parse_bulbs;
 
 const FORMS: &str =
     "give `id` for one group, or intersection, group, groups and group_timeout_ms for a message of many";

@@ -11,7 +11,6 @@ use traffic_lights::flow::{LightsFlowSettings, TrafficLightFlow};
 use traffic_lights::input::TrafficLightInput;
 use traffic_lights::scenario::{Act, Scenario};
 use traffic_lights::text::parse_bulbs;
-use traffic_lights::v2i_reception::binding::V2iBinding;
 
 use super::{BUS, Desk, LOSSES, Reported};
 use crate::pure::traffic_light_cases::scene::{controller, script, set, small_map, target};
@@ -33,13 +32,13 @@ fn flow(acts: Vec<Act>, compat: Compat) -> TrafficLightFlow {
         ..Scenario::default()
     };
     let lights = LightsSettings::new(small_map(), scenario, compat);
-    TrafficLightFlow::new(LightsFlowSettings::new(lights), V2iBinding::default(), at_ms(0))
+    TrafficLightFlow::new(LightsFlowSettings::new(lights), at_ms(0))
 }
 
 fn scenarios(reported: &mut Reported) {
     let mut failing = flow(script(&[(1, set("5", "red"))]), Compat::Upstream);
-    failing.settle(&[], at_ms(2_000));
-    reported.take(failing.statuses(&[], at_ms(2_000).mono));
+    failing.settle(at_ms(2_000));
+    reported.take(failing.statuses(at_ms(2_000).mono));
     for command in ["exitSuccess()", "exitFailure()"] {
         let mut desk = lights(
             "[[controller]]\nname = \"A\"\nphase = [{ name = \"p1\", duration_s = 1, states = {} }]\n",

@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 use crate::config::reading::Problem;
 use crate::config::vehicle::LocatedId;
 use can_signal::validation::meaning::Meaning;
+use gateway_core::v2i_reception::binding::{BoundGroup, V2iBinding};
 use lanelet2_map::light_map::{LightGroup, LightMap};
 use traffic_lights::bulb::Color;
-use traffic_lights::v2i_reception::binding::{BoundGroup, V2iBinding};
 
 /// Refuses ids that the map does not have, and heads whose states contradict another state of their group; at
 /// most one problem for each id, in the order of the profile.

@@ -1,7 +1,7 @@
 //! Diagnostics of received traffic-light states.
 
 use super::catalogue::{self, V2I_TRAFFIC_LIGHTS};
-use super::v2i_reception::{GroupFinding, InvalidReason, V2iReception, ValidState};
+use super::{GroupFinding, InvalidReason, V2iReception, ValidState};
 use can_signal::can::Bus;
 use can_signal::validation::catalogue as signals;
 use can_signal::validation::display::{missing_reason_message, raw_text};
@@ -40,8 +40,8 @@ impl V2iReception {
                 message.with_text(|text| text + &others)
             }
         };
-        let (_, observations) = self.received();
-        let messages = (0..self.binding().table.messages.len()).map(MessageIndex);
+        let Self { binding, observations, .. } = self;
+        let messages = (0..binding.table.messages.len()).map(MessageIndex);
         let frames: u64 = messages.clone().map(|message| observations.counts(message).frames).sum();
         let too_short: u64 = messages.clone().map(|message| observations.counts(message).too_short).sum();
         let checkers = messages.filter_map(|message| observations.integrity_counts(message));

@@ -1,8 +1,8 @@
 //! `MovementPhaseState` of SAE J2735 and ETSI TS 103 301 as bulbs
 //! (docs/spec/traffic-lights.md, "V2X unit on CAN").
 
-use crate::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
 use can_signal::validation::meaning::Meaning;
+use traffic_lights::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
 
 /// Returns the standard's numbers, 0 to 9, with their bulbs. `protected`, an arrow or else a circle, is the
 /// shape of green for a movement without conflicting traffic: its number does not include a direction. Only

@@ -4,9 +4,9 @@
 
 use std::time::Duration;
 
-use crate::bulb::BulbSet;
 use can_signal::validation::meaning::Meaning;
 use can_signal::validation::table::{MessageIndex, Role, SignalIndex, SignalTable};
+use traffic_lights::bulb::BulbSet;
 
 /// The signals that the profile binds for the v2i channel; none by default.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -7,15 +7,19 @@
 //! that the network does not report it, while a held state would show an old light as a present one.
 
 pub mod binding;
+pub mod catalogue;
 pub mod movement_phase;
+mod snapshot;
+mod status;
 
-use crate::bulb::BulbSet;
 use binding::{BoundGroup, CyclingMessage, V2iBinding, V2iSource, V2iStates};
 use can_signal::can::{Bus, BusIndex, Frame, ReceiveTime};
 use can_signal::validation::meaning::Meaning;
 use can_signal::validation::observation::{MissingReason, Observation, Observations};
-use can_signal::validation::table::{MessageIndex, Role, SignalIndex, SignalTable};
+use can_signal::validation::table::{MessageIndex, Role, SignalIndex};
 use gateway_base::time::{MonoTime, Now, WallStamp, deadline_after};
+use traffic_lights::bulb::BulbSet;
+use traffic_lights::engine::LightObservation;
 
 /// A valid state of a group.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,6 +30,12 @@ pub struct ValidState {
     pub confidence: f64,
     /// Receive time and stamp of its frame.
     pub received: ReceiveTime,
+}
+
+impl From<ValidState> for LightObservation {
+    fn from(ValidState { bulbs, confidence, .. }: ValidState) -> Self {
+        Self { bulbs, confidence }
+    }
 }
 
 /// The reason why a group has no valid state. Raw values follow their signals.
@@ -144,11 +154,6 @@ impl V2iReception {
         let observations = self.observations.carried_over(&self.binding.table, &binding.table);
         *self = Self { observations, counts: self.counts, ..Self::new(binding) };
         valid
-    }
-
-    /// Returns the signals and messages of the unit, and what was received of them.
-    pub(super) fn received(&self) -> (&SignalTable, &Observations) {
-        (&self.binding.table, &self.observations)
     }
 
     /// Returns the binding of the profile.
