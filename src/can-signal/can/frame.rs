@@ -93,6 +93,7 @@ impl Frame {
         }
     }
 
+    #[inline]
     fn filled(id: CanId, fd: bool, data: &[u8]) -> Self {
         let mut bytes = [0; MAX_DATA];
         bytes[..data.len()].copy_from_slice(data);

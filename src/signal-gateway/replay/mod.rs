@@ -105,6 +105,7 @@ impl Replay {
 
     /// The next deadline before the next input; `None` if that comes first, or if the deadline lies in a part
     /// of a gap that is not filled.
+    #[inline]
     fn deadline_before_input(&self) -> Option<MonoTime> {
         let deadline = self.gateway.next_deadline().max(self.now.mono);
         let comes_first = |(_, at): &(RecordedInput, Now)| {

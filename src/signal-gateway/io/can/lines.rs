@@ -24,6 +24,7 @@ impl<R: Read> Lines<R> {
 
     /// Returns the next line with its line end, which the last line may lack. A line of more than
     /// [`MAX_LINE`] bytes is skipped. Fails if the source does.
+    #[inline]
     pub(super) fn next_line(&mut self) -> io::Result<Option<Result<&[u8], BadLine>>> {
         let mut searched = 0;
         let length = loop {
