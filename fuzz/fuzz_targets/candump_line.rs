@@ -18,11 +18,11 @@ fuzz_target!(|bytes: &[u8]| {
     if let Ok(line) = parse_line(bytes) {
         let interface = line.interface.to_string();
         assert!(!interface.is_empty() && !interface.contains(' '));
-        let nanos = line.stamp.as_nanos();
-        assert!(nanos >= 0);
         if let EntryContent::Data(frame) = line.content {
-            let (sec, fraction) = (nanos / 1_000_000_000, nanos % 1_000_000_000);
-            let again = format!("({sec}.{fraction:09}) {interface} {frame}");
+            let nanos = line.stamp.as_nanos();
+            let sign = if nanos < 0 { "-" } else { "" };
+            let (sec, fraction) = (nanos.unsigned_abs() / 1_000_000_000, nanos.unsigned_abs() % 1_000_000_000);
+            let again = format!("({sign}{sec}.{fraction:09}) {interface} {frame}");
             assert_eq!(parse_line(again.as_bytes()), Ok(line));
         }
     }
