@@ -7,9 +7,9 @@ use std::io::Cursor;
 
 use libfuzzer_sys::fuzz_target;
 use vehicle_bringup::simulated_vehicle::request;
-use signal_gateway::io::can::formats::{EntryContent, begins_like_binary};
-use signal_gateway::io::can::formats::candump::parse_line;
-use signal_gateway::io::can::log::Log;
+use can_log::{EntryContent, begins_like_binary};
+use can_log::candump::parse_line;
+use can_log::Log;
 
 fuzz_target!(|bytes: &[u8]| {
     if let Err(error) = str::from_utf8(bytes).map_or(Ok(None), request::line) {

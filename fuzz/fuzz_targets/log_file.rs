@@ -7,7 +7,7 @@
 use std::io::Cursor;
 
 use libfuzzer_sys::fuzz_target;
-use signal_gateway::io::can::log::Log;
+use can_log::Log;
 
 /// zlib packs at most 1:1032, Zstandard has blocks of 128 KiB in four bytes, xz packs at most 1:7100; bzip2
 /// has blocks of 900 kB in 40 bytes; the smallest object has 16 bytes, and the shortest line 8. A compressed

@@ -6,7 +6,7 @@
 use std::io::Cursor;
 
 use libfuzzer_sys::fuzz_target;
-use signal_gateway::io::can::log::Log;
+use can_log::Log;
 
 #[path = "../../tests/support/counting_allocator.rs"]
 mod counting_allocator;

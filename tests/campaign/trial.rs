@@ -4,13 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::io::Cursor;
 
+use can_log::Log;
 use can_signal::can::link::BusIndex;
 use gateway_core::gateway::GatewaySettings;
 use gateway_core::gateway::event::Output;
 use gateway_core::vehicle_lights::output::VehicleLightsOutput as Lights;
 use gateway_core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use gateway_core::vehicle_report::Step;
-use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 
 use super::oracle::{Belief, Oracle};

@@ -4,10 +4,10 @@ use std::fs;
 use std::io::{Cursor, Read as _};
 use std::path::{Path, PathBuf};
 
+use can_log::{Log, LogRecord};
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng as _;
 use serde_json::{Value, json};
-use signal_gateway::io::can::log::{Log, LogRecord};
 
 use crate::support::mcap::McapReaders;
 use crate::support::prerequisite::require;

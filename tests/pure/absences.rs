@@ -2,8 +2,8 @@
 
 use std::io;
 
+use can_log::Log;
 use signal_gateway::config::Settings;
-use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 use signal_gateway::report::gateway::Changes;
 

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use can_log::EntryContent;
+use can_log::Log;
 use can_signal::can::frame::{CanId, Frame};
 use can_signal::dbc::codec::{ByteOrder, Layout, SignalCodec};
 use can_signal::validation::integrity::checksum::{Checksum, ChecksumRule, CrcRule, Sum};
@@ -12,8 +14,6 @@ use can_signal::validation::integrity::{
     IntegrityChecker, IntegrityCounts, MessageIntegrity, Protection, Reject,
 };
 use gateway_base::time::MonoTime;
-use signal_gateway::io::can::formats::EntryContent;
-use signal_gateway::io::can::log::Log;
 
 use crate::support::prerequisite::{require, shared_data};
 

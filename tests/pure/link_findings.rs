@@ -2,6 +2,7 @@
 
 use std::io;
 
+use can_log::Log;
 use can_signal::can::controller::ControllerReport;
 use can_signal::can::error_frame::{ControllerState, ErrorCounters, ErrorFrame};
 use can_signal::can::frame::CanId;
@@ -10,7 +11,6 @@ use can_signal::can::link::{BusIndex, LinkState};
 use gateway_base::diagnostics::Level;
 use gateway_core::gateway::GatewaySettings;
 use gateway_core::gateway::event::Output;
-use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 
 use crate::support::files::MemoryFiles;

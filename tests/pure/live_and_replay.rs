@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use can_log::Log;
 use can_signal::can::LinkState;
 use can_signal::can::{BusIndex, CanId, CanInput, Frame};
 use gateway_base::time::WallStamp;
@@ -10,7 +11,6 @@ use gateway_core::gateway::GatewaySettings;
 use gateway_core::gateway::live::Live;
 use signal_gateway::config::files::{DEMO_CONFIG, Embedded};
 use signal_gateway::config::{Overrides, load};
-use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 use signal_gateway::report::gateway::Changes;
 

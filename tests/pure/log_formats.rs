@@ -10,14 +10,14 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 
+use can_log::EntryContent;
+use can_log::{Log, LogRecord};
 use can_signal::can::frame::Frame;
 use can_signal::can::input::CanInput;
 use can_signal::can::link::BusIndex;
 use gateway_core::gateway::event::Output;
 use gateway_core::vehicle_lights::output::VehicleLightsOutput;
 use gateway_core::vehicle_report::Step;
-use signal_gateway::io::can::formats::EntryContent;
-use signal_gateway::io::can::log::{Log, LogRecord};
 use signal_gateway::replay::{Replay, Routes};
 
 use crate::pure::recording_variants::variants;

@@ -8,6 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+use can_log::Log;
 use can_signal::can::frame::{CanId, Frame};
 use can_signal::can::input::CanInput;
 use can_signal::can::link::{BusIndex, LinkState};
@@ -27,7 +28,6 @@ use gateway_core::vehicle_report::Step;
 use lanelet2_map::light_map::{GroupEntry, LightMap};
 use signal_gateway::config::files::{DEMO_CONFIG, Disk, Embedded};
 use signal_gateway::config::{Overrides, Settings, load, load_profile};
-use signal_gateway::io::can::log::Log;
 use traffic_lights::arbiter::ArbiterSettings;
 use traffic_lights::compat::Compat;
 use traffic_lights::emission::{LightsContent, LightsTopic};

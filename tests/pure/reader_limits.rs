@@ -1,5 +1,5 @@
 //! Readers of files get bytes, and grow collections by what a file says, through the file's budget
-//! (`io::file_budget`) or a limit of their own that is listed here. Rust is read as tokens; what is
+//! (`can_log::file_budget`) or a limit of their own that is listed here. Rust is read as tokens; what is
 //! `#[cfg(test)]` is passed over.
 
 use std::fmt::Write as _;
@@ -16,32 +16,26 @@ const READERS: &[&str] = &[
     "src/signal-gateway/config/",
     "src/can-signal/dbc/",
     "src/lanelet2-map/osm",
-    "src/signal-gateway/io/can/bag_folder.rs",
-    "src/signal-gateway/io/can/compression.rs",
-    "src/signal-gateway/io/can/counted_source.rs",
-    "src/signal-gateway/io/can/exact.rs",
-    "src/signal-gateway/io/can/formats/",
-    "src/signal-gateway/io/can/lines.rs",
-    "src/signal-gateway/io/can/log.rs",
+    "src/can-log/",
     "src/signal-gateway/io/history_file.rs",
     "src/signal-gateway/io/sample_log.rs",
-    "src/signal-gateway/io/standard_input.rs",
 ];
 
 /// A file, what it calls, and why its size is bounded. An exception without a use is a failure.
 #[rustfmt::skip]
 const EXCEPTIONS: &[(&str, &str, &str)] = &[
     ("src/signal-gateway/config/files.rs", "read_to_end", "reads through a limit for files that are read as a whole"),
-    ("src/signal-gateway/io/standard_input.rs", "read_to_end", "its callers say how much at most"),
-    ("src/signal-gateway/io/can/log.rs", "resize", "has an entry for each of at most 64 interfaces"),
-    ("src/signal-gateway/io/can/formats/pcap.rs", "resize", "a packet has at most 16 MiB"),
-    ("src/signal-gateway/io/can/formats/sqlite_file.rs", "reserve_exact", "the budget was asked for a row's length"),
-    ("src/signal-gateway/io/can/exact.rs", "read_to_end", "reads a piece that the budget was asked for"),
-    ("src/signal-gateway/io/can/bag_folder.rs", "read_to_end", "reads the first 4 KiB"),
-    ("src/signal-gateway/io/can/compression.rs", "read_to_end", "reads six bytes"),
-    ("src/signal-gateway/io/can/formats/bag.rs", "read_to_end", "reads sixteen bytes"),
-    ("src/signal-gateway/io/can/formats/capnp.rs", "read_to_end", "reads four bytes"),
-    ("src/signal-gateway/io/can/formats/mcap.rs", "read_to_end", "reads at most 64 bytes"),
+    ("src/can-log/standard_input.rs", "read_to_end", "its callers say how much at most"),
+    ("src/can-log/file_budget.rs", "resize", "is the budget itself"),
+    ("src/can-log/log.rs", "resize", "has an entry for each of at most 64 interfaces"),
+    ("src/can-log/formats/pcap.rs", "resize", "a packet has at most 16 MiB"),
+    ("src/can-log/formats/sqlite_file.rs", "reserve_exact", "the budget was asked for a row's length"),
+    ("src/can-log/exact.rs", "read_to_end", "reads a piece that the budget was asked for"),
+    ("src/can-log/bag_folder.rs", "read_to_end", "reads the first 4 KiB"),
+    ("src/can-log/compression.rs", "read_to_end", "reads six bytes"),
+    ("src/can-log/formats/bag.rs", "read_to_end", "reads sixteen bytes"),
+    ("src/can-log/formats/capnp.rs", "read_to_end", "reads four bytes"),
+    ("src/can-log/formats/mcap.rs", "read_to_end", "reads at most 64 bytes"),
 ];
 
 /// Calls that take as much memory as their source or their argument says.
@@ -95,7 +89,7 @@ fn readers_of_files_grow_by_their_budget_alone() {
         for (line, call) in calls(&fs::read_to_string(project().join(&file)).unwrap()) {
             match EXCEPTIONS.iter().position(|(place, allowed, _)| *place == name && *allowed == call) {
                 Some(at) => used[at] = true,
-                None => _ = writeln!(refused, "{name}:{line}: `{call}`: ask `io::file_budget` first"),
+                None => _ = writeln!(refused, "{name}:{line}: `{call}`: ask `can_log::file_budget` first"),
             }
         }
     }

@@ -3,7 +3,7 @@
 
 use std::io::Cursor;
 
-use signal_gateway::io::can::log::Log;
+use can_log::Log;
 
 use crate::counting_allocator::most_held;
 use crate::hostile_files::choices::Choices;

@@ -3,8 +3,6 @@
 
 use serde::Deserialize;
 
-use signal_gateway::io::can::formats;
-
 use crate::support::docs_table;
 
 #[derive(Deserialize)]
@@ -47,7 +45,7 @@ fn document() -> Document {
 fn every_format_has_one_row_and_a_judge() {
     let rows = document().format;
     let mut named: Vec<_> = rows.iter().flat_map(|row| row.of.iter().map(String::as_str)).collect();
-    let mut names = formats::names();
+    let mut names = can_log::names();
     named.sort_unstable();
     names.sort_unstable();
     assert_eq!(named, names);

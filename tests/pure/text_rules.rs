@@ -41,7 +41,7 @@ const EXCEPTIONS: [(&str, &str); 8] = [
     ("src/signal-gateway/config/file_kind.rs", "recognises DBC files"),
     ("src/signal-gateway/config/reading/toml_text.rs", "messages of the crate toml have no kinds"),
     ("src/signal-gateway/config/scenario/open_scenario/parameters.rs", "substitutions of ROS launch files"),
-    ("src/signal-gateway/io/can/formats", "recordings of others"),
+    ("src/can-log/formats", "recordings of others"),
     ("src/signal-gateway/io/ros/session/child.rs", "/proc has its numbers in texts"),
     ("src/signal-gateway/report/metrics.rs", "turns OpenMetrics into the format before it"),
 ];

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
+use can_log::{Choose, RecordedTopic, open_messages};
 use gateway_core::gateway::process_status::PROCESS_TASKS;
 use ros_messages::cdr::{CdrBytes, encapsulated, read_message};
 use ros_messages::diagnostic_msgs::DiagnosticArray;
-use signal_gateway::io::can::formats::{Choose, RecordedTopic, open_messages};
 
 /// The messages of each topic, in the order of the file.
 pub(crate) type Messages = BTreeMap<String, Vec<Vec<u8>>>;

@@ -11,9 +11,9 @@ use toml::de::{DeTable, DeValue};
 
 use crate::config::MissingTimeout;
 use crate::config::draft::toml_key;
-use crate::io::can::formats::EntryContent;
-use crate::io::can::log::Log;
 use crate::report::text::plain_path;
+use can_log::EntryContent;
+use can_log::Log;
 use can_signal::can::CanId;
 use gateway_base::time::MonoTime;
 use vehicle_bringup::plausibility::gaps::GapDistribution;

@@ -15,13 +15,12 @@ use crate::check;
 use crate::config::files::{Disk, Files};
 use crate::config::ros_names::RosOverrides;
 use crate::config::{Overrides, Settings, load, load_profile_for_node};
-use crate::io::can::formats;
-use crate::io::can::log::Log;
 use crate::io::new_files::write_new;
-use crate::io::standard_input;
 use crate::replay::Routes;
 use crate::report::chart::Chart;
 use crate::report::text::{counted, escaped, plain_path};
+use can_log::Log;
+use can_log::standard_input;
 use can_signal::can::BusIndex;
 
 #[derive(Debug, Clone, Args)]
@@ -103,7 +102,7 @@ fn config_help() -> String {
 }
 
 fn log_help() -> String {
-    let formats = formats::names().join(", ");
+    let formats = can_log::names().join(", ");
     format!(
         "Recording, plain or as gzip, bzip2, xz, zstd or lz4, - for standard input: {formats}; default: the configured recording"
     )

@@ -11,11 +11,11 @@ use rustix::process::{Resource, Rlimit, setrlimit};
 use super::arguments::{ConfigArgs, file_name, settings};
 use super::failure::Failure;
 use crate::check::timeline::TimelineCollector;
-use crate::io::can::log::Log;
 use crate::replay::{Recording, Replay, Routes};
 use crate::report::page::Page;
 use crate::report::text::escaped;
 use crate::report::timeline::{OpenedAt, Timeline};
+use can_log::Log;
 
 /// Longest time of a processor, seconds; a black box of the default length takes less than one.
 const MAX_SECONDS: u64 = 30;

@@ -27,11 +27,11 @@ use crate::daemon::rehearsal::rehearse;
 use crate::daemon::{self, DaemonError, Playback, ReportPage};
 use crate::desk::drive::simulation::DriveSimulation;
 use crate::desk::rehearsal::{Rehearsal, Surroundings};
-use crate::io::can::log::Log;
 use crate::io::clock::Clock;
 use crate::replay::{Recording, Routes};
 use crate::report::story::{self, Story};
 use crate::report::view::View;
+use can_log::Log;
 use gateway_base::time::MonoTime;
 use vehicle_bringup::simulated_vehicle::request::{self, SimulationRequest};
 

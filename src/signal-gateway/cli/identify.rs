@@ -15,9 +15,9 @@ use super::progress::ProgressDisplay;
 use crate::check::identify::{Identifier, ProfileCandidate};
 use crate::check::{identify_text, log_faults};
 use crate::daemon::{self, DaemonError};
-use crate::io::can::formats::EntryContent;
-use crate::io::can::log::no_frame;
 use crate::io::process_log::LogForm;
+use can_log::EntryContent;
+use can_log::no_frame;
 use can_signal::can::{CanInput, LinkState};
 
 pub(super) const HELP: &str = "\

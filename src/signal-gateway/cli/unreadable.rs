@@ -8,8 +8,8 @@ use super::messages;
 use crate::config::Refused;
 use crate::config::built_in::{BuiltIn, display};
 use crate::config::file_kind::FileKind;
-use crate::io::can::formats::{self, NotRecording};
-use crate::io::{regular_file, standard_input};
+use can_log::NotRecording;
+use can_log::{regular_file, standard_input};
 use gateway_base::near_miss::nearest;
 
 /// Number of bytes by which a file is recognised.
@@ -53,7 +53,7 @@ fn texts(path: &Path, error: &io::Error) -> (String, String) {
         }
         io::ErrorKind::InvalidData | io::ErrorKind::Unsupported => {
             match head(path).and_then(|head| FileKind::Recording.mismatch(&head)) {
-                Some((reason, "")) => (reason, format!("these are read: {}", formats::names().join(", "))),
+                Some((reason, "")) => (reason, format!("these are read: {}", can_log::names().join(", "))),
                 Some((reason, remedy)) => (reason, remedy.to_owned()),
                 None => match error.get_ref().and_then(|inner| inner.downcast_ref::<NotRecording>()) {
                     Some(NotRecording { reason, remedy }) => (reason.clone(), remedy.clone()),

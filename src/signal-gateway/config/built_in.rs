@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf, absolute};
 
 use serde::Serialize;
 
-use crate::io::standard_input;
+use can_log::standard_input;
 use gateway_base::names::variant_name;
 use gateway_base::near_miss::near_misses;
 

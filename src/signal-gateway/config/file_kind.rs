@@ -7,8 +7,8 @@ use std::path::Path;
 use super::files::Files;
 use super::reading::location::Text;
 use super::reading::problem::Problem;
-use crate::io::can::formats::{Looks, begins_like_binary, known_magic};
-use crate::io::can::log::Log;
+use can_log::Log;
+use can_log::{Looks, begins_like_binary, known_magic};
 
 /// The length of a file's beginning by which it is recognised, bytes. A TOML file is looked at as a whole.
 const HEAD: usize = 16 << 10;

@@ -6,7 +6,7 @@ use std::io::{self, Cursor, Read};
 use std::path::{Path, PathBuf};
 
 use super::built_in;
-use crate::io::{regular_file, standard_input};
+use can_log::{regular_file, standard_input};
 
 /// The largest file that is read as a whole, as configurations, profiles and DBC files are, bytes: a file
 /// named by mistake must not fill memory.

@@ -35,13 +35,13 @@ use tokio::time::sleep_until;
 
 use crate::config::Settings;
 use crate::config::gateway::{SourceKind, Stamps};
-use crate::io::can::log::{Log, no_frame};
 use crate::io::can::sender_lock::SenderLock;
 use crate::io::clock::Clock;
 use crate::io::ros::inbox::{Arrival, Inbox};
 use crate::replay::{RecordedInput, Recording, Replay, Routes};
 use crate::report::gateway::JsonTimeline;
 use crate::report::view::View;
+use can_log::{Log, no_frame};
 use can_signal::can::{BusIndex, CanInput, IdMatch, LinkState, link_text};
 use gateway_base::time::{MonoTime, Now};
 use gateway_core::command::input::CommandInput;

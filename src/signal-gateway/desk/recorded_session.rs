@@ -3,8 +3,8 @@
 use std::io;
 use std::time::Duration;
 
-use crate::io::can::formats::EntryContent;
-use crate::io::can::log::{Log, no_frame};
+use can_log::EntryContent;
+use can_log::{Log, no_frame};
 use can_signal::can::{BusIndex, DriverMark, LogNote};
 use gateway_base::time::MonoTime;
 use vehicle_bringup::discovery::capture::Capture;

@@ -6,12 +6,12 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::can::bag_folder;
-use super::can::formats::{
-    Choose, EntryContent, MessageReader, RecordedTopic, open_messages_within, received_frame,
+use can_log::file_budget::{ENTRY_WORK, FileBudget};
+use can_log::{
+    Choose, EntryContent, Log, MessageReader, RecordedTopic, begins_like_a_bag, files_of_bag, is_breakage,
+    open_messages_within, received_frame,
 };
-use super::can::log::{Log, is_breakage};
-use super::file_budget::{ENTRY_WORK, FileBudget};
+
 use super::ros::messages::timed_call;
 use super::ros::reading::read;
 use super::ros::topics::SubscriptionKind;
@@ -120,7 +120,7 @@ impl SampleLog {
     /// # Errors
     /// A file that cannot be read.
     pub fn is_for(path: &Path) -> io::Result<bool> {
-        Ok(path.is_dir() || path.is_file() && bag_folder::begins_like_a_bag(path)?)
+        Ok(path.is_dir() || path.is_file() && begins_like_a_bag(path)?)
     }
 
     /// Opens a file, or all files of a bag's folder, for the samples of these topics.
@@ -142,7 +142,7 @@ impl SampleLog {
 
     fn open_within(path: &Path, topics: Vec<(String, SampleKind)>, budget: FileBudget) -> io::Result<Self> {
         let mut rest =
-            VecDeque::from(if path.is_dir() { bag_folder::files(path)? } else { vec![path.to_owned()] });
+            VecDeque::from(if path.is_dir() { files_of_bag(path)? } else { vec![path.to_owned()] });
         let first = rest.pop_front().ok_or(io::ErrorKind::IsADirectory)?;
         let named = |(name, kind): &(String, SampleKind)| (name.clone(), full_name(kind.type_name()));
         let names: Vec<(String, String)> = topics.iter().map(named).collect();

@@ -11,8 +11,8 @@ mod tape;
 use std::io;
 use std::time::Duration;
 
-use crate::io::can::log::{InterfaceIndex, Log};
 use crate::io::sample_log::SampleLog;
+use can_log::{InterfaceIndex, Log};
 use can_signal::can::{BusIndex, CanId, CanInput, LinkState};
 use gateway_base::time::gap_filling::{GapFilling, ShortenedGaps};
 use gateway_base::time::{MonoTime, Now, WallStamp};

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::io::can::log::Log;
 use crate::io::mcap::encoder::topic_token;
+use can_log::Log;
 use can_signal::can::BusIndex;
 use gateway_core::gateway::GatewaySettings;
 

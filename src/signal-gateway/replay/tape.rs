@@ -7,9 +7,9 @@ use std::time::Duration;
 
 use super::FILLED_GAP;
 use super::routes::Routes;
-use crate::io::can::formats::EntryContent;
-use crate::io::can::log::{InterfaceIndex, Log, LogRecord, is_without_frames};
 use crate::io::sample_log::{LoggedSample, SampleContent, SampleLog};
+use can_log::EntryContent;
+use can_log::{InterfaceIndex, Log, LogRecord, is_without_frames};
 use can_signal::can::{BusIndex, CanId, CanInput, IdMatch};
 use gateway_base::time::gap_filling::MAX_SILENCE;
 use gateway_base::time::{MonoTime, Now, WallStamp};

@@ -6,6 +6,7 @@ use std::sync::LazyLock;
 use proptest::prelude::*;
 use proptest::test_runner::Config;
 
+use can_log::Log;
 use can_signal::can::{BusIndex, CanId, CanInput, Frame, LinkState, LogNote};
 use gateway_base::time::{MonoTime, Now, WallStamp};
 use gateway_core::command::allow_list::CommandFrame;
@@ -21,7 +22,6 @@ use ros_messages::cdr::{CdrBytes, Endian};
 use signal_gateway::config::Settings;
 use signal_gateway::daemon::publisher::subscriptions;
 use signal_gateway::daemon::recording::encoder;
-use signal_gateway::io::can::log::Log;
 use signal_gateway::io::mcap::encoder::{Encoder, RecordedMessage};
 use signal_gateway::io::mcap::file::McapFile;
 use signal_gateway::io::ros::reading::read;

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use can_log::EntryContent;
+use can_log::Log;
 use can_signal::can::frame::{CanId, Frame};
 use can_signal::can::link::BusIndex;
 use can_signal::can::mark::DriverMark;
 use gateway_base::time::MonoTime;
-use signal_gateway::io::can::formats::EntryContent;
-use signal_gateway::io::can::log::Log;
 use vehicle_bringup::discovery::capture::Capture;
 use vehicle_bringup::discovery::findings::{Certainty, DiscoveryFindings};
 use vehicle_bringup::discovery::timeline::{ActionTimeline, DriverAction};

@@ -7,6 +7,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use boon::{Compiler, SchemaIndex, Schemas};
+use can_log::Log;
 use can_signal::can::frame::{CanId, Frame};
 use can_signal::can::input::CanInput;
 use gateway_base::diagnostics::Level;
@@ -17,7 +18,6 @@ use gateway_core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use serde::Serialize;
 use signal_gateway::config::files::{DEMO_CONFIG, Embedded, Files as _};
 use signal_gateway::config::{Overrides, Settings, load};
-use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 use signal_gateway::report::gateway::Changes;
 use signal_gateway::report::live_view::Feed;

@@ -4,6 +4,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::Path;
 
+use can_log::Log;
 use gateway_base::time::MonoTime;
 use gateway_core::vehicle_status::kinematics::finding::{KinematicFinding, findings};
 use gateway_core::vehicle_status::kinematics::survey::{KinematicSurvey, MotionSample};
@@ -14,7 +15,6 @@ use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng as _;
 use signal_gateway::check::{CheckReport, Layout, recording};
 use signal_gateway::config::{Overrides, load};
-use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 
 use super::car::{CYCLES, Car, files};

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::io::Read as _;
 use std::path::Path;
 
+use can_log::Log;
 use flate2::read::GzDecoder;
 use gateway_base::diagnostics::Level;
 use gateway_core::gateway::event::Output;
@@ -12,7 +13,6 @@ use gateway_core::vehicle_report::Step;
 use gateway_core::vehicle_status::output::VehicleStatusOutput;
 use gateway_core::vehicle_status::plausibility::alarm::ALARMS;
 use signal_gateway::config::{Overrides, load};
-use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 
 use crate::pure::vehicles::playback::play_file;

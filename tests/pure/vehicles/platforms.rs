@@ -3,14 +3,14 @@
 
 use std::collections::BTreeSet;
 
+use can_log::EntryContent;
+use can_log::Log;
 use can_signal::can::frame::{CanId, Frame};
 use can_signal::can::link::BusIndex;
 use gateway_base::time::WallStamp;
 use signal_gateway::check;
 use signal_gateway::check::identify::Identifier;
 use signal_gateway::config::fingerprints;
-use signal_gateway::io::can::formats::EntryContent;
-use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 use vehicle_bringup::plausibility::evidence::ProfileEvidence;
 use vehicle_bringup::plausibility::fingerprint::PlatformList;

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::io::Cursor;
 use std::path::Path;
 
+use can_log::Log;
 use can_signal::can::link::BusIndex;
 use can_signal::validation::integrity::IntegrityCounts;
 use can_signal::validation::table::MessageIndex;
@@ -14,7 +15,6 @@ use gateway_core::vehicle_lights::output::VehicleLightsOutput;
 use gateway_core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use gateway_core::vehicle_status::output::VehicleStatusOutput;
 use signal_gateway::config::Settings;
-use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 
 use crate::support::clock::millis;

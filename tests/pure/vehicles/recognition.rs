@@ -5,11 +5,11 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use can_log::EntryContent;
+use can_log::Log;
 use can_signal::can::link::BusIndex;
 use signal_gateway::check::identify::Identifier;
 use signal_gateway::check::{self, CheckReport};
-use signal_gateway::io::can::formats::EntryContent;
-use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 use vehicle_bringup::plausibility::evidence::ProfileEvidence;
 use vehicle_bringup::plausibility::finding::{FindingKind, Severity, findings};

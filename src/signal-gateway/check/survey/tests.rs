@@ -9,8 +9,8 @@ use crate::check::survey_text::recording;
 use crate::check::{CheckReport, Layout};
 use crate::config::files::{DEMO_CONFIG, Disk, Embedded, TestFiles};
 use crate::config::{Overrides, load, load_profile};
-use crate::io::can::log::Log;
 use crate::replay::Routes;
+use can_log::Log;
 use vehicle_bringup::plausibility::finding::Severity;
 
 /// Number of findings from warnings up.

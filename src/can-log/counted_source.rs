@@ -1,0 +1,50 @@
+//! A source that counts the bytes taken from it, for the place where a recording breaks off, and for its
+//! budget.
+
+use std::io::{self, BufRead, BufReader, Read};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use crate::file_budget::FileBudget;
+
+/// Counts the bytes that are taken from a source.
+pub(super) struct CountedSource {
+    source: BufReader<Box<dyn Read + Send>>,
+    consumed: Arc<AtomicU64>,
+    budget: FileBudget,
+}
+
+impl CountedSource {
+    pub(super) fn new(source: BufReader<Box<dyn Read + Send>>, budget: FileBudget) -> Self {
+        Self { source, consumed: Arc::default(), budget }
+    }
+
+    /// Returns the counter of the bytes.
+    pub(super) fn consumed(&self) -> Arc<AtomicU64> {
+        Arc::clone(&self.consumed)
+    }
+
+    fn count(&self, amount: usize) {
+        self.consumed.fetch_add(amount as u64, Ordering::Relaxed);
+        self.budget.count_read(amount);
+    }
+}
+
+impl Read for CountedSource {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let read = self.source.read(buffer)?;
+        self.count(read);
+        Ok(read)
+    }
+}
+
+impl BufRead for CountedSource {
+    fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        self.source.fill_buf()
+    }
+
+    fn consume(&mut self, amount: usize) {
+        self.count(amount);
+        self.source.consume(amount);
+    }
+}

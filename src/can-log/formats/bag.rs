@@ -1,0 +1,57 @@
+//! Opens the files of a bag for their messages, whatever topics are chosen.
+
+use std::io::{self, BufReader, Cursor, Read};
+use std::path::Path;
+use std::sync::Arc;
+
+use super::recorded_topics::{Choose, MessageReader};
+use super::{mcap, refuse_pending_rows, sqlite};
+use crate::compression::decompressed;
+use crate::counted_source::CountedSource;
+use crate::file_budget::FileBudget;
+use crate::format::{ObjectSource, refused};
+use crate::regular_file;
+
+const BUFFER: usize = 64 << 10;
+/// First bytes that tell the format.
+const MAGIC_LENGTH: u64 = 16;
+
+/// Opens a file of a bag, decompressed if necessary, for the messages of the topics that `choose` names.
+///
+/// # Errors
+/// A file that cannot be read, or that holds no messages of ROS 2.
+pub fn open_messages<T: Send + 'static>(
+    path: &Path,
+    choose: &Choose<T>,
+) -> io::Result<Box<dyn MessageReader<T>>> {
+    open_messages_within(path, choose, &FileBudget::default())
+}
+
+/// Like [`open_messages`], within a budget that all readers of a recording share.
+///
+/// # Errors
+/// A file that cannot be read, or that holds no messages of ROS 2.
+pub fn open_messages_within<T: Send + 'static>(
+    path: &Path,
+    choose: &Choose<T>,
+    budget: &FileBudget,
+) -> io::Result<Box<dyn MessageReader<T>>> {
+    refuse_pending_rows(path)?;
+    let file = BufReader::new(Box::new(regular_file::open(path)?) as Box<dyn Read + Send>);
+    let mut source = decompressed(Box::new(CountedSource::new(file, budget.clone())), budget)?;
+    let mut head = Vec::new();
+    source.by_ref().take(MAGIC_LENGTH).read_to_end(&mut head)?;
+    let bytes = Box::new(BufReader::with_capacity(BUFFER, Cursor::new(head.clone()).chain(source)));
+    let source = ObjectSource { bytes, budget: budget.clone() };
+    let choose = Arc::clone(choose);
+    if mcap::FORMAT.begins(&head) {
+        return Ok(Box::new(mcap::Mcap::new(source, choose)?));
+    }
+    if sqlite::FORMAT.begins(&head) {
+        return Ok(Box::new(sqlite::messages(source, choose)?));
+    }
+    Err(refused(
+        "the recording holds no messages of ROS 2",
+        "give an MCAP file, or the sqlite3 file or folder of a bag",
+    ))
+}

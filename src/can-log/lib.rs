@@ -1,0 +1,53 @@
+//! Reads recordings of CAN frames in the formats of other tools, plain or compressed, in bounded memory.
+//!
+//! [`Log`] recognises the format by the content of a file and reads entry by entry: candump, Vector ASC and
+//! BLF, PCAN TRC, MF4, MCAP and rosbag2, pcap, SavvyCAN and other CSV, and more ([`names`] lists them all).
+//! What cannot be read is counted, with the place and reason of the first; where a file was cut or is
+//! damaged, everything before it is read. A hostile file costs no more time and memory than its size pays
+//! for ([`file_budget`]).
+//!
+//! ```
+//! use can_log::{EntryContent, Log};
+//!
+//! let text = "(1436509052.249713) can0 044#2A366C2B\n(1436509052.449847) can1 0F6#7ADF\nnot a frame\n";
+//! let mut log = Log::new(Box::new(text.as_bytes()))?;
+//! let mut frames = Vec::new();
+//! while let Some(record) = log.next_record()? {
+//!     if let EntryContent::Data(frame) = record.content {
+//!         frames.push(format!("{} {frame}", log.interfaces()[record.interface.0]));
+//!     }
+//! }
+//! assert_eq!(frames, ["can0 044#2A366C2B", "can1 0F6#7ADF"]);
+//! assert_eq!(log.bad_lines(), 1);
+//! # Ok::<(), std::io::Error>(())
+//! ```
+//!
+//! Recordings of ROS may have other messages beside the frames: [`open_messages`] reads those of chosen
+//! topics.
+//!
+//! It stands on `gateway_base` for stamps, on `can_signal` for frames, and on `ros_messages` for frames
+//! within ROS messages. A new format is a file in `formats` and a line in its table.
+
+mod bag_folder;
+mod clock;
+mod compression;
+mod counted_source;
+mod entry;
+mod exact;
+mod fields;
+pub mod file_budget;
+mod format;
+mod formats;
+mod lines;
+mod log;
+pub mod regular_file;
+pub mod standard_input;
+
+pub use bag_folder::{begins_like_a_bag, files as files_of_bag};
+pub use entry::{BadLine, EntryContent, EntryInterface, LogEntry};
+pub use format::NotRecording;
+pub use formats::{
+    Choose, LoggedMessage, Looks, MessageReader, RecordedTopic, TopicChoice, begins_like_binary, candump,
+    known_magic, names, open_messages, open_messages_within, received_frame,
+};
+pub use log::{Breakage, Crowd, InterfaceIndex, Log, LogRecord, is_breakage, is_without_frames, no_frame};
