@@ -13,6 +13,7 @@
 //! | [`report`] | results as text, JSON and charts |
 //! | [`config`] | the TOML files, checked against the DBCs |
 //! | [`io`] | edges; each file touches one outside thing |
+//! | [`process_status`] | statuses of the process, and what a snapshot has of it |
 //!
 //! `ARCHITECTURE.md` tells the story; `tests/pure/layering.rs` keeps the imports running downhill.
 
@@ -22,6 +23,7 @@ pub mod config;
 pub mod daemon;
 pub mod desk;
 pub mod io;
+pub mod process_status;
 pub mod replay;
 pub mod report;
 

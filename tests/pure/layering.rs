@@ -21,7 +21,7 @@ use crate::support::sources::{files_of_kind, project};
 /// join them.
 #[rustfmt::skip]
 const FLOORS: &[(&str, &[&[&str]])] = &[
-    ("signal_gateway", &[&["cli"], &["daemon", "check"], &["replay", "desk"], &["report"], &["config"], &["io"]]),
+    ("signal_gateway", &[&["cli"], &["daemon", "check"], &["replay", "desk"], &["report"], &["config"], &["io"], &["process_status"]]),
     // Each flow stands alone, and only what is above them imports two of them.
     ("gateway_core", &[
         &["gateway"], &["vehicle_lights", "vehicle_status", "command", "v2i_reception"], &["vehicle_report"], &["control_mode", "provenance"],

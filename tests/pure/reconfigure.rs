@@ -8,7 +8,6 @@ use can_signal::can::input::CanInput;
 use can_signal::can::link::{BusIndex, LinkState};
 use gateway_base::diagnostics::Level;
 use gateway_base::time::MonoTime;
-use gateway_core::gateway::configuration::{self, changes_text};
 use gateway_core::gateway::event::{Input, Output};
 use gateway_core::gateway::{Gateway, GatewaySettings};
 use gateway_core::vehicle_lights::Task;
@@ -17,6 +16,8 @@ use gateway_core::vehicle_lights::verdict::TurnIndicators;
 use gateway_core::vehicle_report::Step;
 use signal_gateway::config::files::{DEMO_CONFIG, Embedded, Files};
 use signal_gateway::config::{Overrides, Settings, load};
+use signal_gateway::process_status::configuration::{self, changes_text};
+use signal_gateway::process_status::snapshot::Snapshot;
 use traffic_lights::snapshot::TrafficLightsSnapshot;
 
 use crate::support::clock::at;
@@ -108,7 +109,7 @@ fn same_settings_change_nothing() {
         }
         assert_eq!(with.turn_steps(), without.turn_steps(), "at {} ms", step * 20);
     }
-    let [one, other] = [&with, &without].map(|car| car.0.snapshot(at(ms(380))));
+    let [one, other]: [Snapshot; 2] = [&with, &without].map(|car| car.0.snapshot(at(ms(380))));
     assert_eq!(
         (one.turn_indicators, one.signals, one.messages),
         (other.turn_indicators, other.signals, other.messages)
@@ -157,11 +158,9 @@ fn counters_and_history_stay_and_the_rate_changes() {
     let publish = ("[can.body]", "[reports]\nrate_hz = 50.0\n[can.body]");
     car.0.reconfigure(settings(&[publish]).gateway, at(ms(1_000)));
     let after = car.0.snapshot(at(ms(1_000)));
-    let frames = |snapshot: &gateway_core::gateway::snapshot::Snapshot| snapshot.buses[0].frames;
+    let frames = |snapshot: &Snapshot| snapshot.buses[0].frames;
     assert_eq!((frames(&before), frames(&after)), (2, 2));
-    let failures = |snapshot: &gateway_core::gateway::snapshot::Snapshot| {
-        snapshot.turn_indicators.as_ref().unwrap().failures
-    };
+    let failures = |snapshot: &Snapshot| snapshot.turn_indicators.as_ref().unwrap().failures;
     assert_eq!(failures(&before), failures(&after));
     car.turn_steps();
     for step in 0..50 {
@@ -227,7 +226,8 @@ fn lights_through(other: Option<&str>) -> Vec<TrafficLightsSnapshot> {
         if let (100, Some(other)) = (step, other) {
             gateway.reconfigure(written(other), at(now));
         }
-        shown.extend(gateway.snapshot(at(now)).traffic_lights);
+        let snapshot: Snapshot = gateway.snapshot(at(now));
+        shown.extend(snapshot.traffic_lights);
     }
     shown
 }
@@ -258,7 +258,8 @@ fn decider_goes_on_in_its_cycles_with_other_parameters() {
             let due = gateway.next_deadline();
             gateway.handle(Input::Tick, at(due));
         }
-        gateway.snapshot(at(end)).decider.unwrap()
+        let snapshot: Snapshot = gateway.snapshot(at(end));
+        snapshot.decider.unwrap()
     };
     assert_eq!(pass_until(&mut gateway, ms(950)).cycles, 10);
     gateway.reconfigure(written(&format!("{decider}planning_hz = 20.0\n")), at(ms(950)));

@@ -5,9 +5,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use can_log::{Choose, RecordedTopic, open_messages};
-use gateway_core::gateway::process_status::PROCESS_TASKS;
 use ros_messages::cdr::{CdrBytes, encapsulated, read_message};
 use ros_messages::diagnostic_msgs::DiagnosticArray;
+use signal_gateway::process_status::PROCESS_TASKS;
 
 /// The messages of each topic, in the order of the file.
 pub(crate) type Messages = BTreeMap<String, Vec<Vec<u8>>>;

@@ -1,12 +1,13 @@
-//! Possible diagnostics: every status with its messages, as the catalogue of the core lists them, and its
+//! Possible diagnostics: every status with its messages, as the catalogue lists them, and its
 //! keys, as `tests/diagnostics.toml` does; and the check of a status against both.
 
 use std::sync::LazyLock;
 
 use can_signal::can::catalogue::LINK;
 use gateway_base::diagnostics::{Level, MessageRow, Section, Status};
-use gateway_core::gateway::catalogue::{REASONS, SECTIONS};
+use gateway_core::gateway::catalogue::REASONS;
 use serde::Deserialize;
+use signal_gateway::process_status::catalogue::sections;
 
 use super::rows::rows;
 
@@ -15,14 +16,14 @@ pub(crate) static TASKS: LazyLock<Vec<Task>> = LazyLock::new(|| {
     let keys: Result<Catalogue, _> = toml::from_str(include_str!("../diagnostics.toml"));
     let Catalogue { status } = keys.unwrap_or_else(|refused| panic!("{refused}"));
     let names: Vec<_> = status.iter().map(|status| status.names.clone()).collect();
-    let expected: Vec<_> = SECTIONS.iter().map(|section| section.names.to_vec()).collect();
+    let expected: Vec<_> = sections().map(|section| section.names.to_vec()).collect();
     assert_eq!(names, expected, "tests/diagnostics.toml has the statuses of the catalogue, in its order");
     let task = |(section, StatusKeys { about, keys, .. })| Task {
         section,
         about,
         keys: keys.into_iter().map(key).collect(),
     };
-    SECTIONS.into_iter().zip(status).map(task).collect()
+    sections().zip(status).map(task).collect()
 });
 
 /// The file, whose comments say what the columns are.

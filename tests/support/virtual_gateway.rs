@@ -13,6 +13,7 @@ use gateway_core::gateway::event::{Input, Output};
 use gateway_core::gateway::{Gateway, GatewaySettings};
 use gateway_core::vehicle_lights::output::VehicleLightsOutput;
 use gateway_core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+use signal_gateway::process_status::snapshot::Snapshot;
 
 use super::clock::{at, millis};
 use super::diagnostics::assert_listed;
@@ -71,6 +72,10 @@ impl VirtualGateway {
         };
         started.take_outputs();
         started
+    }
+
+    pub(crate) fn snapshot(&self) -> Snapshot {
+        self.gateway.snapshot(self.now)
     }
 
     pub(crate) fn handle(&mut self, input: impl Into<Input>) {

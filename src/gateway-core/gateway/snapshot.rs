@@ -2,24 +2,20 @@
 //! page, `status`, metrics. `docs/status.md` describes its JSON.
 //!
 //! [`Gateway::snapshot`] takes it. It allocates, and is taken on demand or at a fixed rate, never for each
-//! frame.
+//! frame. The process around the gateway adds its own state, of a type that the gateway does not know.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Gateway;
-use super::configuration::ConfigurationState;
-use super::network::{NetworkFailure, NetworkState, ZenohLinks};
-use super::process_status::{LogState, RecorderState};
 use crate::command::snapshot::CommandSnapshot;
-use crate::provenance::ProvenanceSummary;
 use crate::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use crate::vehicle_report::ReportSnapshot;
 use crate::vehicle_status::VehicleStatusSnapshot;
 use can_signal::can::BusSnapshot;
 use can_signal::validation::snapshot::{MessageSnapshot, SignalSnapshot};
 use gateway_base::diagnostics::{Level, Status};
-use gateway_base::time::{Now, millis};
+use gateway_base::time::Now;
 use traffic_lights::snapshot::TrafficLightsSnapshot;
 use turn_signal::flow::snapshot::DeciderSnapshot;
 
@@ -28,7 +24,8 @@ pub const SCHEMA: u32 = 2;
 
 /// The present state of the gateway.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Snapshot {
+#[schemars(rename = "Snapshot")]
+pub struct Snapshot<P> {
     /// Version of this form.
     pub schema: u32,
     /// ROS node name, which begins each diagnostic name.
@@ -38,7 +35,7 @@ pub struct Snapshot {
     /// The worst level of all diagnostics.
     pub level: Level,
     /// The process; `None` in a replay and in a simulation.
-    pub process: Option<ProcessSnapshot>,
+    pub process: Option<P>,
     /// Report on turn indicators; `None` when the profile leaves it out.
     pub turn_indicators: Option<ReportSnapshot<TurnIndicators>>,
     /// Report on hazard lights, with the fields of `turn_indicators`, where `published` is `DISABLE` or
@@ -60,81 +57,6 @@ pub struct Snapshot {
     pub decider: Option<DeciderSnapshot>,
     /// All diagnostic statuses, in the order in which they are published.
     pub diagnostics: Vec<StatusSnapshot>,
-}
-
-/// The process that the gateway runs in.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-pub struct ProcessSnapshot {
-    /// Name of the vehicle profile.
-    pub vehicle: String,
-    /// How many facts of the vehicle profile have been verified, and which have not.
-    pub provenance: ProvenanceSummary,
-    /// Id of the process.
-    pub pid: u32,
-    /// Time since its start, ms.
-    pub uptime_ms: u64,
-    /// Version and origin of the binary.
-    pub build: Build,
-    /// The configuration; `None` where it cannot be reloaded.
-    pub configuration: Option<ConfigurationState>,
-    /// Black-box files; `None` without a folder for them.
-    pub black_box: Option<RecorderState>,
-    /// Number of the next change of the history; a greater one than before means that there are new changes.
-    #[serde(default)]
-    pub next_change: u64,
-    /// Log; `None` without one.
-    pub log: Option<LogState>,
-    /// ROS 2; `None` while it is off.
-    pub ros: Option<RosSnapshot>,
-}
-
-/// The origin of a binary.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-pub struct Build {
-    /// Version of the package.
-    pub version: String,
-    /// Commit that it was built of; `None` where the build did not know it.
-    pub commit: Option<String>,
-    /// ROS 2 distribution; `None` in a build without ROS 2.
-    pub distribution: Option<String>,
-}
-
-/// The connection to ROS 2.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-pub struct RosSnapshot {
-    /// Number of the domain, `ROS_DOMAIN_ID`.
-    pub domain_id: u16,
-    /// True while the network side has joined the network and answers.
-    pub is_up: bool,
-    /// Times since start that the network side was replaced.
-    pub restarts: u64,
-    /// Why it ended the last time; `None` if it has not.
-    pub last_failure: Option<NetworkFailure>,
-    /// Time since it joined the network, ms; `None` while it is not up.
-    pub joined_ms: Option<u64>,
-    /// Memory in use by its process, bytes; `None` where that is not known.
-    pub memory_bytes: Option<u64>,
-    /// Topics that are written.
-    pub written: Vec<TopicSnapshot>,
-    /// Topics that are read.
-    pub read: Vec<TopicSnapshot>,
-    /// Connections of Zenoh; `None` with DDS, which has none.
-    pub links: Option<ZenohLinks>,
-    /// Participants whose lease ran out, until a new participant has found them.
-    pub missing_peers: u64,
-    /// Samples since start that could not be written.
-    pub write_errors: u64,
-}
-
-/// A topic, and who is on its other end.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-pub struct TopicSnapshot {
-    /// Absolute name of the topic.
-    pub name: String,
-    /// Readers of a topic that is written, writers of one that is read.
-    pub peers: u64,
-    /// Writers of other nodes on a topic that is written; 0 for one that is read.
-    pub other_writers: u64,
 }
 
 /// A diagnostic status, as it is published.
@@ -165,8 +87,8 @@ pub struct KeyValue {
 }
 
 impl Gateway {
-    /// Returns the present state. `now` is not before the last call of the gateway.
-    pub fn snapshot(&self, now: Now) -> Snapshot {
+    /// Returns the present state, without a process. `now` is not before the last call of the gateway.
+    pub fn snapshot<P>(&self, now: Now) -> Snapshot<P> {
         let (perception, mono) = (&self.perception, now.mono);
         let (lights, buses) = (&perception.lights, &perception.buses);
         let mut received =
@@ -196,7 +118,7 @@ impl Gateway {
     }
 }
 
-impl Snapshot {
+impl<P> Snapshot<P> {
     /// Returns what to do about a status, by its task; `None` while it is OK.
     pub fn remedy(&self, task: &str) -> Option<&str> {
         self.diagnostics.iter().find(|status| status.task == task)?.remedy.as_deref()
@@ -204,7 +126,7 @@ impl Snapshot {
 
     /// Adds the process, and its statuses to the statuses of the gateway.
     #[must_use]
-    pub fn with_process(self, process: ProcessSnapshot, statuses: &[Status]) -> Self {
+    pub fn with_process(self, process: P, statuses: &[Status]) -> Self {
         Self { process: Some(process), ..self }.with_statuses(statuses)
     }
 
@@ -225,20 +147,5 @@ impl Snapshot {
             }
         }));
         self
-    }
-}
-
-impl RosSnapshot {
-    /// The part of it that its network side gives.
-    pub fn of(network: &NetworkState) -> Self {
-        Self {
-            is_up: network.is_up,
-            restarts: network.restarts,
-            last_failure: network.last_failure.clone(),
-            joined_ms: network.age.map(millis),
-            memory_bytes: network.memory_bytes,
-            links: network.links.clone(),
-            ..Self::default()
-        }
     }
 }

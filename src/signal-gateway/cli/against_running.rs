@@ -9,9 +9,9 @@ use super::messages;
 use crate::config::Settings;
 use crate::daemon::build;
 use crate::io::snapshots::client::StatusClient;
+use crate::process_status::configuration::{Change, ReloadPlan, plan};
+use crate::process_status::snapshot::{Build, Snapshot};
 use crate::report::text::escaped;
-use gateway_core::gateway::configuration::{Change, ReloadPlan, plan};
-use gateway_core::gateway::snapshot::{Build, Snapshot};
 
 use super::status::{UNREACHABLE, unreachable};
 

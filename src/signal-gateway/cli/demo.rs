@@ -263,10 +263,10 @@ fn simulate(args: &DemoArgs, what: Rehearsed, settings: &Settings) -> Result<(),
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::process_status::snapshot::Snapshot;
     use crate::replay::Replay;
     use crate::report::story::{Caption, Claim, Observed, Story, Teller, WrongCaption};
     use gateway_base::time::Now;
-    use gateway_core::gateway::snapshot::Snapshot;
 
     fn settings(config: &str) -> Settings {
         load(&Embedded, Path::new(config), &Overrides::default()).unwrap()

@@ -12,9 +12,9 @@ use super::messages;
 use super::status::{SOCKET, UNREACHABLE, remedy, unreachable};
 use crate::io::hangup::{hang_up, refuses_hangup};
 use crate::io::snapshots::client::{ClientError, StatusClient};
+use crate::process_status::configuration::{ConfigurationState, Reload};
+use crate::process_status::snapshot::Snapshot;
 use crate::report::text::escaped;
-use gateway_core::gateway::configuration::{ConfigurationState, Reload};
-use gateway_core::gateway::snapshot::Snapshot;
 
 pub(super) const HELP: &str = "\
 Examples:

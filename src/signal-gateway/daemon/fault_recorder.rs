@@ -9,6 +9,7 @@ use super::recording;
 use crate::config::Settings;
 use crate::config::gateway::BlackBoxConfig;
 use crate::io::recorder::BlackBoxRecorder;
+use crate::process_status::recordings::RecorderState;
 use crate::report::gateway::Changes;
 use crate::report::view::time_text;
 use can_signal::can::{CanInput, LinkState};
@@ -17,7 +18,6 @@ use gateway_base::time::{MonoTime, Now};
 use gateway_core::gateway::WALL_CLOCK_TASK;
 use gateway_core::gateway::black_box::{BlackBox, BlackBoxSettings, Recording};
 use gateway_core::gateway::event::Output;
-use gateway_core::gateway::process_status::RecorderState;
 
 /// Maximum number of inputs in memory, about 10 MB.
 const MAX_INPUTS: usize = 100_000;

@@ -20,13 +20,13 @@ use tokio::time::{sleep, timeout};
 use super::history::SharedHistory;
 use crate::io::http::Connection;
 use crate::io::snapshots::feed::SnapshotSource;
+use crate::process_status::snapshot::Snapshot;
 use crate::report::live_page;
 use crate::report::live_view::Feed;
 use crate::report::metrics::{CLASSIC, OPENMETRICS, classic, openmetrics};
 use crate::report::page::Page;
 use crate::report::timeline::{Group, OpenedAt};
 use gateway_core::gateway::history::{ChangeKind, HistoryRequest};
-use gateway_core::gateway::snapshot::Snapshot;
 
 /// Time from one event of a stream to the next.
 const EVENT_INTERVAL: Duration = Duration::from_millis(200);

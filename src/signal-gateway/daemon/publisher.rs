@@ -20,13 +20,13 @@ use crate::io::ros::topics::{
     Durability, LightsTopicSettings, OUTGOING, OutgoingRow, OutgoingTopic, Subscription, SubscriptionKind,
     TopicFlow, Topics,
 };
+use crate::process_status::network::NetworkState;
+use crate::process_status::snapshot::RosSnapshot;
+#[cfg(feature = "ros")]
+use crate::process_status::snapshot::TopicSnapshot;
 use gateway_base::near_miss::mistyped;
 use gateway_core::command::settings::{CommandSource, ModeFrom};
 use gateway_core::gateway::event::Output;
-use gateway_core::gateway::network::NetworkState;
-use gateway_core::gateway::snapshot::RosSnapshot;
-#[cfg(feature = "ros")]
-use gateway_core::gateway::snapshot::TopicSnapshot;
 use gateway_core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use gateway_core::vehicle_status::StatusReport;
 use gateway_core::vehicle_status::doors::Door;

@@ -11,11 +11,11 @@ use super::gateway_io::GatewayIo;
 use super::receivers::Receivers;
 use crate::config::Settings;
 use crate::io::process_log;
-use gateway_base::time::Now;
-use gateway_core::gateway::call::GatewayCall;
-use gateway_core::gateway::configuration::{
+use crate::process_status::configuration::{
     Change, ConfigurationState, EffectiveConfiguration, changes_text, plan,
 };
+use gateway_base::time::Now;
+use gateway_core::gateway::call::GatewayCall;
 use gateway_core::gateway::live::Live;
 
 /// Reads the configuration again, with all that it names, and checks it as at the start; an error is for

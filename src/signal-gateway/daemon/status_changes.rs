@@ -16,8 +16,8 @@ pub(super) fn changed(statuses: &[Status], given_out: &[Status]) -> Vec<Status> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::process_status::catalogue::LOG;
     use gateway_base::diagnostics::Level;
-    use gateway_core::gateway::catalogue::LOG;
 
     #[test]
     fn a_status_is_given_out_again_when_its_level_or_message_differs() {

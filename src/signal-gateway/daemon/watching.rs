@@ -22,11 +22,11 @@ use crate::io::http;
 use crate::io::snapshots::feed::SnapshotFeed;
 use crate::io::snapshots::socket::{StatusSocket, serve};
 use crate::io::systemd::Supervisor;
+use crate::process_status::snapshot::{Build, ProcessSnapshot, Snapshot};
 use crate::report::status::headline;
 use gateway_base::diagnostics::Status;
 use gateway_base::time::{Now, millis};
 use gateway_core::gateway::Gateway;
-use gateway_core::gateway::snapshot::{Build, ProcessSnapshot, Snapshot};
 use gateway_core::provenance::ProvenanceSummary;
 
 /// Shortest interval from one status line to the next.

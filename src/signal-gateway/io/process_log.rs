@@ -27,7 +27,7 @@ use tracing_subscriber::util::SubscriberInitExt as _;
 
 use super::journal;
 use super::output_queue::{Loss, OutputQueue};
-use gateway_core::gateway::process_status::LogState;
+use crate::process_status::log::LogState;
 use limits::{EventText, LogLimits, MessageKind, WINDOW};
 pub use warnings::{TakenWarnings, Warning, take_warnings};
 

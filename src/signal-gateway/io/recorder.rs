@@ -17,9 +17,9 @@ use std::time::Duration;
 
 use super::mcap::encoder::Encoder;
 use super::mcap::file::McapFile;
+use crate::process_status::recordings::RecorderState;
 use gateway_base::time::MonoTime;
 use gateway_core::gateway::black_box::Recording;
-use gateway_core::gateway::process_status::RecorderState;
 
 /// Number of recordings that wait for a slow disk; each needs about 10 MB.
 const MAX_WAITING: usize = 1;

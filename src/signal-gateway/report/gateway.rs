@@ -264,9 +264,9 @@ mod tests {
     use super::*;
     use crate::io::ros::messages::LightsType;
     use crate::io::ros::topics::LightsTopicSettings;
+    use crate::process_status::catalogue::LOG;
     use gateway_base::diagnostics::Diagnostics;
     use gateway_base::time::WallStamp;
-    use gateway_core::gateway::catalogue::LOG;
     use gateway_core::vehicle_lights::output::VehicleLightsOutput;
     use gateway_core::vehicle_lights::verdict::TurnIndicators;
     use gateway_core::vehicle_report::Step;

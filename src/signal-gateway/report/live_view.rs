@@ -7,12 +7,12 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::counts::{self, Count};
+use crate::process_status::snapshot::Snapshot;
 use can_signal::can::{BusReception, BusSnapshot, LinkState};
 use can_signal::validation::snapshot::{IntegritySnapshot, MessageSnapshot, SignalSnapshot, UsedBy};
 use gateway_base::diagnostics::Level;
 use gateway_base::names::words;
 use gateway_core::command::snapshot::FunctionSnapshot;
-use gateway_core::gateway::snapshot::Snapshot;
 use gateway_core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use gateway_core::vehicle_report::ReportSnapshot;
 use turn_signal::flow::snapshot::{CandidateSnapshot, DeciderSnapshot, DecisionSnapshot};

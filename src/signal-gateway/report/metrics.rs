@@ -11,11 +11,11 @@ use prometheus_client::metrics::MetricType;
 use prometheus_client::registry::{Registry, Unit};
 
 use super::counts::{self, Count};
+use crate::process_status::snapshot::{ProcessSnapshot, Snapshot};
 use can_signal::can::{BusSnapshot, LinkState};
 use gateway_base::diagnostics::Level;
 use gateway_base::names::variant_name;
 use gateway_core::control_mode::ControlMode;
-use gateway_core::gateway::snapshot::{ProcessSnapshot, Snapshot};
 use gateway_core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use gateway_core::vehicle_report::FailureCounts;
 use gateway_core::vehicle_status::VehicleStatusSnapshot;

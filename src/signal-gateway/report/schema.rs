@@ -5,8 +5,8 @@ use schemars::{JsonSchema, Schema};
 use serde_json::Value;
 
 use super::live_view::Feed;
+use crate::process_status::snapshot::Snapshot;
 use gateway_core::gateway::history::HistoryEntry;
-use gateway_core::gateway::snapshot::Snapshot;
 
 /// Returns the schema of a line of `status --json`.
 pub fn status() -> Value {

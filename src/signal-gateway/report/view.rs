@@ -8,6 +8,7 @@ use super::story::{Story, Summary, Teller, TryNext, WrongCaption, try_next_text}
 use super::terminal::TerminalView;
 use crate::io::output_queue::{Loss, Losses, OutputQueue};
 use crate::io::process_log;
+use crate::process_status::snapshot::Snapshot;
 use crate::report::gateway::{Changes, Event};
 use crate::report::history::line_text;
 use crate::report::text::escaped;
@@ -15,7 +16,6 @@ use gateway_base::diagnostics::Level;
 use gateway_base::time::MonoTime;
 use gateway_core::gateway::event::Output;
 use gateway_core::gateway::history::HistoryEntry;
-use gateway_core::gateway::snapshot::Snapshot;
 
 /// Shows what happens while a command runs.
 pub struct View {

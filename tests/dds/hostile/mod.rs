@@ -11,12 +11,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use gateway_core::gateway::confinement::Confinement;
 use serde_json::{Value, json};
 use signal_gateway::io::ros::network::process;
 #[cfg(feature = "zenoh")]
 use signal_gateway::io::ros::session::ZenohSettings;
 use signal_gateway::io::ros::session::{Isolation, RosSession, RosSettings, Transport, supervisor};
+use signal_gateway::process_status::confinement::Confinement;
 
 use crate::support::peer::domain;
 use crate::support::waiting::wait_for;

@@ -16,7 +16,6 @@ use gateway_core::command::sender::SendFailure;
 use gateway_core::gateway::call::{GatewayCall, TimedCall};
 use gateway_core::gateway::event::{Input, Output};
 use gateway_core::gateway::live::{Edges, GivenOut, Live};
-use gateway_core::gateway::process_status::PROCESS_TASKS;
 use ros_messages::autoware_vehicle_msgs::{ControlModeReport, TurnIndicatorsCommand};
 use ros_messages::cdr::{CdrBytes, Endian};
 use signal_gateway::config::Settings;
@@ -27,6 +26,7 @@ use signal_gateway::io::mcap::file::McapFile;
 use signal_gateway::io::ros::reading::read;
 use signal_gateway::io::ros::topics::{Subscription, SubscriptionKind};
 use signal_gateway::io::sample_log::{LoggedSample, SampleKind, SampleLog};
+use signal_gateway::process_status::PROCESS_TASKS;
 use signal_gateway::replay::{Departures, NoRun, RecordedRun, Recording, Replay, Routes, RunSink};
 
 use super::bench::settings;

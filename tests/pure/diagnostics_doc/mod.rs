@@ -1,6 +1,6 @@
 //! `docs/diagnostics.md` lists every status with its messages, what to do and its keys, and lists nothing
-//! else. It is made of `gateway_core::gateway::catalogue` and `tests/diagnostics.toml` by `UPDATE_DOCS=1
-//! cargo test --test pure diagnostics_doc`.
+//! else. It is made of `signal_gateway::process_status::catalogue` and `tests/diagnostics.toml` by
+//! `UPDATE_DOCS=1 cargo test --test pure diagnostics_doc`.
 //!
 //! Three tests hold the list against the code: gateways of every kind are driven until they have reported all
 //! that is listed; all that they and the other gateways of the tests report is listed; and every text in the

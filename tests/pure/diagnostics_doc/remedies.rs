@@ -4,12 +4,12 @@ use std::path::Path;
 
 use can_signal::can::input::CanInput;
 use can_signal::can::link::{BusIndex, LinkState};
-use gateway_base::diagnostics::{Level, MessageRow};
-use gateway_core::gateway::catalogue::SECTIONS;
-use gateway_core::gateway::process_status::LogState;
+use gateway_base::diagnostics::{Level, MessageRow, Section};
 use signal_gateway::config::files::{DEMO_CONFIG, Embedded};
 use signal_gateway::config::{Overrides, load};
 use signal_gateway::io::ros::messages::diagnostic_status;
+use signal_gateway::process_status::catalogue::sections;
+use signal_gateway::process_status::log::LogState;
 use signal_gateway::report::terminal::picture::Picture;
 use signal_gateway::report::{metrics, status};
 
@@ -19,7 +19,7 @@ use crate::support::virtual_gateway::VirtualGateway;
 
 #[test]
 fn each_message_that_is_not_ok_leads_on_in_sentences() {
-    let messages = SECTIONS.iter().flat_map(|section| section.rows());
+    let messages = sections().flat_map(Section::rows);
     let bad: Vec<_> = messages.filter(|row| row.level > Some(Level::Ok)).collect();
     assert!(bad.len() > 80, "{}", bad.len());
     for row in bad.into_iter().chain(reasons()) {
@@ -27,7 +27,7 @@ fn each_message_that_is_not_ok_leads_on_in_sentences() {
         assert!(has_reason || !row.remedy.is_empty(), "nothing to do: {row:?}");
         assert!(row.remedy.is_empty() || is_sentence(row), "no sentence: {row:?}");
     }
-    for row in SECTIONS.iter().flat_map(|section| section.rows()) {
+    for row in sections().flat_map(Section::rows) {
         assert!(row.level != Some(Level::Ok) || row.remedy.is_empty(), "never shown: {row:?}");
     }
 }
@@ -44,7 +44,7 @@ fn each_document_is_a_heading_of_the_page() {
         format!("docs/diagnostics.md#{}", kept.collect::<String>().to_lowercase().replace(' ', "-"))
     };
     let anchors: Vec<_> = document.lines().filter_map(|line| line.strip_prefix("## ")).map(anchor).collect();
-    for section in SECTIONS {
+    for section in sections() {
         assert!(anchors.contains(&section.document()), "{} is not among {anchors:#?}", section.document());
     }
 }
@@ -64,7 +64,7 @@ fn the_same_remedy_is_in_diagnostics_status_page_terminal_and_metrics() {
     let last: Vec<_> = message.values.iter().rev().take(2).map(|pair| (&*pair.key, &*pair.value)).collect();
     assert_eq!(last, [("document", document), ("remedy", remedy)]);
     // As JSON, which the live page draws too.
-    let snapshot = desk.gateway.snapshot(desk.now);
+    let snapshot = desk.snapshot();
     let json = serde_json::to_value(&snapshot).unwrap();
     let listed = json["diagnostics"].as_array().unwrap();
     let listed = listed.iter().find(|status| status["task"] == "turn_indicators").unwrap();

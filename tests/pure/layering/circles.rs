@@ -11,8 +11,8 @@ type Module = Vec<String>;
 #[rustfmt::skip]
 const ROOMS: &[&str] = &[
     "can-log", "can-signal", "gateway-base", "gateway-core", "lanelet2-map", "signal-gateway/check", "signal-gateway/cli",
-    "signal-gateway/daemon", "signal-gateway/desk", "signal-gateway/io", "signal-gateway/replay", "signal-gateway/report",
-    "traffic-lights", "turn-signal", "vehicle-bringup",
+    "signal-gateway/daemon", "signal-gateway/desk", "signal-gateway/io", "signal-gateway/process_status",
+    "signal-gateway/replay", "signal-gateway/report", "traffic-lights", "turn-signal", "vehicle-bringup",
 ];
 
 #[test]

@@ -12,13 +12,13 @@ use can_signal::can::frame::CanId;
 use can_signal::can::input::CanInput;
 use can_signal::can::link::{BusIndex, LinkState};
 use gateway_base::diagnostics::Level;
-use gateway_core::gateway::snapshot::{ProcessSnapshot, RosSnapshot, TopicSnapshot};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::Color;
 use signal_gateway::config::files::{DEMO_CONFIG, Embedded};
 use signal_gateway::config::{Overrides, load};
+use signal_gateway::process_status::snapshot::{ProcessSnapshot, RosSnapshot, TopicSnapshot};
 use signal_gateway::report::terminal::draw::draw;
 use signal_gateway::report::terminal::line_text;
 use signal_gateway::report::terminal::picture::{Function, Lamp, Mark, More, Picture};
@@ -68,7 +68,7 @@ impl Drive {
     }
 
     fn look(mut self) -> Self {
-        let snapshot = self.gateway.gateway.snapshot(self.gateway.now);
+        let snapshot = self.gateway.snapshot();
         let snapshot = match self.process.clone() {
             Some(process) => snapshot.with_process(process, &[]),
             None => snapshot,

@@ -30,7 +30,7 @@ fn settings(lights: &str, second: u8) -> GatewaySettings {
 
 /// The ids of the lights that the v2i channel shows.
 fn shown(bench: &VirtualGateway) -> Vec<i64> {
-    let lights = bench.gateway.snapshot(bench.now).traffic_lights.unwrap();
+    let lights = bench.snapshot().traffic_lights.unwrap();
     lights.channels[1].states.iter().map(|light| light.id).collect()
 }
 

@@ -11,6 +11,7 @@ use gateway_core::gateway::event::{Input, Output};
 use gateway_core::vehicle_status::StatusReport;
 use gateway_core::vehicle_status::output::VehicleStatusOutput;
 use signal_gateway::config::Settings;
+use signal_gateway::process_status::snapshot::Snapshot;
 
 use crate::support::clock::{at, millis};
 use crate::support::files::MemoryFiles;
@@ -367,15 +368,19 @@ impl Listener {
         (status.level, status.message)
     }
 
+    pub(crate) fn snapshot(&self) -> Snapshot {
+        self.gateway.snapshot(self.now)
+    }
+
     /// The last velocity: speed, heading rate; `None` while it is withheld.
     pub(crate) fn velocity(&self) -> Option<(f64, f64)> {
-        let snapshot = self.gateway.snapshot(self.now).vehicle_status.velocity.unwrap().published?;
+        let snapshot = self.snapshot().vehicle_status.velocity.unwrap().published?;
         Some((snapshot.longitudinal_mps, snapshot.heading_rate_radps))
     }
 
     /// The last angle of the front wheels; `None` while it is withheld.
     pub(crate) fn tire(&self) -> Option<f64> {
-        self.gateway.snapshot(self.now).vehicle_status.steering.unwrap().published
+        self.snapshot().vehicle_status.steering.unwrap().published
     }
 
     /// Stamp of each velocity that was published since the beginning.

@@ -219,7 +219,7 @@ fn drive(seed: u64, mut mutation: Option<Mutation>) -> Outcome {
         seen = listener.outputs.len();
         if now_ms > 1_000 && now_ms % 100 == 0 {
             known += 1.0;
-            let status = listener.gateway.snapshot(listener.now).vehicle_status;
+            let status = listener.snapshot().vehicle_status;
             let published = [
                 status.velocity.as_ref().unwrap().published.is_some(),
                 status.steering.as_ref().unwrap().published.is_some(),

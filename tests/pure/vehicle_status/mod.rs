@@ -250,8 +250,7 @@ fn a_gear_between_two_others_is_withheld_and_invalid_after_a_while() {
     let mut listener = listener();
     let mut car = Car::default();
     listener.hold(&mut car, 300);
-    let published =
-        |listener: &Listener| listener.gateway.snapshot(listener.now).vehicle_status.gear.unwrap().published;
+    let published = |listener: &Listener| listener.snapshot().vehicle_status.gear.unwrap().published;
     assert_eq!(published(&listener), Some(Gear::Park));
     car.gear = 14;
     listener.hold(&mut car, 1_000);
@@ -288,9 +287,7 @@ fn a_gearbox_that_shows_only_reverse_is_believed_no_further() {
         let only = format!("reverse = [1]\nnot_reverse = [3]{otherwise}");
         let mut listener = Listener::new(settings(&[(gears, &only)], &[]));
         let mut car = driving(0.0, 0.0);
-        let published = |listener: &Listener| {
-            listener.gateway.snapshot(listener.now).vehicle_status.gear.unwrap().published
-        };
+        let published = |listener: &Listener| listener.snapshot().vehicle_status.gear.unwrap().published;
         listener.hold(&mut car, 300);
         assert_eq!(published(&listener), expected);
         assert_ne!(listener.status(StatusReport::Gear).0, Level::Error);
@@ -323,13 +320,13 @@ fn autonomous_needs_every_bit_known_and_on() {
         let mut listener = listener();
         let mut car = Car { wire, ..Car::default() };
         listener.hold(&mut car, 300);
-        let snapshot = listener.gateway.snapshot(listener.now).vehicle_status.control_mode.unwrap();
+        let snapshot = listener.snapshot().vehicle_status.control_mode.unwrap();
         assert_eq!(snapshot.published, expected, "{wire:?}");
         assert_eq!(snapshot.level == Level::Error, expected.is_none(), "{wire:?}");
         let not_ready = [("[control_mode]\n", "[control_mode]\non_unknown = \"not_ready\"\n")];
         let mut listener = Listener::new(settings(&not_ready, &[]));
         listener.hold(&mut car, 300);
-        let snapshot = listener.gateway.snapshot(listener.now).vehicle_status.control_mode.unwrap();
+        let snapshot = listener.snapshot().vehicle_status.control_mode.unwrap();
         assert_eq!(snapshot.published, expected.or(Some(ControlMode::NotReady)), "{wire:?}");
         assert_eq!(snapshot.level == Level::Error, expected.is_none(), "{wire:?}");
     }
@@ -338,7 +335,7 @@ fn autonomous_needs_every_bit_known_and_on() {
 #[test]
 fn each_door_has_a_word_for_what_is_not_known() {
     let states = |listener: &Listener| {
-        let doors = listener.gateway.snapshot(listener.now).vehicle_status.doors.unwrap().published;
+        let doors = listener.snapshot().vehicle_status.doors.unwrap().published;
         doors.map(|doors| doors.into_iter().map(|door| door.state).collect::<Vec<_>>())
     };
     for (raw, expected) in [

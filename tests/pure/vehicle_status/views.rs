@@ -4,9 +4,9 @@ use std::io::Cursor;
 
 use can_log::Log;
 use gateway_base::time::MonoTime;
-use gateway_core::gateway::snapshot::Snapshot;
 use serde_json::{Value, json};
 use signal_gateway::config::Settings;
+use signal_gateway::process_status::snapshot::Snapshot;
 use signal_gateway::replay::{Replay, Routes};
 use signal_gateway::report::live_view::Feed;
 use signal_gateway::report::terminal::picture::Picture;

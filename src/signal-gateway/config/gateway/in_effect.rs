@@ -11,8 +11,8 @@ use crate::config::built_in::{display, full_path, project_path};
 use crate::config::files::Files;
 use crate::config::reading::{KeyEffect, RecordedKey};
 use crate::config::ros_names::Remapping;
+use crate::process_status::configuration::EffectiveConfiguration;
 use gateway_core::gateway::GatewaySettings;
-use gateway_core::gateway::configuration::EffectiveConfiguration;
 use gateway_core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use gateway_core::vehicle_status::StatusReport;
 use gateway_core::vehicle_status::doors::Door;
@@ -140,7 +140,7 @@ mod tests {
 
     use crate::config::files::{DEMO_CONFIG, Embedded, Files};
     use crate::config::{Overrides, load};
-    use gateway_core::gateway::configuration::{EffectiveConfiguration, ReloadPlan, changes_text, plan};
+    use crate::process_status::configuration::{EffectiveConfiguration, ReloadPlan, changes_text, plan};
 
     const MAP: &str = "config/maps/crossing/lanelet2_map.osm";
 

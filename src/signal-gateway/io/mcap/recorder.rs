@@ -15,11 +15,11 @@ use std::time::{Duration, Instant};
 
 use super::bag::{Bag, FileLimits};
 use super::encoder::{Encoder, RecordedMessage};
+use crate::process_status::recordings::McapState;
 use can_signal::can::CanInput;
 use gateway_base::time::{Now, WallStamp};
 use gateway_core::gateway::call::{GatewayCall, TimedCall};
 use gateway_core::gateway::event::Output;
-use gateway_core::gateway::process_status::McapState;
 use ros_messages::cdr::{CdrBytes, Endian};
 
 /// Most events that wait for the thread; each needs some hundred bytes.

@@ -6,8 +6,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use super::socket::{BUSY, HistoryAnswer};
+use crate::process_status::snapshot::Snapshot;
 use gateway_core::gateway::history::{HistoryPage, HistoryRequest};
-use gateway_core::gateway::snapshot::Snapshot;
 
 /// Longest wait for a line.
 const PATIENCE: Duration = Duration::from_secs(5);

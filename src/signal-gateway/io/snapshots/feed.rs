@@ -6,7 +6,7 @@ use std::time::Duration;
 use tokio::sync::{Notify, watch};
 use tokio::time::{Instant, sleep_until, timeout};
 
-use gateway_core::gateway::snapshot::Snapshot;
+use crate::process_status::snapshot::Snapshot;
 
 /// Shortest interval from one snapshot to the next.
 pub const MIN_INTERVAL: Duration = Duration::from_millis(100);

@@ -3,10 +3,10 @@
 use derive_more::Display;
 use serde::Serialize;
 
+use crate::process_status::snapshot::Snapshot;
 use crate::report::lights::bulbs_text;
 use gateway_base::names::variant_name;
 use gateway_core::command::snapshot::FunctionSnapshot;
-use gateway_core::gateway::snapshot::Snapshot;
 use gateway_core::vehicle_report::ReportSnapshot;
 use traffic_lights::snapshot::TrafficLightsSnapshot;
 use traffic_lights::target::{LightChannel, StoreLayer};

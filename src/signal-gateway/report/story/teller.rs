@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use super::{Caption, Claim, Observed, Story, claim};
+use crate::process_status::snapshot::Snapshot;
 use gateway_base::time::MonoTime;
-use gateway_core::gateway::snapshot::Snapshot;
 
 /// Least time between two looks at the state.
 const CHECK_INTERVAL: Duration = Duration::from_millis(10);

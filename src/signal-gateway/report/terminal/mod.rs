@@ -37,10 +37,10 @@ use self::picture::Picture;
 use self::view_model::{KeyRequest, Keys, Model};
 use super::text::escaped;
 use crate::io::terminal::{Screen, request_stop, restore};
+use crate::process_status::snapshot::Snapshot;
 use crate::report::text::clock_text;
 use gateway_base::diagnostics::Level;
 use gateway_base::time::MonoTime;
-use gateway_core::gateway::snapshot::Snapshot;
 
 /// Time from one drawing to the next.
 const FRAME_TIME: Duration = Duration::from_millis(100);

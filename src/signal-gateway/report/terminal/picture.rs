@@ -1,11 +1,11 @@
 //! The present state as the view shows it: of a gateway, or of a simulated vehicle.
 
+use crate::process_status::snapshot::{ProcessSnapshot, Snapshot};
 use crate::report::live_view::{age_text, decider_text, message_of, signals_of};
 use can_signal::can::{BusSnapshot, LinkState};
 use can_signal::validation::snapshot::{SignalSnapshot, UsedBy};
 use gateway_base::diagnostics::Level;
 use gateway_core::command::snapshot::LightsValue;
-use gateway_core::gateway::snapshot::{ProcessSnapshot, Snapshot};
 use gateway_core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use gateway_core::vehicle_report::ReportSnapshot;
 use gateway_core::vehicle_status::StatusReport;

@@ -3,10 +3,13 @@
 use std::time::Duration;
 
 use gateway_base::time::WallStamp;
-use gateway_core::gateway::configuration::{ConfigurationState, EffectiveConfiguration};
-use gateway_core::gateway::confinement::Confinement;
-use gateway_core::gateway::network::{Burden, NetworkFailure, NetworkState, SharedTopic, ZenohLinks};
-use gateway_core::gateway::process_status::{LogState, McapState, RecorderState};
+use signal_gateway::process_status::configuration::{ConfigurationState, EffectiveConfiguration};
+use signal_gateway::process_status::confinement::Confinement;
+use signal_gateway::process_status::log::LogState;
+use signal_gateway::process_status::network::{
+    Burden, NetworkFailure, NetworkState, SharedTopic, ZenohLinks,
+};
+use signal_gateway::process_status::recordings::{McapState, RecorderState};
 
 use super::Reported;
 

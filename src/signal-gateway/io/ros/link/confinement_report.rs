@@ -6,7 +6,7 @@ use std::io;
 use std::os::fd::{AsFd, OwnedFd};
 
 use super::datagram;
-use gateway_core::gateway::confinement::Layers;
+use crate::process_status::confinement::Layers;
 
 /// Sends a report to the gateway.
 pub fn send(socket: impl AsFd, missing: Layers, listener: Option<&OwnedFd>) -> io::Result<()> {
@@ -24,7 +24,7 @@ pub fn receive(socket: impl AsFd) -> io::Result<Option<(Layers, Option<OwnedFd>)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gateway_core::gateway::confinement::Layer;
+    use crate::process_status::confinement::Layer;
 
     #[test]
     fn a_report_comes_with_or_without_a_descriptor_and_nothing_else_is_one() {

@@ -6,8 +6,8 @@ use super::bytes::FrameBytes;
 use super::settings::NetworkSettings;
 use super::violation::Violation;
 use crate::io::ros::parameters::Parameters;
-use gateway_core::gateway::network::ZenohLinks;
-use gateway_core::gateway::process_status::LostLines;
+use crate::process_status::log::LostLines;
+use crate::process_status::network::ZenohLinks;
 use ros_messages::cdr::{CdrBytes, Endian};
 
 /// The longest text, bytes.

@@ -2,10 +2,10 @@
 
 use super::golden::{STAMP, Wire, cdr, string, with_stamp};
 use super::{ToRos as _, diagnostic_array};
+use crate::process_status::catalogue::LOG;
 use gateway_base::diagnostics::{Diagnostics, Level, Status};
 use gateway_base::time::WallStamp;
 use gateway_core::control_mode::ControlMode;
-use gateway_core::gateway::catalogue::LOG;
 use gateway_core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use gateway_core::vehicle_status::doors::{DoorState, DoorStates};
 use gateway_core::vehicle_status::gear::Gear;

@@ -11,7 +11,7 @@ use rustix::event::{PollFd, PollFlags, poll};
 use super::{confinement, serve};
 use crate::io::hangup::ignore_hangup;
 use crate::io::ros::link::confinement_report;
-use gateway_core::gateway::confinement::Layer;
+use crate::process_status::confinement::Layer;
 
 /// Exit code of a process that had a panic in one of its threads.
 pub const PANICKED: i32 = 101;

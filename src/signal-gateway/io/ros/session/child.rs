@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::threads::Threads;
 use crate::io::ros::network::process::PANICKED;
-use gateway_core::gateway::network::NetworkFailure;
+use crate::process_status::network::NetworkFailure;
 
 /// Environment variables that the process keeps: what its log needs.
 const KEPT: [&str; 4] = ["RUST_LOG", "RUST_BACKTRACE", "JOURNAL_STREAM", "NO_COLOR"];

@@ -11,7 +11,7 @@ use rustix::io::Errno;
 use syscalls::Sysno;
 
 use crate::io::ros::link::confinement_report;
-use gateway_core::gateway::confinement::{Confinement, Layers};
+use crate::process_status::confinement::{Confinement, Layers};
 
 /// A thread that receives its report, and answers, until the process has ended.
 #[derive(Debug)]

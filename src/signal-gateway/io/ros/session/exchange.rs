@@ -28,8 +28,8 @@ use crate::io::ros::outgoing::{LightsEncoders, Outgoing, orders, table};
 use crate::io::ros::reception::{NetworkSignal, TopicReception};
 use crate::io::ros::settings::{RosSettings, Transport};
 use crate::io::ros::topics::OutgoingTopic;
-use gateway_core::gateway::network::{NetworkFailure, NetworkState, ZenohLinks};
-use gateway_core::gateway::process_status::LostLines;
+use crate::process_status::log::LostLines;
+use crate::process_status::network::{NetworkFailure, NetworkState, ZenohLinks};
 
 /// Longest sleep between two looks at the network side.
 const TICK: Duration = Duration::from_millis(100);

@@ -17,8 +17,8 @@ use super::supervisor::Supervised;
 use crate::io::ros::link::datagram;
 use crate::io::ros::network::serve;
 use crate::io::ros::settings::Isolation;
-use gateway_core::gateway::confinement::{Confinement, Layer, Layers};
-use gateway_core::gateway::network::{NetworkFailure, Place};
+use crate::process_status::confinement::{Confinement, Layer, Layers};
+use crate::process_status::network::{NetworkFailure, Place};
 
 /// Starts network sides, one after the other.
 pub(super) struct Hosts {

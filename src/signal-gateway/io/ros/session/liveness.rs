@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::threads::Threads;
 use crate::io::ros::link::Violation;
-use gateway_core::gateway::network::NetworkFailure;
+use crate::process_status::network::NetworkFailure;
 
 /// Time between two pings.
 const PING_INTERVAL: Duration = Duration::from_millis(200);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::io::ros::outgoing::Outgoing;
 use crate::io::ros::reception::IncomingStatus;
-use gateway_core::gateway::network::NetworkState;
+use crate::process_status::network::NetworkState;
 
 /// State and counts of a session since its start.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 use super::child::{ProcessReading, failure, spawn};
 use crate::io::hangup::ignore_hangup;
 use crate::io::ros::link::datagram;
-use gateway_core::gateway::network::NetworkFailure;
+use crate::process_status::network::NetworkFailure;
 
 /// The longest message, bytes: some readings of 64 threads.
 const MAX_MESSAGE: usize = 16 * 1024;

@@ -25,7 +25,7 @@ use rustix::thread::{
 };
 
 use crate::io::ros::settings::Transport;
-use gateway_core::gateway::confinement::{Layer, Layers};
+use crate::process_status::confinement::{Layer, Layers};
 
 /// Open descriptors. A participant has 60 and some for each interface; now and then there are two.
 const DESCRIPTORS: u64 = 1024;

@@ -26,7 +26,7 @@ use crate::io::ros::network::distribution::DISTRO;
 use crate::io::ros::network::orders;
 use crate::io::ros::network::wakeup::Wakeup;
 use crate::io::ros::parameters::Parameters;
-use gateway_core::gateway::process_status::LostLines;
+use crate::process_status::log::LostLines;
 
 /// Longest sleep between two polls of the events of DDS.
 const TICK: Duration = Duration::from_millis(100);

@@ -9,7 +9,7 @@ use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
 use super::keys::{EndpointKind, GraphEndpoint, NodeKey, TopicKey, all_tokens, read_token, session_of};
-use gateway_core::gateway::network::ZenohLinks;
+use crate::process_status::network::ZenohLinks;
 
 /// Tokens on our topics that are remembered: enough for a large fleet, and a bound against floods.
 const MAX_TOKENS: usize = 20_000;

@@ -25,8 +25,8 @@ use crate::io::ros::network::wakeup::Wakeup;
 use crate::io::ros::settings::{Transport, TypeHashes};
 use crate::io::ros::topics::Delivery;
 use crate::io::ros::zenoh_config;
-use gateway_core::gateway::network::ZenohLinks;
-use gateway_core::gateway::process_status::LostLines;
+use crate::process_status::log::LostLines;
+use crate::process_status::network::ZenohLinks;
 
 /// Longest sleep between two looks at what is due.
 const TICK: Duration = Duration::from_millis(100);

@@ -6,8 +6,8 @@ use super::{Active, Exchange, NetworkPhase};
 use crate::io::ros::link::NetworkStatus;
 use crate::io::ros::session::crowd::MAX_PEERS;
 use crate::io::ros::session::status::OutgoingStatus;
-use gateway_core::gateway::network::{Burden, NetworkState, SharedTopic};
-use gateway_core::gateway::process_status::LostLines;
+use crate::process_status::log::LostLines;
+use crate::process_status::network::{Burden, NetworkState, SharedTopic};
 
 /// Time after which age and memory are noted again.
 const NOTE_INTERVAL: Duration = Duration::from_secs(1);

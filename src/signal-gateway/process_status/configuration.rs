@@ -6,6 +6,8 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::catalogue::{self, CONFIGURATION};
+use gateway_base::diagnostics::Status;
 use gateway_base::time::WallStamp;
 
 /// A configuration in effect: the value of each part, with its defaults, by the part's name, such as `[ros]
@@ -87,6 +89,26 @@ impl ConfigurationState {
         self.refused = self.refused.saturating_add(1);
         let stamp_ns = at.as_nanos();
         self.last_reload = Some(Reload { stamp_ns, is_applied: false, reason: Some(reason), changes });
+    }
+
+    /// The status of the configuration.
+    pub fn status(&self) -> Status {
+        let reason = self.last_reload.as_ref().and_then(|reload| reload.reason.as_deref());
+        let first = reason.and_then(|reason| reason.lines().next());
+        let message = match (first, &self.last_reload) {
+            (Some(first), _) => catalogue::refused(first),
+            (None, Some(_)) => catalogue::reloaded(),
+            (None, None) => catalogue::as_at_start(),
+        };
+        let changes = self.last_reload.as_ref().map_or(&[][..], |reload| &reload.changes);
+        let text = if changes.is_empty() { "none".to_owned() } else { changes_text(changes) };
+        let values = vec![
+            ("reloads", self.reloads.to_string()),
+            ("refused_reloads", self.refused.to_string()),
+            ("last_changes", text),
+            ("last_error", reason.unwrap_or("none").to_owned()),
+        ];
+        Status::new(&CONFIGURATION, "configuration", &[message], values)
     }
 }
 

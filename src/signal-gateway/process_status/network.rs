@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::catalogue::{self, ROS};
 use super::confinement::Confinement;
-use super::process_status::LostLines;
+use super::log::LostLines;
 use gateway_base::diagnostics::{MessagePart, Status};
 
 /// Time for which a network side that replaced another counts as new.
