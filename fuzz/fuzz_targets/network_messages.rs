@@ -8,7 +8,7 @@ use std::time::Instant;
 use libfuzzer_sys::fuzz_target;
 use traffic_lights::target::{LightChannel, StoreLayer, StoreId};
 use signal_gateway::io::ros::inbox::Inbox;
-use signal_gateway::io::ros::link::FrameBuffer;
+use ros_transport::link::FrameBuffer;
 use signal_gateway::io::ros::reception::TopicReception;
 use signal_gateway::io::ros::topics::{Subscription, SubscriptionKind};
 

@@ -7,7 +7,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use ros_messages::autoware_adapi_v1_msgs::DoorLayout;
-use signal_gateway::io::ros::parameters::{
+use ros_transport::parameters::{
     DoorLayouts, MAX_RESPONSE, Middleware, ParameterValue, Parameters, ServiceContents,
 };
 use ros_messages::cdr::Endian;

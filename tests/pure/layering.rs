@@ -16,6 +16,7 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use crate::support::sources::{files_of_kind, project};
+use signal_gateway::io::process_log::LOGGING_CRATES;
 
 /// The rooms of crates, top to bottom; a module imports from floors below its own. `lib.rs` and `main.rs`
 /// join them.
@@ -343,6 +344,22 @@ static PURE: LazyLock<BTreeSet<String>> = LazyLock::new(|| {
         .filter(|(package, dependencies)| !dependencies.contains("tokio") && package.as_str() != READS_FILES);
     pure.map(|(package, _)| package.clone()).collect()
 });
+
+/// What a build has is the affair of one crate, and a level of `signal_gateway` is one of all crates that
+/// log.
+#[test]
+fn one_crate_has_features_and_the_log_knows_who_logs() {
+    let other_rust =
+        files_of_kind("src", "rs").into_iter().filter(|path| !path.starts_with("src/ros-transport"));
+    let with_features: Vec<_> = other_rust
+        .filter(|path| fs::read_to_string(project().join(path)).unwrap().contains("cfg(feature"))
+        .collect();
+    assert_eq!(with_features, Vec::<PathBuf>::new());
+    let logging = OURS.iter().filter(|(_, dependencies)| dependencies.contains("tracing"));
+    let logging: BTreeSet<_> = logging.map(|(package, _)| package.as_str()).collect();
+    let known = LOGGING_CRATES.into_iter().chain(["signal_gateway"]).collect();
+    assert_eq!(logging, known);
+}
 
 /// The table of crates in ARCHITECTURE.md has the arrows of the manifests.
 #[test]

@@ -16,7 +16,7 @@ const COMMENTS: [(&str, &str); 7] =
     [("rs", "//"), ("cpp", "//"), ("toml", "#"), ("yaml", "#"), ("py", "#"), ("service", "#"), ("md", "")];
 const SPECIFICATIONS: &str = "docs/spec/";
 /// What the pages for maintainers call `dds`.
-const DDS: &str = "src/signal-gateway/io/ros/network/dds";
+const DDS: &str = "src/ros-transport/dds";
 
 /// What is written down in each specification, by the path of its file.
 type Titles = BTreeMap<String, Vec<String>>;

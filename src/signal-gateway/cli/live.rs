@@ -15,14 +15,13 @@ use super::view::ViewArgs;
 use crate::config::files::Disk;
 use crate::config::gateway::DEFAULT_NODE;
 use crate::daemon;
-use crate::io::process_log::LogForm;
-#[cfg(feature = "ros")]
-use crate::io::ros::network::process;
-#[cfg(feature = "ros")]
+use crate::io::hangup::ignore_hangup;
+use crate::io::process_log::{self, LogForm};
 use crate::io::ros::session::supervisor;
 use crate::report::text::escaped;
 use crate::report::timeline::OpenedAt;
 use crate::report::view::View;
+use ros_transport::process;
 
 pub(super) const RUN_HELP: &str = "\
 Examples:
@@ -61,7 +60,6 @@ pub(super) struct IsolationArgs {
     pub(super) no_isolation: bool,
 }
 
-#[cfg(feature = "ros")]
 #[derive(Debug, Args)]
 pub(super) struct NetworkArgs {
     /// Level of the log unless the environment sets one
@@ -118,7 +116,6 @@ pub(super) fn node_arguments(
 }
 
 /// Supervises the network side of a gateway that runs as another user.
-#[cfg(feature = "ros")]
 pub(super) fn network_supervisor() -> Result<ExitCode, Failure> {
     messages::start_log("warn", LogForm::Timed)?;
     supervisor::run("/proc/self/exe".as_ref())?;
@@ -126,14 +123,15 @@ pub(super) fn network_supervisor() -> Result<ExitCode, Failure> {
 }
 
 /// Runs the network side of another process.
-#[cfg(feature = "ros")]
 pub(super) fn network(args: &NetworkArgs) -> Result<ExitCode, Failure> {
     let closed = process::close_inherited();
     messages::start_log(&args.log_level, LogForm::Timed)?;
     if let Err(error) = closed {
         tracing::warn!("descriptors of the parent stay open: {error}");
     }
-    match process::run(args.memory_limit_mb, || ()) {
+    // `systemctl kill --signal=HUP` means the gateway, and reaches all of its unit.
+    ignore_hangup();
+    match process::run(args.memory_limit_mb, process_log::lost_lines, || ()) {
         // The process that started this one has ended.
         Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => Ok(ExitCode::FAILURE),
         outcome => Ok(outcome.map(|()| ExitCode::SUCCESS)?),

@@ -134,7 +134,7 @@ pub(super) fn start_log(level: &str, form: LogForm) -> Result<(), Failure> {
         let level = directive.rsplit_once('=').map_or(directive, |(_, level)| level);
         level.parse::<LevelFilter>().map_err(|_| refused(directive))?;
     }
-    let filter = EnvFilter::try_new(format!("{level},{quiet},{requested}"));
+    let filter = EnvFilter::try_new(format!("{level},{quiet},{}", for_our_crates(&requested)));
     let filter = filter.map_err(|_| refused(&requested))?;
     let has_color = layout(&io::stderr()).has_color;
     if let Err(failed) = process_log::start(filter, form, has_color) {
@@ -143,10 +143,43 @@ pub(super) fn start_log(level: &str, form: LogForm) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Returns directives in which `signal_gateway=LEVEL` is the level of all our crates, unless a directive
+/// names one of them.
+fn for_our_crates(directives: &str) -> String {
+    let of_program = |directive: &str| {
+        directive.trim().strip_prefix(env!("CARGO_CRATE_NAME"))?.strip_prefix('=').map(str::to_owned)
+    };
+    let levels = directives.split(',').filter_map(of_program);
+    let added = levels.flat_map(|level| process_log::LOGGING_CRATES.map(|name| format!("{name}={level},")));
+    added.chain([directives.to_owned()]).collect()
+}
+
 /// Longest time to wait for a reader of standard error, or on a busy computer for the thread that writes.
 const LAST_LINES: Duration = Duration::from_secs(2);
 
 /// Waits until the messages so far are written, at most for [`LAST_LINES`].
 pub(super) fn flush() {
     process_log::flush(LAST_LINES);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::for_our_crates;
+
+    #[test]
+    fn a_level_of_the_program_is_one_of_all_its_crates_unless_they_have_their_own() {
+        for (requested, expected) in [
+            ("", ""),
+            ("debug", "debug"),
+            ("signal_gateway::daemon=debug", "signal_gateway::daemon=debug"),
+            ("warn, signal_gateway=debug", "ros_transport=debug,warn, signal_gateway=debug"),
+            // The last level of a target counts.
+            (
+                "signal_gateway=info,ros_transport=off",
+                "ros_transport=info,signal_gateway=info,ros_transport=off",
+            ),
+        ] {
+            assert_eq!(for_our_crates(requested), expected);
+        }
+    }
 }

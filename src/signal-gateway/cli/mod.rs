@@ -50,7 +50,6 @@ use identify::IdentifyArgs;
 use init::InitArgs;
 use inspect::{CheckArgs, DecodeArgs};
 use lights::LightsArgs;
-#[cfg(feature = "ros")]
 use live::NetworkArgs;
 use live::RunArgs;
 use manual::{CompletionsArgs, EXIT_CODES, ManArgs};
@@ -134,11 +133,9 @@ enum GatewayCommand {
     #[command(hide = true)]
     BlackBoxReport(BlackBoxReportArgs),
     /// Serve a gateway that has started this process as its network side
-    #[cfg(feature = "ros")]
     #[command(hide = true)]
     Network(NetworkArgs),
     /// Start and watch the network side of a gateway of another user, which has connected with standard input
-    #[cfg(feature = "ros")]
     #[command(hide = true)]
     NetworkSupervisor,
     /// Print shell completions
@@ -169,9 +166,7 @@ pub fn main() -> ExitCode {
         GatewayCommand::Status(args) => status::run(&args),
         GatewayCommand::Reload(args) => reload::run(&args),
         GatewayCommand::BlackBoxReport(args) => black_box_report::run(&args),
-        #[cfg(feature = "ros")]
         GatewayCommand::Network(args) => live::network(&args),
-        #[cfg(feature = "ros")]
         GatewayCommand::NetworkSupervisor => live::network_supervisor(),
         GatewayCommand::Completions(args) => manual::completions(&args, Cli::command()),
         GatewayCommand::Man(args) => manual::man(&args, Cli::command()),

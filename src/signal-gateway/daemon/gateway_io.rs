@@ -24,7 +24,6 @@ use crate::io::process_log;
 use crate::io::ros::inbox::{Arrival, Inbox};
 use crate::io::systemd::Supervisor;
 use crate::process_status::configuration::ConfigurationState;
-use crate::process_status::log::LostLines;
 use crate::process_status::snapshot::ProcessSnapshot;
 use crate::report::decision::reasons;
 use crate::report::gateway::JsonTimeline;
@@ -40,6 +39,7 @@ use gateway_core::gateway::Gateway;
 use gateway_core::gateway::call::GatewayCall;
 use gateway_core::gateway::event::{Input, Output};
 use gateway_core::gateway::live::{Edges, GivenOut, Live};
+use ros_transport::link::LostLines;
 use traffic_lights::output::TrafficLightOutput;
 use turn_signal::output::TurnSignalOutput;
 

@@ -12,17 +12,14 @@ use crate::config::gateway::traffic_lights::LightsOutput;
 use crate::config::gateway::turn_signal::TurnSignalConfig;
 use crate::config::ros_names::{NodeNames, Remapping};
 use crate::io::ros::inbox::Inbox;
-use crate::io::ros::parameters::{DoorLayouts, Parameters, ServiceContents};
-#[cfg(feature = "ros")]
 use crate::io::ros::session::{RosError, RosSession};
-use crate::io::ros::settings::{Isolation, Recovery, RosSettings};
+use crate::io::ros::settings::{Isolation, RosSettings};
 use crate::io::ros::topics::{
     Durability, LightsTopicSettings, OUTGOING, OutgoingRow, OutgoingTopic, Subscription, SubscriptionKind,
     TopicFlow, Topics,
 };
 use crate::process_status::network::NetworkState;
 use crate::process_status::snapshot::RosSnapshot;
-#[cfg(feature = "ros")]
 use crate::process_status::snapshot::TopicSnapshot;
 use gateway_base::near_miss::mistyped;
 use gateway_core::command::settings::{CommandSource, ModeFrom};
@@ -31,6 +28,8 @@ use gateway_core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use gateway_core::vehicle_status::StatusReport;
 use gateway_core::vehicle_status::doors::Door;
 use ros_messages::autoware_adapi_v1_msgs::DoorLayout;
+use ros_transport::parameters::{DoorLayouts, Parameters, ServiceContents};
+use ros_transport::settings::Recovery;
 use turn_signal::planner_input::FactorTopic;
 
 /// The service that tells the layout of the doors.
@@ -39,7 +38,6 @@ const DOOR_LAYOUT: &str = "/vehicle/doors/layout";
 /// Publishes outputs, or nothing.
 #[derive(Debug)]
 pub struct Publisher {
-    #[cfg(feature = "ros")]
     session: Option<RosSession>,
     domain_id: u16,
 }
@@ -59,7 +57,6 @@ pub enum PublisherError {
     )]
     NotBuilt,
     /// The session cannot start.
-    #[cfg(feature = "ros")]
     #[error(transparent)]
     Ros(#[from] RosError),
 }
@@ -67,11 +64,7 @@ pub enum PublisherError {
 impl Publisher {
     /// A publisher without a session.
     pub fn off() -> Self {
-        Self {
-            #[cfg(feature = "ros")]
-            session: None,
-            domain_id: 0,
-        }
+        Self { session: None, domain_id: 0 }
     }
 
     /// Joins the ROS graph, unless the configuration disables it.
@@ -94,71 +87,47 @@ impl Publisher {
         if let Some(name) = loop_topic(&ros) {
             return Err(PublisherError::Loop(name));
         }
-        Self::join(ros)
-    }
-
-    #[cfg(feature = "ros")]
-    fn join(ros: RosSettings) -> Result<Self, PublisherError> {
+        if !ros_transport::IS_BUILT_IN {
+            return Err(PublisherError::NotBuilt);
+        }
         let domain_id = ros.domain_id;
         Ok(Self { session: Some(RosSession::start(ros)?), domain_id })
     }
 
-    #[cfg(not(feature = "ros"))]
-    fn join(_ros: RosSettings) -> Result<Self, PublisherError> {
-        Err(PublisherError::NotBuilt)
-    }
-
     /// Hands an output to the session; never blocks.
     pub fn send(&self, output: &Output) {
-        #[cfg(feature = "ros")]
         self.session.iter().for_each(|session| session.send(output));
-        #[cfg(not(feature = "ros"))]
-        let _ = output;
     }
 
     /// Has the parameters of the node show another configuration.
     pub fn show_configuration(&self, settings: &Settings) {
-        #[cfg(feature = "ros")]
         if let Some(session) = &self.session {
             session.set_parameters(parameters(settings, self.domain_id));
         }
-        #[cfg(not(feature = "ros"))]
-        let _ = settings;
     }
 
     /// True while publishing works, or is off.
     pub fn is_healthy(&self) -> bool {
-        #[cfg(feature = "ros")]
-        let healthy = self.session.as_ref().is_none_or(|session| session.status().running);
-        #[cfg(not(feature = "ros"))]
-        let healthy = true;
-        healthy
+        self.session.as_ref().is_none_or(|session| session.status().running)
     }
 
     /// The domain and what carries it, as text.
     pub fn graph(&self) -> String {
-        #[cfg(feature = "ros")]
         if let Some(session) = &self.session {
             let zenoh = if session.status().network.links.is_some() { " over Zenoh" } else { "" };
             return format!("ROS 2 domain {}{zenoh}", self.domain_id);
         }
-        let _ = self.domain_id;
         "ROS 2 off".to_owned()
     }
 
     /// State of the network side; `None` without a session.
     pub fn network(&self) -> Option<NetworkState> {
-        #[cfg(feature = "ros")]
-        let network = self.session.as_ref().map(|session| session.status().network);
-        #[cfg(not(feature = "ros"))]
-        let network = None;
-        network
+        self.session.as_ref().map(|session| session.status().network)
     }
 
     /// The connection to ROS 2 for whoever watches; `None` without a session.
     pub fn snapshot(&self) -> Option<RosSnapshot> {
-        #[cfg(feature = "ros")]
-        let snapshot = self.session.as_ref().map(|session| {
+        self.session.as_ref().map(|session| {
             let status = session.status();
             let count = |count: usize| u64::try_from(count).unwrap_or(u64::MAX);
             let topic = |name: &str, peers, other_writers| TopicSnapshot {
@@ -178,24 +147,16 @@ impl Publisher {
                 write_errors: status.write_errors,
                 ..RosSnapshot::of(&status.network)
             }
-        });
-        #[cfg(not(feature = "ros"))]
-        let snapshot = None;
-        snapshot
+        })
     }
 
     /// The inbox of received messages; `None` without a session.
     pub fn inbox(&self) -> Option<Arc<Inbox>> {
-        #[cfg(feature = "ros")]
-        let inbox = self.session.as_ref().map(RosSession::inbox);
-        #[cfg(not(feature = "ros"))]
-        let inbox = None;
-        inbox
+        self.session.as_ref().map(RosSession::inbox)
     }
 
     /// Leaves the graph, within half a second.
     pub fn stop(self) {
-        #[cfg(feature = "ros")]
         if let Some(session) = self.session {
             session.stop();
         }

@@ -158,14 +158,10 @@ impl Watching {
 
 /// The origin of this binary.
 pub fn build() -> Build {
-    #[cfg(feature = "ros")]
-    let distribution = Some(crate::io::ros::session::DISTRO.to_owned());
-    #[cfg(not(feature = "ros"))]
-    let distribution = None;
     Build {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         commit: option_env!("SIGNAL_GATEWAY_COMMIT").map(str::to_owned),
-        distribution,
+        distribution: ros_transport::IS_BUILT_IN.then(|| ros_transport::DISTRO.to_owned()),
     }
 }
 

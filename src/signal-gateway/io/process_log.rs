@@ -29,10 +29,14 @@ use super::journal;
 use super::output_queue::{Loss, OutputQueue};
 use crate::process_status::log::LogState;
 use limits::{EventText, LogLimits, MessageKind, WINDOW};
+use ros_transport::link::LostLines;
 pub use warnings::{TakenWarnings, Warning, take_warnings};
 
 /// Longest time that a panicking thread waits for its message to be written.
 const PANIC_PATIENCE: Duration = Duration::from_millis(500);
+
+/// The crates of ours that log beside this one, which a level of this one is meant for as well.
+pub const LOGGING_CRATES: [&str; 1] = ["ros_transport"];
 
 static LOG: OnceLock<ProcessLog> = OnceLock::new();
 
@@ -169,6 +173,11 @@ pub fn flush(patience: Duration) {
         drop(limits);
         log.queue.flush(patience);
     }
+}
+
+/// Returns how many lines the log of this process has lost; see [`state`].
+pub fn lost_lines() -> LostLines {
+    state().unwrap_or_default().lost_lines()
 }
 
 /// Returns the state of the log; `None` without one. Call it regularly, since it also writes the lines about

@@ -2,90 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use derive_more::Display;
-
-/// One of the means by which the kernel confines the network process.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Display)]
-pub enum Layer {
-    /// It has no capability.
-    #[display("dropped capabilities")]
-    Capabilities,
-    /// It continues when its parent ends, should it have been stopped.
-    #[display("a signal of the gateway's end")]
-    ParentsEnd,
-    /// It is the first to go when memory is short.
-    #[display("OOM score")]
-    OomScore,
-    /// Its private writable memory is limited.
-    #[display("memory limit")]
-    MemoryLimit,
-    /// Its open descriptors are limited.
-    #[display("descriptor limit")]
-    DescriptorLimit,
-    /// It leaves no core dump.
-    #[display("forbidden core dumps")]
-    CoreDumps,
-    /// Landlock refuses files, ports, sockets and signals.
-    #[display("all of Landlock")]
-    Landlock,
-    /// A filter refuses system calls that its engine does not need.
-    #[display("a filter of system calls")]
-    SystemCalls,
-    /// The gateway learns which calls were refused.
-    #[display("names of refused calls")]
-    CallNames,
-    /// Its user is not the gateway's.
-    #[display("a user of its own")]
-    OwnUser,
-}
-
-impl Layer {
-    /// All of them, each in the place of its number.
-    pub const ALL: [Self; 10] = [
-        Self::Capabilities,
-        Self::ParentsEnd,
-        Self::OomScore,
-        Self::MemoryLimit,
-        Self::DescriptorLimit,
-        Self::CoreDumps,
-        Self::Landlock,
-        Self::SystemCalls,
-        Self::CallNames,
-        Self::OwnUser,
-    ];
-
-    fn bit(self) -> u16 {
-        1 << (self as u16)
-    }
-}
-
-/// A set of layers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Layers(u16);
-
-impl Layers {
-    /// From the bits that another process sent; those without a meaning are dropped.
-    pub fn from_bits(bits: u16) -> Self {
-        Self(bits & Layer::ALL.into_iter().fold(0, |all, layer| all | layer.bit()))
-    }
-
-    /// Returns the limits that both have.
-    #[must_use]
-    pub fn with(self, others: Self) -> Self {
-        Self(self.0 | others.0)
-    }
-
-    /// The bits, to be sent.
-    pub fn bits(self) -> u16 {
-        self.0
-    }
-}
-
-impl FromIterator<Layer> for Layers {
-    fn from_iter<T: IntoIterator<Item = Layer>>(layers: T) -> Self {
-        Self(layers.into_iter().fold(0, |bits, layer| bits | layer.bit()))
-    }
-}
+use ros_transport::link::{Layer, Layers};
 
 /// The confinement of a network process.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -99,7 +16,7 @@ pub struct Confinement {
 impl Confinement {
     /// The layers that are missing, for people.
     pub fn layers(&self) -> String {
-        let missing = Layer::ALL.into_iter().filter(|layer| self.missing.0 & layer.bit() != 0);
+        let missing = Layer::ALL.into_iter().filter(|layer| self.missing.contains(*layer));
         let missing: Vec<_> = missing.map(|layer| layer.to_string()).collect();
         if missing.is_empty() { "complete".to_owned() } else { format!("without {}", missing.join(", ")) }
     }
@@ -116,17 +33,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn layers_survive_their_bits_and_bits_without_a_meaning_do_not() {
-        for layer in Layer::ALL {
-            let layers: Layers = [layer].into_iter().collect();
-            assert_eq!(Layers::from_bits(layers.bits() | 0x8000), layers, "{layer}");
-            let confinement = Confinement { missing: layers, ..Confinement::default() };
-            assert_eq!(confinement.layers(), format!("without {layer}"));
-        }
-        assert_eq!(Layers::from_bits(!0), Layer::ALL.into_iter().collect());
-    }
-
-    #[test]
     fn what_is_complete_and_what_was_refused_is_said() {
         let mut confinement = Confinement::default();
         assert_eq!((confinement.layers(), confinement.refused_calls()), ("complete".into(), "none".into()));
@@ -134,5 +40,9 @@ mod tests {
         confinement.refused = BTreeMap::from([("socket", 1), ("openat", 3)]);
         assert_eq!(confinement.layers(), "without all of Landlock, names of refused calls");
         assert_eq!(confinement.refused_calls(), "openat 3, socket 1");
+        for layer in Layer::ALL {
+            confinement.missing = [layer].into_iter().collect();
+            assert_eq!(confinement.layers(), format!("without {layer}"));
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! Status of the log on standard error, and how many of its lines are lost.
 
+use ros_transport::link::LostLines;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -17,26 +18,6 @@ pub struct LogState {
     pub last_error: Option<String>,
     /// True if a line was lost since standard error last took one.
     pub is_failing: bool,
-}
-
-/// Number of log lines that were not written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct LostLines {
-    /// Lines left out because their kind came too often.
-    pub suppressed: u64,
-    /// Lines lost because standard error did not take them.
-    pub dropped: u64,
-}
-
-impl LostLines {
-    /// The sum of two numbers of lines.
-    #[must_use]
-    pub fn plus(self, other: Self) -> Self {
-        Self {
-            suppressed: self.suppressed.saturating_add(other.suppressed),
-            dropped: self.dropped.saturating_add(other.dropped),
-        }
-    }
 }
 
 impl LogState {

@@ -3,12 +3,12 @@
 use std::time::Duration;
 
 use derive_more::Display;
+use ros_transport::link::{LostLines, ZenohLinks};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::catalogue::{self, ROS};
 use super::confinement::Confinement;
-use super::log::LostLines;
 use gateway_base::diagnostics::{MessagePart, Status};
 
 /// Time for which a network side that replaced another counts as new.
@@ -93,19 +93,6 @@ pub enum Burden {
     Crowd,
     /// It has taken a whole processor for some seconds.
     Busy,
-}
-
-/// The connections of a network side that speaks Zenoh.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-pub struct ZenohLinks {
-    /// Routers that it is connected with.
-    pub routers: u32,
-    /// Other sessions that it is connected with.
-    pub peers: u32,
-    /// Connections lost since it joined the network.
-    pub lost: u64,
-    /// Nodes that a router knows of and whose connection is lost, until they are connected again.
-    pub unreachable: Vec<String>,
 }
 
 /// Why a network side ended.

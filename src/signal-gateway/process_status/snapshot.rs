@@ -5,10 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use super::configuration::ConfigurationState;
 use super::log::LogState;
-use super::network::{NetworkFailure, NetworkState, ZenohLinks};
+use super::network::{NetworkFailure, NetworkState};
 use super::recordings::RecorderState;
 use gateway_base::time::millis;
 use gateway_core::provenance::ProvenanceSummary;
+use ros_transport::link::ZenohLinks;
 
 /// The present state of the gateway and of the process around it.
 pub type Snapshot = gateway_core::gateway::snapshot::Snapshot<ProcessSnapshot>;

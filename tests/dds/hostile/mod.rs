@@ -11,8 +11,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
+use ros_transport::link::LostLines;
+use ros_transport::process;
 use serde_json::{Value, json};
-use signal_gateway::io::ros::network::process;
 #[cfg(feature = "zenoh")]
 use signal_gateway::io::ros::session::ZenohSettings;
 use signal_gateway::io::ros::session::{Isolation, RosSession, RosSettings, Transport, supervisor};
@@ -50,7 +51,7 @@ fn taken_over() {
             rustix::stdio::dup2_stdout(fs::File::from(process_report())).unwrap();
             let memory = std::env::var("MEMORY_MB").unwrap().parse().unwrap();
             // Afterwards it serves the session like any.
-            let _ = process::run(memory, || {
+            let _ = process::run(memory, LostLines::default, || {
                 attack();
                 eprintln!("{}", json!({"end": true}));
             });

@@ -14,9 +14,9 @@ use gateway_core::vehicle_status::gear::Gear;
 use gateway_core::vehicle_status::output::VehicleStatusOutput;
 use gateway_core::vehicle_status::velocity::Velocity;
 use ros_messages::autoware_adapi_v1_msgs::DoorLayout;
+use ros_transport::parameters::{DoorLayouts, Parameters, ServiceContents};
 use serde_json::{Value, json};
 use signal_gateway::io::process_log;
-use signal_gateway::io::ros::parameters::{DoorLayouts, Parameters, ServiceContents};
 use signal_gateway::io::ros::session::{
     Durability, Isolation, OutgoingStatus, OutgoingTopic, Recovery, RosSession, RosSettings, Topics,
     Transport, TypeHashes, ZenohSettings,

@@ -6,10 +6,11 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::io::clock_state::ClockState;
-use crate::io::ros::domain_survey::{DomainSurvey, OwnTopic};
+use crate::io::ros::own_topics::OwnTopic;
 use crate::io::service_state::ServiceState;
 use can_signal::can::bus_survey::BusSurvey;
 use can_signal::can::interface_state::InterfaceState;
+use ros_transport::survey::DomainSurvey;
 
 /// The variables of ROS 2 that are read from the environment.
 pub const VARIABLES: [&str; 5] = [

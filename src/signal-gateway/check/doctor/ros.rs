@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use super::facts::{Facts, Known, Reach, RosFacts};
 use super::{CheckRow, FindingRow, Outcome};
-use crate::io::ros::domain_survey::{DdsEndpoint, DomainSurvey, OwnTopic};
+use crate::io::ros::own_topics::OwnTopic;
 use crate::io::ros::topics::{Durability, Reliability};
 use crate::report::text::counted;
 use gateway_base::diagnostics::Level;
+use ros_transport::survey::{DdsEndpoint, DomainSurvey};
 
 const DOMAIN: &str = "docs/doctor.md#the-ros-2-domain";
 const TOPIC: &str = "docs/doctor.md#topics";

@@ -28,8 +28,8 @@ use crate::io::can::interfaces::can_interfaces;
 use crate::io::can::sender_lock::is_locked;
 use crate::io::clock_state::ClockWatch;
 use crate::io::folder_access::check_writable;
-use crate::io::ros::domain_survey::{DomainSurvey, own_topics};
-use crate::io::ros::settings::{RosSettings, Transport};
+use crate::io::ros::own_topics::own_topics;
+use crate::io::ros::settings::RosSettings;
 use crate::io::service_state::service_state;
 use crate::io::service_user::unreadable_for_service;
 use crate::io::snapshots::client::{ClientError, StatusClient};
@@ -37,6 +37,9 @@ use can_signal::can::BusIndex;
 use can_signal::can::IdMatch;
 use can_signal::can::bus_survey::BusSurvey;
 use can_signal::can::interface_state::{InterfaceKind, InterfaceState};
+use ros_transport::settings::Transport;
+use ros_transport::survey::DomainSurvey;
+use ros_transport::survey_domain;
 
 /// An interface to examine, before the kernel was asked.
 struct Examined {
@@ -225,16 +228,10 @@ fn ros(
     (Some(facts), Some(surveys))
 }
 
-#[cfg(feature = "ros")]
 fn start(domain_id: u16, ros: &RosSettings, facts: &RosFacts, time: Duration) -> Survey {
     let topics: Vec<_> = facts.written.iter().chain(&facts.read).map(|topic| topic.name.clone()).collect();
     let only_networks = ros.only_networks.clone();
-    thread::spawn(move || crate::io::ros::domain_survey::survey(domain_id, &only_networks, &topics, time))
-}
-
-#[cfg(not(feature = "ros"))]
-fn start(_domain_id: u16, _ros: &RosSettings, _facts: &RosFacts, _time: Duration) -> Survey {
-    thread::spawn(|| Err("this build has no ROS 2".to_owned()))
+    thread::spawn(move || survey_domain(domain_id, &only_networks, &topics, time))
 }
 
 fn running(args: &DoctorArgs, settings: Option<&Settings>) -> RunningFacts {

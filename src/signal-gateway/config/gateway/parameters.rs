@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use super::reference::sections;
 use crate::config::reading::{Kind, Value, description};
-use crate::io::ros::parameters::{ParameterValue, Parameters};
+use ros_transport::parameters::{ParameterValue, Parameters};
 
 /// The parameters for the keys of a table, with the descriptions of the keys.
 pub(super) fn parameters(root: &Value) -> Parameters {

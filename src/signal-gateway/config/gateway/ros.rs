@@ -14,9 +14,9 @@ use crate::config::reading::{
 };
 use crate::config::ros_names::RosOverrides;
 use crate::config::ros_names::{Remapping, is_name, is_namespace};
-use crate::io::ros::settings::{Transport, TypeHashes, ZenohSettings};
 use crate::io::ros::topics::LOG_NAME;
-use crate::io::ros::zenoh_config;
+use ros_transport::settings::{Transport, TypeHashes, ZenohSettings};
+use ros_transport::zenoh_config;
 
 /// Name of the node unless it is configured.
 pub const DEFAULT_NODE: &str = "signal_gateway";
@@ -46,7 +46,7 @@ pub(super) mod zenoh {
     use std::path::PathBuf;
 
     use crate::config::reading::{key_rows, keyword, path};
-    use crate::io::ros::settings::TypeHashes;
+    use ros_transport::settings::TypeHashes;
 
     key_rows! {
         CONFIG: PathBuf = path("config").example("\"one_host.json5\"").restart()

@@ -1,6 +1,5 @@
 //! Inputs and outputs of the gateway as messages of channels.
 
-use crate::io::ros::link::Order;
 use crate::io::ros::messages::call_message;
 use crate::io::ros::outgoing::messages::OutgoingMessages;
 use crate::io::ros::outgoing::{LightsEncoders, Outgoing, orders, table};
@@ -17,6 +16,7 @@ use ros_messages::cdr::{CdrBytes, Endian};
 use ros_messages::ros2_socketcan_msgs::FdFrame;
 use ros_messages::signal_gateway_msgs::GatewayCall;
 use ros_messages::std_msgs::Header;
+use ros_transport::link::Order;
 
 /// Samples that a player keeps of a bus.
 const CAN_DEPTH: i32 = 100;

@@ -172,6 +172,7 @@ mod tests {
             ("signal_gateway::daemon::reload", true),
             ("signal_gateway::io::recorder", true),
             ("signal_gateway::io::ros::session::exchange", false),
+            ("ros_transport::dds::worker", false),
             ("rustdds::rtps::writer", false),
             ("log", false),
         ] {

@@ -6,11 +6,11 @@ use std::time::Instant;
 
 use super::duplicate_filter::{DuplicateFilter, Receipt};
 use super::inbox::{Arrival, Inbox};
-use super::link::{FromNetwork, NetworkStatus, Sample, Violation};
 use super::reading::read;
 use super::topics::{Subscription, SubscriptionKind};
 use gateway_core::command::origin::{SampleId, WriterId};
 use gateway_core::gateway::event::Input;
+use ros_transport::link::{FromNetwork, NetworkStatus, Sample, Violation};
 use traffic_lights::input::TrafficLightInput;
 
 /// State and counts of a topic that is read.
@@ -214,7 +214,7 @@ fn rejected(input: &Input) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::ros::link::SampleEncoding;
+    use ros_transport::link::SampleEncoding;
 
     fn frame(message: &FromNetwork<'_>) -> Vec<u8> {
         let mut bytes = Vec::new();

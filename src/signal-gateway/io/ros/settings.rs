@@ -2,11 +2,10 @@
 
 use std::net::IpAddr;
 use std::path::PathBuf;
-use std::time::Duration;
 
-use serde::{Deserialize, Serialize};
+use ros_transport::parameters::ServiceContents;
+use ros_transport::settings::{Recovery, Transport};
 
-use super::parameters::ServiceContents;
 use super::topics::{Durability, Subscription, Topics};
 
 /// The node's name in the graph, its network, and the topics it writes and reads.
@@ -40,36 +39,6 @@ pub struct RosSettings {
     pub isolation: Isolation,
 }
 
-/// What carries the messages.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub enum Transport {
-    /// The data distribution service of the OMG.
-    #[default]
-    Dds,
-    /// Zenoh, in the conventions of `rmw_zenoh`.
-    Zenoh(ZenohSettings),
-}
-
-/// Settings of the Zenoh session.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct ZenohSettings {
-    /// The configuration of Zenoh in JSON5; `None` for a client of a router on the same computer.
-    pub config: Option<String>,
-    /// What stands for the hash of a type in keys.
-    pub type_hashes: TypeHashes,
-}
-
-/// What stands for the hash of a type in the keys of `rmw_zenoh`. Nodes of which it differs do not hear each
-/// other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub enum TypeHashes {
-    /// The hash itself, `RIHS01_…`: Jazzy and later.
-    #[default]
-    Rihs01,
-    /// The word `TypeHashNotSupported`: Humble.
-    NotSupported,
-}
-
 /// Where the network side of a session runs.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Isolation {
@@ -86,21 +55,6 @@ pub enum Isolation {
         /// The socket at which systemd starts it as another user; one that cannot be reached is done without.
         supervisor: Option<PathBuf>,
     },
-}
-
-/// Intervals of a session that watches its network.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Recovery {
-    /// Time between two checks of interfaces, missing peers and acknowledgements; 1 s by default.
-    pub check_interval: Duration,
-    /// Shortest time between the making of two participants, the first included; 3 s by default.
-    pub min_rebuild_interval: Duration,
-}
-
-impl Default for Recovery {
-    fn default() -> Self {
-        Self { check_interval: Duration::from_secs(1), min_rebuild_interval: Duration::from_secs(3) }
-    }
 }
 
 impl Default for RosSettings {

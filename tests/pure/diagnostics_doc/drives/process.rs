@@ -3,12 +3,11 @@
 use std::time::Duration;
 
 use gateway_base::time::WallStamp;
+use ros_transport::link::ZenohLinks;
 use signal_gateway::process_status::configuration::{ConfigurationState, EffectiveConfiguration};
 use signal_gateway::process_status::confinement::Confinement;
 use signal_gateway::process_status::log::LogState;
-use signal_gateway::process_status::network::{
-    Burden, NetworkFailure, NetworkState, SharedTopic, ZenohLinks,
-};
+use signal_gateway::process_status::network::{Burden, NetworkFailure, NetworkState, SharedTopic};
 use signal_gateway::process_status::recordings::{McapState, RecorderState};
 
 use super::Reported;

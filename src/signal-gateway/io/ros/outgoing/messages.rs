@@ -10,8 +10,6 @@ use std::sync::Arc;
 use serde::{Serialize, Serializer};
 
 use crate::io::ros::messages::{ToRos, diagnostic_array, factors_of_decision, section_markers};
-#[cfg(feature = "ros")]
-use crate::io::ros::parameters::Parameters;
 use crate::io::ros::topics::OutgoingTopic;
 use gateway_base::time::WallStamp;
 use gateway_core::gateway::event::Output;
@@ -19,6 +17,7 @@ use gateway_core::vehicle_lights::output::VehicleLightsOutput;
 use gateway_core::vehicle_report::Step;
 use gateway_core::vehicle_status::output::VehicleStatusOutput;
 use ros_messages::cdr::CdrBytes;
+use ros_transport::parameters::Parameters;
 use traffic_lights::emission::{Emission, LightsTopic};
 use traffic_lights::output::TrafficLightOutput;
 use turn_signal::output::TurnSignalOutput;
@@ -152,10 +151,8 @@ pub(in crate::io) struct OutgoingMessages {
     /// The newest emission of each topic of traffic lights.
     pub(in crate::io) lights: BTreeMap<LightsTopic, Emission>,
     /// The newest parameters of the node.
-    #[cfg(feature = "ros")]
     pub(in crate::io) parameters: Option<Box<Parameters>>,
     /// True if the session leaves the graph after sending the rest.
-    #[cfg(feature = "ros")]
     pub(in crate::io) stop: bool,
 }
 

@@ -4,9 +4,6 @@ pub(crate) mod messages;
 
 use std::collections::{HashMap, VecDeque};
 
-use crate::io::ros::link::Order;
-#[cfg(feature = "ros")]
-use crate::io::ros::link::WrittenTopic;
 use crate::io::ros::messages::{LightsEncoder, LightsType};
 use crate::io::ros::outgoing::messages::{OutgoingMessages, Publication};
 use crate::io::ros::topics::{
@@ -14,6 +11,7 @@ use crate::io::ros::topics::{
 };
 use ros_messages::TypeName;
 use ros_messages::cdr::CdrBytes;
+use ros_transport::link::{Order, WrittenTopic};
 use traffic_lights::compat::Compat;
 use traffic_lights::emission::LightsTopic;
 
@@ -71,7 +69,6 @@ impl Outgoing {
     }
 
     /// Returns the part of the network side's settings that is about the topic.
-    #[cfg(feature = "ros")]
     pub(in crate::io) fn written(&self) -> WrittenTopic {
         let (package, message) = self.type_name;
         WrittenTopic {
@@ -90,14 +87,12 @@ impl Outgoing {
     }
 
     /// Returns true for a report on the vehicle.
-    #[cfg(feature = "ros")]
     pub(in crate::io) fn is_report(&self) -> bool {
         let OutgoingSource::Topic(topic) = self.source else { return false };
         matches!(topic.row().flow, TopicFlow::VehicleLights | TopicFlow::VehicleStatus)
     }
 
     /// Returns a short name for people.
-    #[cfg(any(feature = "ros", test))]
     pub(in crate::io) fn label(&self) -> &'static str {
         match self.source {
             OutgoingSource::Topic(topic) => topic.row().label,

@@ -11,8 +11,8 @@ use std::process::{Child, Command, ExitStatus};
 use serde::{Deserialize, Serialize};
 
 use super::threads::Threads;
-use crate::io::ros::network::process::PANICKED;
 use crate::process_status::network::NetworkFailure;
+use ros_transport::PANICKED;
 
 /// Environment variables that the process keeps: what its log needs.
 const KEPT: [&str; 4] = ["RUST_LOG", "RUST_BACKTRACE", "JOURNAL_STREAM", "NO_COLOR"];

@@ -8,10 +8,10 @@ use std::thread;
 
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::Errno;
-use syscalls::Sysno;
 
-use crate::io::ros::link::confinement_report;
-use crate::process_status::confinement::{Confinement, Layers};
+use crate::process_status::confinement::Confinement;
+use ros_transport::link::{Layers, confinement_report};
+use ros_transport::system_call_name;
 
 /// A thread that receives its report, and answers, until the process has ended.
 #[derive(Debug)]
@@ -50,7 +50,7 @@ fn listen(socket: OwnedFd, without: Layers, known: &Mutex<Option<Confinement>>) 
             return Ok(()); // the process has ended
         }
         let Some(call) = refuse(&listener)? else { continue };
-        let name = Sysno::new(call).map_or("unknown", |call| call.name());
+        let name = system_call_name(call).unwrap_or("unknown");
         note(&|confinement| {
             let count = confinement.refused.entry(name).or_default();
             *count += 1;

@@ -2,8 +2,6 @@
 
 use std::io;
 
-use ros2_client::names::NameError;
-
 /// The highest domain whose ports exist.
 pub(super) const LAST_DOMAIN: u16 = 232;
 
@@ -19,8 +17,8 @@ pub enum RosError {
         node: String,
         /// The namespace as configured.
         namespace: String,
-        /// The rule that the name breaks.
-        why: NameError,
+        /// The rule that the name breaks, as text.
+        why: String,
     },
     /// The topic name is not allowed by ROS 2.
     #[error("topic `{topic}`: {why}; use an absolute name like `/diagnostics`")]

@@ -22,14 +22,16 @@ use super::rosout::Rosout;
 use super::status::OutgoingStatus;
 use crate::io::process_log::take_warnings;
 use crate::io::ros::inbox::Inbox;
-use crate::io::ros::link::{Link, NetworkSettings, NetworkStatus, Order, ToNetwork, Violation};
 use crate::io::ros::outgoing::messages::{OutgoingMessages, Publication};
 use crate::io::ros::outgoing::{LightsEncoders, Outgoing, orders, table};
 use crate::io::ros::reception::{NetworkSignal, TopicReception};
-use crate::io::ros::settings::{RosSettings, Transport};
+use crate::io::ros::settings::RosSettings;
 use crate::io::ros::topics::OutgoingTopic;
-use crate::process_status::log::LostLines;
-use crate::process_status::network::{NetworkFailure, NetworkState, ZenohLinks};
+use crate::process_status::network::{NetworkFailure, NetworkState};
+use ros_transport::link::{
+    Link, LostLines, NetworkSettings, NetworkStatus, Order, ToNetwork, Violation, ZenohLinks,
+};
+use ros_transport::settings::Transport;
 
 /// Longest sleep between two looks at the network side.
 const TICK: Duration = Duration::from_millis(100);

@@ -14,11 +14,12 @@ use super::child::{ProcessReading, failure, spawn};
 use super::confinement_watch::ConfinementWatch;
 use super::liveness::RestartDelay;
 use super::supervisor::Supervised;
-use crate::io::ros::link::datagram;
-use crate::io::ros::network::serve;
+use crate::io::process_log;
 use crate::io::ros::settings::Isolation;
-use crate::process_status::confinement::{Confinement, Layer, Layers};
+use crate::process_status::confinement::Confinement;
 use crate::process_status::network::{NetworkFailure, Place};
+use ros_transport::link::{Layer, Layers, datagram};
+use ros_transport::serve;
 
 /// Starts network sides, one after the other.
 pub(super) struct Hosts {
@@ -58,7 +59,10 @@ impl Hosts {
         let (ours, theirs) = UnixStream::pair()?;
         let Isolation::Process { program, memory_limit_mb, supervisor } = &self.isolation else {
             let thread = thread::Builder::new().name("ros network".to_owned());
-            return Ok((Host::Thread(thread.spawn(|| serve(theirs, |_| Ok(())))?), ours));
+            return Ok((
+                Host::Thread(thread.spawn(|| serve(theirs, process_log::lost_lines, |_| Ok(())))?),
+                ours,
+            ));
         };
         set_dumpable_behavior(DumpableBehavior::NotDumpable)?;
         let (watched, reporting) = datagram::pair()?;

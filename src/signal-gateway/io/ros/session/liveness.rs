@@ -3,8 +3,8 @@
 use std::time::{Duration, Instant};
 
 use super::threads::Threads;
-use crate::io::ros::link::Violation;
 use crate::process_status::network::NetworkFailure;
+use ros_transport::link::Violation;
 
 /// Time between two pings.
 const PING_INTERVAL: Duration = Duration::from_millis(200);

@@ -6,8 +6,8 @@ use tokio::sync::Notify;
 
 use super::status::RosStatus;
 use crate::io::ros::outgoing::messages::OutgoingMessages;
-use crate::io::ros::parameters::Parameters;
 use gateway_core::gateway::event::Output;
+use ros_transport::parameters::Parameters;
 
 /// Between the caller and the thread; locks are held for moments only.
 #[derive(Debug, Default)]

@@ -2,7 +2,7 @@
 //!
 //! It owns a thread; the caller only puts messages into its mailbox and is never held up. Received messages
 //! wait in an inbox. The thread encodes and decodes messages, and exchanges them with the network side
-//! ([`network`](super::network)), which alone joins DDS: a process that the session starts (through a
+//! ([`ros_transport`]), which alone joins DDS: a process that the session starts (through a
 //! [`supervisor`] of another user, where systemd has one), watches and replaces, or a thread of this process.
 //!
 //! The network side answers pings with the help of a sample of its own that goes out and comes back. One that
@@ -32,16 +32,17 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
 use std::time::Duration;
 
-use ros2_client::names::{Name, NodeName};
+pub use ros_transport::DISTRO;
+use ros_transport::identifier_length;
+use ros_transport::names::{check_node, check_topic};
+use ros_transport::parameters::Parameters;
+pub use ros_transport::settings::{Recovery, Transport, TypeHashes, ZenohSettings};
 use tokio::runtime::Builder;
 
 use super::inbox::Inbox;
-pub use super::network::DISTRO;
-use super::network::identifier_length;
 use super::outgoing;
-use super::parameters::Parameters;
 pub use super::reception::IncomingStatus;
-pub use super::settings::{Isolation, Recovery, RosSettings, Transport, TypeHashes, ZenohSettings};
+pub use super::settings::{Isolation, RosSettings};
 pub use super::topics::{
     Durability, LightsTopicSettings, OutgoingTopic, Reliability, Subscription, SubscriptionKind, Topics,
 };
@@ -133,7 +134,7 @@ impl Drop for RosSession {
 }
 
 fn check(settings: &RosSettings) -> Result<(), RosError> {
-    NodeName::new(&settings.namespace, &settings.node).map_err(|why| RosError::Node {
+    check_node(&settings.namespace, &settings.node).map_err(|why| RosError::Node {
         node: settings.node.clone(),
         namespace: settings.namespace.clone(),
         why,
@@ -142,11 +143,7 @@ fn check(settings: &RosSettings) -> Result<(), RosError> {
         outgoing::table(&settings.topics, settings.durability).into_iter().map(|outgoing| outgoing.name);
     let read = settings.subscriptions.iter().map(|subscription| subscription.name.clone());
     for topic in written.chain(read) {
-        let refused = |why: String| RosError::Topic { topic: topic.clone(), why };
-        let name = Name::parse(&topic).map_err(|why| refused(why.to_string()))?;
-        if !name.is_absolute() {
-            return Err(refused("does not start with `/`".to_owned()));
-        }
+        check_topic(&topic).map_err(|why| RosError::Topic { topic, why })?;
     }
     if let Some(subscription) = settings.subscriptions.iter().find(|subscription| subscription.depth < 1) {
         return Err(RosError::Depth { topic: subscription.name.clone(), depth: subscription.depth });

@@ -1,8 +1,8 @@
 //! What the network side has to know of a session's settings.
 
-use crate::io::ros::link::{NetworkSettings, ReadTopic};
 use crate::io::ros::outgoing::Outgoing;
 use crate::io::ros::settings::{Isolation, RosSettings};
+use ros_transport::link::{NetworkSettings, ReadTopic};
 
 /// What writers may keep where no process has a limit of its own, bytes.
 const THREAD_HISTORY: u64 = 256 << 20;

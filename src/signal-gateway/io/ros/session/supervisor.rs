@@ -21,8 +21,8 @@ use serde::{Deserialize, Serialize};
 
 use super::child::{ProcessReading, failure, spawn};
 use crate::io::hangup::ignore_hangup;
-use crate::io::ros::link::datagram;
 use crate::process_status::network::NetworkFailure;
+use ros_transport::link::datagram;
 
 /// The longest message, bytes: some readings of 64 threads.
 const MAX_MESSAGE: usize = 16 * 1024;

@@ -1,7 +1,6 @@
 //! The topics that are read.
 
 use super::flow::TopicFlow;
-use super::qos::{Durability, Reliability};
 use ros_messages::autoware_adapi_v1_msgs::OperationModeState;
 use ros_messages::autoware_internal_planning_msgs::{PathWithLaneId, PlanningFactorArray, Scenario};
 use ros_messages::autoware_perception_msgs::TrafficLightGroupArray;
@@ -10,6 +9,7 @@ use ros_messages::autoware_vehicle_msgs::{ControlModeReport, HazardLightsCommand
 use ros_messages::nav_msgs::Odometry;
 use ros_messages::rosgraph_msgs::Clock;
 use ros_messages::{TypeName, std_msgs};
+use ros_transport::qos::{Durability, Reliability};
 use traffic_lights::target::StoreId;
 use turn_signal::planner_input::FactorTopic;
 

@@ -6,14 +6,12 @@
 
 mod flow;
 mod incoming;
-mod qos;
 
 use std::collections::BTreeMap;
 
 use super::messages::LightsType;
 pub use flow::TopicFlow;
 pub use incoming::{IncomingRow, Subscription, SubscriptionKind};
-pub use qos::{Delivery, Durability, LOG_LIFESPAN, Reliability};
 use ros_messages::TypeName;
 use ros_messages::autoware_adapi_v1_msgs::DoorStatusArray;
 use ros_messages::autoware_internal_planning_msgs::PlanningFactorArray;
@@ -27,6 +25,7 @@ use ros_messages::rcl_interfaces::Log;
 use ros_messages::rosgraph_msgs::Clock;
 use ros_messages::traffic_simulator_msgs::TrafficLightArrayV1;
 use ros_messages::visualization_msgs::MarkerArray;
+pub use ros_transport::qos::{Delivery, Durability, LOG_DEPTH, LOG_LIFESPAN, Reliability};
 use traffic_lights::compat::Compat;
 use traffic_lights::emission::LightsTopic;
 
@@ -258,8 +257,6 @@ const DECISION: OutgoingRow = OutgoingRow {
 
 /// The topic of all nodes' logs; tools know it by this name only.
 pub const LOG_NAME: &str = "/rosout";
-/// Samples of the log that its writer keeps.
-pub const LOG_DEPTH: i32 = 100;
 
 impl OutgoingTopic {
     /// Returns the row of the topic.

@@ -3,11 +3,10 @@
 use std::time::{Duration, Instant};
 
 use super::{Active, Exchange, NetworkPhase};
-use crate::io::ros::link::NetworkStatus;
 use crate::io::ros::session::crowd::MAX_PEERS;
 use crate::io::ros::session::status::OutgoingStatus;
-use crate::process_status::log::LostLines;
 use crate::process_status::network::{Burden, NetworkState, SharedTopic};
+use ros_transport::link::{LostLines, NetworkStatus};
 
 /// Time after which age and memory are noted again.
 const NOTE_INTERVAL: Duration = Duration::from_secs(1);

@@ -1,0 +1,241 @@
+//! The system calls that each engine needs, and of those with many meanings the meanings that it needs. All
+//! others fail with `EPERM` and never end the process. So the network process can neither run a program nor
+//! open a file (with Zenoh: to write), look into other processes, set their limits or priorities, have
+//! signals sent to them, or open sockets other than IP and the kernel's list of interfaces: it reaches
+//! neither CAN nor the service manager. With DDS it has no streams, and so no TCP.
+//!
+//! The gateway is asked about each call that is refused, so that it can name it; its answer is no other.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::os::fd::OwnedFd;
+
+use seccompiler::{
+    BpfProgram, SeccompAction, SeccompCmpArgLen, SeccompCmpOp, SeccompCondition, SeccompFilter, SeccompRule,
+};
+
+use super::listener::{answering, apply, apply_with_listener, error};
+use crate::settings::Transport;
+
+/// System calls that are let through, each in these cases; in all without any.
+type Calls = BTreeMap<i64, Vec<SeccompRule>>;
+
+/// Leaves all threads the calls that an engine needs. Where this kernel cannot ask, they are refused without
+/// a word.
+pub(super) fn allow_only(engine: &Transport) -> Result<io::Result<OwnedFd>, String> {
+    let errno = |errno: i32| SeccompAction::Errno(errno.unsigned_abs());
+    let (allow, no_call, not_permitted) = (SeccompAction::Allow, errno(libc::ENOSYS), errno(libc::EPERM));
+    // The C library tries `clone3`, whose flags a filter cannot read, and falls back to `clone` without it. A
+    // filter that came before says more than one that lets through, or asks.
+    let clone3 = BTreeMap::from([(libc::SYS_clone3, vec![])]);
+    for (calls, answer) in [(clone3, no_call), (unasked(engine)?, not_permitted.clone())] {
+        apply(&program(calls, allow.clone(), answer)?).map_err(text)?;
+    }
+    let silent = program(allowed(engine)?, not_permitted, allow)?;
+    let refused = error(libc::EPERM);
+    let asked =
+        answering(&silent, |answer| if answer == refused { libc::SECCOMP_RET_USER_NOTIF } else { answer });
+    match apply_with_listener(&asked) {
+        Ok(listener) => Ok(Ok(listener)),
+        Err(why) => apply(&silent).map(|()| Err(why)).map_err(text),
+    }
+}
+
+/// A filter: what it answers to the calls that are listed, and to all others.
+fn program(calls: Calls, other: SeccompAction, listed: SeccompAction) -> Result<BpfProgram, String> {
+    let arch = std::env::consts::ARCH.try_into().map_err(text)?;
+    let filter = SeccompFilter::new(calls, other, listed, arch).map_err(text)?;
+    let program: BpfProgram = filter.try_into().map_err(text)?;
+    // Calls of another architecture, as a 64-bit process may make them, do not exist.
+    let (kill, none) = (libc::SECCOMP_RET_KILL_PROCESS, error(libc::ENOSYS));
+    Ok(answering(&program, |answer| if answer == kill { none } else { answer }))
+}
+
+/// Calls that are also refused in normal operation, so that they are not reported. When RustDDS lists
+/// interfaces, it looks a thousand times for what a desktop's network manager keeps of them, and does
+/// without; so does the C library without the cache of names that Zenoh makes it look for.
+fn unasked(engine: &Transport) -> Result<Calls, String> {
+    let is_dds = matches!(engine, Transport::Dds);
+    let files = [libc::SYS_openat, libc::SYS_newfstatat, libc::SYS_statx];
+    let mut calls: Calls = files.into_iter().filter(|_| is_dds).map(|call| (call, Vec::new())).collect();
+    let kinds = if is_dds { &[libc::SOCK_DGRAM][..] } else { &[libc::SOCK_DGRAM, libc::SOCK_STREAM] };
+    let service = kinds.iter().map(|of| rule(&[(0, SeccompCmpOp::Eq, number(libc::AF_UNIX)), kind(*of)]));
+    calls.insert(libc::SYS_socket, service.collect::<Result<_, _>>()?);
+    Ok(calls)
+}
+
+/// What an engine needs.
+fn allowed(engine: &Transport) -> Result<Calls, String> {
+    let mut calls: Calls = always().iter().map(|call| (*call, Vec::new())).collect();
+    // Threads, and no processes.
+    let thread = number(libc::CLONE_THREAD);
+    calls.insert(libc::SYS_clone, vec![rule(&[(0, SeccompCmpOp::MaskedEq(thread), thread)])?]);
+    // A name, and none of its other meanings.
+    calls.insert(libc::SYS_prctl, one_of(0, &[number(libc::PR_SET_NAME)])?);
+    // `abort` is a signal to oneself.
+    let own = (0, SeccompCmpOp::Eq, u64::from(std::process::id()));
+    calls.insert(libc::SYS_tgkill, vec![rule(&[own])?]);
+    // One's own limits, to be read.
+    calls.insert(libc::SYS_prlimit64, vec![rule(&[(0, SeccompCmpOp::Eq, 0), (2, SeccompCmpOp::Eq, 0)])?]);
+    let commands = [libc::F_GETFD, libc::F_SETFD, libc::F_GETFL, libc::F_DUPFD_CLOEXEC].map(number);
+    let mut descriptor = one_of(1, &commands)?;
+    // Not to be told of events by signals.
+    let is_silent = (2, SeccompCmpOp::MaskedEq(number(libc::O_ASYNC)), 0);
+    descriptor.push(rule(&[(1, SeccompCmpOp::Eq, number(libc::F_SETFL)), is_silent])?);
+    calls.insert(libc::SYS_fcntl, descriptor);
+    calls.insert(libc::SYS_ioctl, one_of(1, &REQUESTS)?);
+    // Memory that counts for the limit.
+    let private = (3, SeccompCmpOp::MaskedEq(MAP_TYPE), number(libc::MAP_PRIVATE));
+    // What is loaded is loaded; but the C library may look up names by a library of its own.
+    let no_code = (2, SeccompCmpOp::MaskedEq(number(libc::PROT_EXEC)), 0);
+    let is_dds = matches!(engine, Transport::Dds);
+    let memory = if is_dds { rule(&[private, no_code.clone()])? } else { rule(&[private])? };
+    calls.insert(libc::SYS_mmap, vec![memory]);
+    calls.insert(libc::SYS_mprotect, if is_dds { vec![rule(&[no_code])?] } else { Vec::new() });
+    let streams = [(0, SeccompCmpOp::Eq, number(libc::AF_UNIX)), kind(libc::SOCK_STREAM)];
+    calls.insert(libc::SYS_socketpair, vec![rule(&streams)?]);
+    calls.insert(libc::SYS_socket, sockets(is_dds)?);
+    if !is_dds {
+        for call in [libc::SYS_listen, libc::SYS_accept4, libc::SYS_lseek, libc::SYS_pread64, libc::SYS_statx]
+        {
+            calls.insert(call, Vec::new());
+        }
+        calls.insert(libc::SYS_newfstatat, Vec::new());
+        // Certificates and names of hosts, to be read.
+        let changing = number(libc::O_ACCMODE | libc::O_CREAT | libc::O_TRUNC | O_TMPFILE);
+        let reading = |flags: u8| rule(&[(flags, SeccompCmpOp::MaskedEq(changing), 0)]);
+        calls.insert(libc::SYS_openat, vec![reading(2)?]);
+        #[cfg(target_arch = "x86_64")]
+        calls.insert(libc::SYS_open, vec![reading(1)?]);
+    }
+    Ok(calls)
+}
+
+/// The part of the flags of `mmap` that says whose the memory is.
+const MAP_TYPE: u64 = 0xF;
+/// The flag of `open` that stands for a file without a name.
+const O_TMPFILE: libc::c_int = 0o20_000_000;
+/// Requests of `ioctl` that an engine needs: `FIONBIO`, `FIONREAD`, `FIOCLEX`, `TCGETS` (is this a
+/// terminal?), `SIOCGIFNAME` and `SIOCGIFINDEX`. In libc, their type differs between C libraries.
+const REQUESTS: [u64; 6] = [0x5421, 0x541B, 0x5451, 0x5401, 0x8910, 0x8933];
+
+/// IP datagrams, `NETLINK_ROUTE`, and IP streams but for DDS.
+fn sockets(is_dds: bool) -> Result<Vec<SeccompRule>, String> {
+    let family = |family| (0, SeccompCmpOp::Eq, number(family));
+    let routes = (2, SeccompCmpOp::Eq, number(libc::NETLINK_ROUTE));
+    let mut rules = vec![rule(&[family(libc::AF_NETLINK), routes])?];
+    for ip in [libc::AF_INET, libc::AF_INET6] {
+        rules.push(rule(&[family(ip), kind(libc::SOCK_DGRAM)])?);
+        if !is_dds {
+            rules.push(rule(&[family(ip), kind(libc::SOCK_STREAM)])?);
+        }
+    }
+    Ok(rules)
+}
+
+/// The kind of a socket; the rest of the argument are flags.
+fn kind(kind: libc::c_int) -> (u8, SeccompCmpOp, u64) {
+    (1, SeccompCmpOp::MaskedEq(0xF), number(kind))
+}
+
+/// The cases in which an argument has one of these values.
+fn one_of(argument: u8, values: &[u64]) -> Result<Vec<SeccompRule>, String> {
+    values.iter().map(|value| rule(&[(argument, SeccompCmpOp::Eq, *value)])).collect()
+}
+
+/// A case in which all conditions hold: position of the argument, comparison, value.
+fn rule(conditions: &[(u8, SeccompCmpOp, u64)]) -> Result<SeccompRule, String> {
+    let conditions = conditions.iter().map(|(argument, comparison, value)| {
+        SeccompCondition::new(*argument, SeccompCmpArgLen::Dword, comparison.clone(), *value).map_err(text)
+    });
+    SeccompRule::new(conditions.collect::<Result<_, _>>()?).map_err(text)
+}
+
+/// System calls that every engine needs, in all cases: of the C library, the libraries of Rust, RustDDS and
+/// Zenoh.
+fn always() -> Vec<i64> {
+    #[cfg_attr(not(target_arch = "x86_64"), expect(unused_mut))]
+    let mut calls = vec![
+        // Memory.
+        libc::SYS_brk,
+        libc::SYS_munmap,
+        libc::SYS_mremap,
+        libc::SYS_madvise,
+        libc::SYS_membarrier,
+        // Threads, and the end.
+        libc::SYS_clone3,
+        libc::SYS_set_robust_list,
+        libc::SYS_rseq,
+        libc::SYS_futex,
+        libc::SYS_sched_yield,
+        libc::SYS_sched_getaffinity,
+        libc::SYS_getcpu,
+        libc::SYS_gettid,
+        libc::SYS_getpid,
+        libc::SYS_exit,
+        libc::SYS_exit_group,
+        libc::SYS_restart_syscall,
+        // Signals to itself.
+        libc::SYS_rt_sigaction,
+        libc::SYS_rt_sigprocmask,
+        libc::SYS_rt_sigreturn,
+        libc::SYS_sigaltstack,
+        // Time and chance.
+        libc::SYS_clock_gettime,
+        libc::SYS_clock_getres,
+        libc::SYS_clock_nanosleep,
+        libc::SYS_nanosleep,
+        libc::SYS_gettimeofday,
+        libc::SYS_timerfd_create,
+        libc::SYS_timerfd_settime,
+        libc::SYS_getrandom,
+        // Descriptors.
+        libc::SYS_read,
+        libc::SYS_write,
+        libc::SYS_readv,
+        libc::SYS_writev,
+        libc::SYS_close,
+        libc::SYS_fstat,
+        libc::SYS_dup,
+        libc::SYS_pipe2,
+        libc::SYS_eventfd2,
+        libc::SYS_ppoll,
+        libc::SYS_epoll_create1,
+        libc::SYS_epoll_ctl,
+        libc::SYS_epoll_pwait,
+        libc::SYS_epoll_pwait2,
+        // Sockets that are open.
+        libc::SYS_bind,
+        libc::SYS_connect,
+        libc::SYS_getsockname,
+        libc::SYS_getpeername,
+        libc::SYS_getsockopt,
+        libc::SYS_setsockopt,
+        libc::SYS_sendto,
+        libc::SYS_sendmsg,
+        libc::SYS_sendmmsg,
+        libc::SYS_recvfrom,
+        libc::SYS_recvmsg,
+        libc::SYS_recvmmsg,
+        libc::SYS_shutdown,
+        // What computer this is.
+        libc::SYS_uname,
+        libc::SYS_sysinfo,
+        libc::SYS_getuid,
+        libc::SYS_geteuid,
+    ];
+    // The same in older words.
+    #[cfg(target_arch = "x86_64")]
+    calls.extend([libc::SYS_poll, libc::SYS_epoll_wait, libc::SYS_time]);
+    calls
+}
+
+/// Flags and families are never negative.
+fn number(flags: libc::c_int) -> u64 {
+    flags.unsigned_abs().into()
+}
+
+#[allow(clippy::needless_pass_by_value)] // for map_err
+fn text(error: impl ToString) -> String {
+    error.to_string()
+}

@@ -1,0 +1,147 @@
+//! A sample that a participant sends to itself: it comes back only while RustDDS sends and receives.
+//!
+//! Without a network it does not, nor on a loopback without multicast, where RustDDS sends nothing to itself.
+//! What RustDDS's thread then still does is to notice that no sample came within the deadline that the reader
+//! asks for.
+//!
+//! The topic is not a ROS topic, and each participant has its own, so that no one else reads it. Its name
+//! begins with `DCPS`, as the topics of DDS itself: ROS 2 omits them from its lists and from its search for
+//! hashes of types. A sample may get lost, as the next comes soon.
+
+use std::task::Waker;
+use std::time::Instant;
+
+use rustdds::dds::result::CreateResult;
+use rustdds::no_key::{DeserializedCacheChange, SimpleDataReaderCdr};
+use rustdds::policy::{Deadline, Durability, History, Reliability};
+use rustdds::{
+    DataReaderStatus, DomainParticipant, Duration, Publisher, QosPolicyBuilder, RTPSEntity, StatusEvented,
+    Subscriber, TopicKind,
+};
+
+use super::discovery_probe::{Prefix, prefix};
+use super::sample::SampleWriter;
+use super::witness::Witness;
+use ros_messages::cdr::CdrBytes;
+
+/// Echoes and events taken at once; more than ever wait.
+const MAX_AT_ONCE: usize = 16;
+/// Time after which a missing echo is noticed.
+const DEADLINE: Duration = Duration::from_millis(200);
+
+/// Signs of life of RustDDS.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct SignsOfLife {
+    /// The highest number that came back since the last call.
+    pub(super) echo: Option<u64>,
+    /// RustDDS's thread has noticed since the last call that a sample is missing.
+    pub(super) noticed_silence: bool,
+    /// Samples that have arrived since the last call at a reader beside the participant.
+    pub(super) witnessed: u64,
+}
+
+/// A writer and a reader of numbers on one participant.
+pub(super) struct Echo {
+    writer: SampleWriter,
+    reader: SimpleDataReaderCdr<u64>,
+    /// `None` where the loopback cannot be used.
+    witness: Option<Witness>,
+}
+
+impl Echo {
+    /// Puts the two on a participant.
+    pub(super) fn new(
+        domain: &DomainParticipant,
+        publisher: &Publisher,
+        subscriber: &Subscriber,
+    ) -> CreateResult<Self> {
+        let qos = QosPolicyBuilder::new()
+            .reliability(Reliability::BestEffort)
+            .durability(Durability::Volatile)
+            .history(History::KeepLast { depth: 1 })
+            .deadline(Deadline(DEADLINE))
+            .build();
+        let guid = domain.guid().to_bytes();
+        let name = guid.iter().take(12).map(|byte| format!("{byte:02x}")).collect::<String>();
+        let (name, type_name) = (format!("DCPS_signal_gateway/echo/{name}"), "signal_gateway::Echo");
+        let witness = Witness::new(
+            prefix(&guid),
+            (domain.domain_id(), domain.participant_id()),
+            (&name, type_name),
+            Instant::now(),
+        );
+        let topic = domain.create_topic(name, type_name.to_owned(), &qos, TopicKind::NoKey)?;
+        Ok(Self {
+            witness,
+            writer: publisher.create_datawriter_no_key(&topic, None)?,
+            reader: subscriber.create_simple_datareader_no_key(&topic, None)?,
+        })
+    }
+
+    /// True for the identity of what stands beside the participant.
+    pub(super) fn is_witness(&self, peer: &Prefix) -> bool {
+        self.witness.as_ref().is_some_and(|witness| witness.prefix == *peer)
+    }
+
+    /// Sends a number; the error is the text of RustDDS.
+    pub(super) fn send(&self, number: u64) -> Result<(), String> {
+        let bytes = CdrBytes::from(number.to_le_bytes().to_vec());
+        self.writer.write(bytes, None).map_err(|error| error.to_string())
+    }
+
+    /// Takes the signs of life since the last call; has `waker` called when an echo comes back.
+    pub(super) fn take(&mut self, waker: &Waker, now: Instant) -> SignsOfLife {
+        self.reader.set_waker(Some(waker.clone()));
+        self.reader.drain_read_notifications();
+        let numbers = (0..MAX_AT_ONCE).map_while(|_| self.reader.try_take_one().ok().flatten());
+        let echo = numbers.map(DeserializedCacheChange::into_value).max();
+        let events = (0..MAX_AT_ONCE).map_while(|_| self.reader.try_recv_status());
+        let is_missed =
+            |event: &DataReaderStatus| matches!(event, DataReaderStatus::RequestedDeadlineMissed { .. });
+        // Each is taken, so that none is taken for a later one.
+        let noticed_silence = events.filter(|event| is_missed(event)).count() > 0;
+        let witnessed = self.witness.as_mut().map_or(0, |witness| witness.look(now));
+        SignsOfLife { echo, noticed_silence, witnessed }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::Ipv4Addr;
+    use std::sync::Arc;
+
+    use rustdds::{DomainParticipantBuilder, QosPolicies};
+
+    use super::*;
+    use crate::waiting::wait_for;
+    use crate::wakeup::Wakeup;
+
+    /// A domain that no other test is in.
+    const DOMAIN: u16 = 230;
+
+    #[test]
+    fn samples_arrive_at_a_reader_beside_the_participant_and_at_the_one_after_it() {
+        let builder = DomainParticipantBuilder::new(DOMAIN).with_only_networks([Ipv4Addr::LOCALHOST]);
+        let domain = builder.build().unwrap();
+        let publisher = domain.create_publisher(&QosPolicies::default()).unwrap();
+        let subscriber = domain.create_subscriber(&QosPolicies::default()).unwrap();
+        let mut echo = Echo::new(&domain, &publisher, &subscriber).unwrap();
+        let waker = Waker::from(Arc::new(Wakeup::default()));
+        let (mut now, mut number) = (Instant::now(), 0);
+        // Later ones are other readers.
+        for _ in 0..4 {
+            now += std::time::Duration::from_secs(3);
+            let mut is_first = true;
+            wait_for("a sample", || {
+                number += 1;
+                now += std::time::Duration::from_millis(5);
+                echo.send(number).unwrap();
+                let witnessed = echo.take(&waker, now).witnessed;
+                // What came before belongs to the reader before.
+                (!std::mem::take(&mut is_first) && witnessed > 0).then_some(())
+            });
+        }
+        let witness = echo.witness.as_ref().unwrap().prefix;
+        assert!(echo.is_witness(&witness) && !echo.is_witness(&prefix(&domain.guid().to_bytes())));
+    }
+}

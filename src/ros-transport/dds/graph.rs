@@ -1,0 +1,206 @@
+//! The node in the ROS 2 graph: its names, and the `ros_discovery_info` message.
+//!
+//! DDS knows participants and endpoints; which of them make up a node is stated by a message that every
+//! ROS 2 participant publishes. Its identifiers are 24 bytes long up to Humble and 16 bytes since
+//! Iron; that is all that differs between the builds.
+//!
+//! On a network of the other layout an entry of ours cannot be read, and with Cyclone DDS in Humble `ros2
+//! node list` then fails for everybody. So the messages of others are looked at, and the entry is taken back
+//! when one of them has the other layout.
+
+use std::task::Waker;
+
+use ros2_client::Gid;
+use ros2_client::builtin_topics::ros_discovery::{QOS_PUB, TOPIC_NAME, TYPE_NAME};
+use ros2_client::entities_info::{NodeEntitiesInfo, ParticipantEntitiesInfo};
+use ros2_client::names::NodeName;
+use rustdds::dds::result::CreateResult;
+use rustdds::no_key::DataWriterCdr;
+use rustdds::{DomainParticipant, GUID, Publisher, RTPSEntity, Subscriber, Timestamp, TopicKind};
+
+use super::topic_reader::{DdsTopicReader, TakenSample};
+use crate::distribution::{DISTRO, LENGTHS, identifier_length};
+use crate::link::SampleEncoding;
+
+/// Publishes to the graph which writers and readers belong to our node.
+pub(super) struct GraphEntry {
+    participant: GUID,
+    node: NodeName,
+    writer: DataWriterCdr<ParticipantEntitiesInfo>,
+    reader: DdsTopicReader,
+}
+
+impl GraphEntry {
+    /// An entry that is not announced yet.
+    pub(super) fn new(
+        participant: &DomainParticipant,
+        publisher: &Publisher,
+        subscriber: &Subscriber,
+        node: NodeName,
+    ) -> CreateResult<Self> {
+        let topic = participant.create_topic(
+            TOPIC_NAME.to_owned(),
+            TYPE_NAME.to_owned(),
+            &QOS_PUB,
+            TopicKind::NoKey,
+        )?;
+        let writer = publisher.create_datawriter_no_key_cdr(&topic, None)?;
+        let reader = DdsTopicReader::new(subscriber, &topic, None)?;
+        Ok(Self { participant: participant.guid(), node, writer, reader })
+    }
+
+    /// True if a message of the other layout has arrived since the last call; has `waker` called when one
+    /// arrives.
+    pub(super) fn meets_other_layout(&self, waker: &Waker) -> bool {
+        let mut is_met = false;
+        let has_more = self.reader.take(waker, |taken| {
+            if let TakenSample::Sample(_, _, encoded) = taken {
+                let own = identifier_length(DISTRO);
+                is_met |= layout(&encoded.bytes, encoded.encoding).is_some_and(|length| length != own);
+            }
+            !is_met
+        });
+        if has_more {
+            waker.wake_by_ref();
+        }
+        is_met
+    }
+
+    /// Replaces the writers and readers that the graph lists for our node.
+    pub(super) fn announce(
+        &self,
+        writers: impl IntoIterator<Item = GUID>,
+        readers: impl IntoIterator<Item = GUID>,
+    ) {
+        let info = entities(self.participant, &self.node, writers, readers);
+        if let Err(error) = self.writer.write(info, Some(Timestamp::now())) {
+            tracing::warn!("the node is not shown in the ROS 2 graph: {error}");
+        }
+    }
+}
+
+/// The length of the identifiers of a message; `None` for one that neither layout explains.
+fn layout(bytes: &[u8], encoding: SampleEncoding) -> Option<usize> {
+    LENGTHS.into_iter().find(|length| {
+        let mut cursor = Cursor { bytes, at: 0, encoding };
+        cursor.participant(*length).is_some() && bytes.len() - cursor.at < 4
+    })
+}
+
+/// A place in a message in CDR. Each step is `None` where the message ends.
+struct Cursor<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    encoding: SampleEncoding,
+}
+
+impl Cursor<'_> {
+    fn participant(&mut self, identifier: usize) -> Option<()> {
+        self.skip(identifier)?;
+        for _ in 0..self.count()? {
+            for _text in ["namespace", "name"] {
+                let length = self.count()?;
+                self.skip(usize::try_from(length).ok()?)?;
+            }
+            for _list in ["readers", "writers"] {
+                let count = usize::try_from(self.count()?).ok()?;
+                self.skip(count.checked_mul(identifier)?)?;
+            }
+        }
+        Some(())
+    }
+
+    fn count(&mut self) -> Option<u32> {
+        let at = self.at.next_multiple_of(4);
+        let bytes = self.bytes.get(at..)?.first_chunk()?;
+        self.at = at + 4;
+        Some(match self.encoding {
+            SampleEncoding::Little => u32::from_le_bytes(*bytes),
+            SampleEncoding::Big => u32::from_be_bytes(*bytes),
+        })
+    }
+
+    fn skip(&mut self, length: usize) -> Option<()> {
+        self.at = self.at.checked_add(length).filter(|at| *at <= self.bytes.len())?;
+        Some(())
+    }
+}
+
+fn entities(
+    participant: GUID,
+    node: &NodeName,
+    writers: impl IntoIterator<Item = GUID>,
+    readers: impl IntoIterator<Item = GUID>,
+) -> ParticipantEntitiesInfo {
+    let mut entry = NodeEntitiesInfo::new(node.clone());
+    for reader in readers {
+        entry.add_reader(Gid::from(reader));
+    }
+    for writer in writers {
+        entry.add_writer(Gid::from(writer));
+    }
+    ParticipantEntitiesInfo::new(Gid::from(participant), vec![entry])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A participant's identifier, then a sequence of nodes: namespace, name, readers, writers.
+    #[test]
+    fn identifiers_have_the_length_of_the_distribution() {
+        let long = if DISTRO == "humble" { 24 } else { 16 };
+        let listed = |first: u8| {
+            let mut bytes = vec![0; long];
+            bytes[0] = first;
+            bytes
+        };
+        let guid = |first: u8| {
+            let mut bytes = [0; 16];
+            bytes[0] = first;
+            GUID::from_bytes(bytes)
+        };
+        let node = NodeName::new("/", "gw1").unwrap();
+        let info = entities(guid(1), &node, [guid(2), guid(3)], [guid(4)]);
+        let bytes = cdr_encoding::to_vec::<_, byteorder::LittleEndian>(&info).unwrap();
+        let expected = [
+            listed(1),
+            vec![1, 0, 0, 0],                      // one node
+            vec![2, 0, 0, 0, b'/', 0, 0, 0],       // namespace
+            vec![4, 0, 0, 0, b'g', b'w', b'1', 0], // name
+            vec![1, 0, 0, 0],                      // one reader
+            listed(4),
+            vec![2, 0, 0, 0], // two writers
+            listed(2),
+            listed(3),
+        ]
+        .concat();
+        assert_eq!(bytes, expected);
+        assert_eq!(layout(&bytes, SampleEncoding::Little), Some(long));
+    }
+
+    #[test]
+    fn the_layout_of_a_message_is_recognised() {
+        let encoded = |length: usize, nodes: u32, listed: u32| {
+            let mut bytes = vec![7; length];
+            bytes.extend(nodes.to_be_bytes());
+            for _ in 0..nodes {
+                bytes.extend([0, 0, 0, 2, b'/', 0, 0, 0, 0, 0, 0, 4, b'g', b'w', b'1', 0]);
+                for _ in 0..2 {
+                    bytes.extend(listed.to_be_bytes());
+                    bytes.extend(vec![9; length * listed as usize]);
+                }
+            }
+            bytes
+        };
+        for (length, nodes, listed) in
+            [(16, 0, 0), (24, 0, 0), (16, 1, 0), (24, 1, 0), (16, 2, 3), (24, 2, 3)]
+        {
+            let bytes = encoded(length, nodes, listed);
+            assert_eq!(layout(&bytes, SampleEncoding::Big), Some(length), "{nodes} nodes, {listed}");
+            assert_eq!(layout(&bytes[..bytes.len() - 4], SampleEncoding::Big), None);
+        }
+        let endless = [vec![0; 16], vec![255; 20]].concat();
+        assert_eq!(layout(&endless, SampleEncoding::Little), None);
+    }
+}

@@ -1,0 +1,473 @@
+//! One participant with everything on it: node, topics, writers, and who reads them.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::net::IpAddr;
+use std::pin::Pin;
+use std::task::{Context, Poll, Waker};
+use std::time::{Duration, Instant};
+
+use futures_util::Stream as _;
+use ros2_client::names::{MessageTypeName, Name, NodeName};
+use rustdds::dds::result::{CreateError, CreateResult};
+use rustdds::policy::{self, History};
+use rustdds::{
+    DomainParticipant, DomainParticipantBuilder, DomainParticipantStatusEvent,
+    DomainParticipantStatusListener, EndpointDescription, GUID, LostReason, QosPolicies, QosPolicyBuilder,
+    RTPSEntity, StatusEvented, Subscriber, Topic, TopicKind,
+};
+
+use super::discovery_probe::{MissingPeers, Prefix, prefix};
+use super::echo::{Echo, SignsOfLife};
+use super::graph::GraphEntry;
+use super::service_server::DdsServiceServer;
+use super::silent_writers::ReadWriter;
+use super::topic_reader::{DdsTopicReader, TakenSample};
+use super::topic_writer::DdsTopicWriter;
+use super::type_check::TypeCheck;
+use crate::link::{NetworkSettings, Order, ReadTopic};
+use crate::parameters::Parameters;
+use crate::qos::{Delivery, Durability, LOG_LIFESPAN, Reliability};
+
+/// Writers of others that are remembered: a bound against floods.
+const MAX_OTHER_WRITERS: usize = 1000;
+
+/// Makes a participant; it announces itself at once.
+pub(super) fn participant(settings: &NetworkSettings) -> CreateResult<DomainParticipant> {
+    participant_of(settings.domain_id, &settings.only_networks)
+}
+
+/// Makes a participant of a domain on these own addresses, all of them if empty.
+pub(super) fn participant_of(domain_id: u16, only_networks: &[IpAddr]) -> CreateResult<DomainParticipant> {
+    let builder = DomainParticipantBuilder::new(domain_id);
+    if only_networks.is_empty() {
+        builder.build()
+    } else {
+        builder.with_only_networks(only_networks.iter().copied()).build()
+    }
+}
+
+/// Node, writers and readers on one DDS participant. Dropping it leaves the graph.
+pub(super) struct Participant {
+    /// Writers, in the order of the settings.
+    topic_writers: Vec<DdsTopicWriter>,
+    /// Readers, in the order of the settings.
+    topic_readers: Vec<DdsTopicReader>,
+    /// `None` when the node has no services.
+    service_server: Option<DdsServiceServer>,
+    /// `None` when the node is left out of the graph.
+    graph: Option<GraphEntry>,
+    echo: Echo,
+    /// The remote endpoints that each of our writers and readers is matched with.
+    matched: BTreeMap<GUID, BTreeSet<GUID>>,
+    /// Writers of others on topics of ours, each with the position of the topic among our writers. RustDDS
+    /// does not match them.
+    other_writers: BTreeMap<GUID, usize>,
+    /// Topic names of the writers, then of the readers.
+    names: Vec<String>,
+    type_check: TypeCheck,
+    events: DomainParticipantStatusListener,
+    /// Number of writers that were replaced by new ones. RustDDS keeps a few kilobytes of each for as long as
+    /// the participant lives.
+    pub(super) replaced_writers: u32,
+    /// Participants of others that are there.
+    pub(super) peers: u32,
+    /// The most bytes that the writers may hold together until their readers have acknowledged them.
+    max_history: usize,
+    /// The last field: RustDDS requires endpoints to be dropped before their participant.
+    domain: DomainParticipant,
+}
+
+impl Participant {
+    /// Puts node, topics, writers and readers on a participant.
+    pub(super) fn new(settings: &NetworkSettings, domain: DomainParticipant) -> Result<Self, String> {
+        let node = NodeName::new(&settings.namespace, &settings.node).map_err(|why| why.to_string())?;
+        let events = domain.status_listener();
+        let publisher = domain.create_publisher(&QosPolicies::default()).map_err(dds)?;
+        let subscriber = domain.create_subscriber(&QosPolicies::default()).map_err(dds)?;
+        let topic_writers = settings
+            .written
+            .iter()
+            .map(|written| {
+                let lifespan = (written.delivery == Delivery::Log).then_some(LOG_LIFESPAN);
+                let qos = qos(Reliability::Reliable, written.durability, written.depth, lifespan);
+                let topic = topic(&domain, &node, &written.name, &written.type_name, &qos)?;
+                DdsTopicWriter::new(&publisher, topic, written).map_err(dds)
+            })
+            .collect::<Result<Vec<_>, String>>()?;
+        let topic_readers = settings
+            .read
+            .iter()
+            .map(|read| topic_reader((&domain, &subscriber), &node, read, read.durability))
+            .collect::<Result<Vec<_>, String>>()?;
+        let serve = |contents| DdsServiceServer::new((&domain, &publisher, &subscriber), &node, contents);
+        let service_server = settings.services.clone().map(serve).transpose()?;
+        let written = settings.written.iter().map(|written| written.name.clone());
+        let read = settings.read.iter().map(|read| read.name.clone());
+        let graph =
+            settings.graph.then(|| GraphEntry::new(&domain, &publisher, &subscriber, node)).transpose();
+        let written_types = settings.written.iter().map(|written| (&written.name, &written.type_name));
+        let read_types = settings.read.iter().map(|read| (&read.name, &read.type_name));
+        let participant = Self {
+            topic_writers,
+            topic_readers,
+            service_server,
+            graph: graph.map_err(dds)?,
+            echo: Echo::new(&domain, &publisher, &subscriber).map_err(dds)?,
+            matched: BTreeMap::new(),
+            other_writers: BTreeMap::new(),
+            names: written.chain(read).collect(),
+            type_check: TypeCheck::new(written_types, read_types),
+            events,
+            replaced_writers: 0,
+            peers: 0,
+            max_history: settings.history_bytes,
+            domain,
+        };
+        participant.announce();
+        Ok(participant)
+    }
+
+    /// The prefix of the participant's identity.
+    pub(super) fn prefix(&self) -> Prefix {
+        prefix(&self.domain.guid().to_bytes())
+    }
+
+    /// Sends a number to itself over the network.
+    pub(super) fn send_echo(&self, number: u64) -> Result<(), String> {
+        self.echo.send(number)
+    }
+
+    /// Takes the signs of life since the last call; has `waker` called when an echo comes back.
+    pub(super) fn take_signs_of_life(&mut self, waker: &Waker, now: Instant) -> SignsOfLife {
+        self.echo.take(waker, now)
+    }
+
+    /// Publishes or withdraws on the topic at a position of the settings.
+    pub(super) fn carry_out(&mut self, position: usize, order: &Order) -> Result<(), String> {
+        let Some(topic_writer) = self.topic_writers.get_mut(position) else { return Ok(()) };
+        let readers = matches(&self.matched, topic_writer.guid());
+        let is_new = match order {
+            Order::Publish(samples) => topic_writer.publish(samples, readers).map(|()| false),
+            Order::Withdraw => topic_writer.withdraw(),
+        }?;
+        if is_new {
+            self.replaced_writers += 1;
+            self.announce();
+        }
+        Ok(())
+    }
+
+    /// Takes received samples, each with the position of its subscription, until `hand_over` wants no more.
+    /// True when there are more.
+    pub(super) fn take(&self, waker: &Waker, mut hand_over: impl FnMut(u16, TakenSample) -> bool) -> bool {
+        let mut is_more = false;
+        for (subscription, topic_reader) in (0..=u16::MAX).zip(&self.topic_readers) {
+            is_more |= topic_reader.take(waker, |taken| hand_over(subscription, taken));
+        }
+        is_more
+    }
+
+    /// Replaces the parameters, where there are services for them.
+    pub(super) fn set_parameters(&mut self, parameters: &Parameters) {
+        if let Some(server) = &mut self.service_server {
+            server.set_parameters(parameters.clone());
+        }
+    }
+
+    /// Answers requests for parameters, and has `waker` called when more arrive. Gives the number of those
+    /// that were not answered.
+    pub(super) fn serve(&mut self, waker: &Waker) -> u64 {
+        let matched = &self.matched;
+        self.service_server.as_mut().map_or(0, |server| server.serve(waker, matched, Instant::now()))
+    }
+
+    /// Publishes what is current to new readers, and forgets its history when none is left.
+    pub(super) fn settle(&mut self) -> Result<(), String> {
+        let (mut replaced, mut outcome) = (0, Ok(()));
+        for topic_writer in &mut self.topic_writers {
+            match topic_writer.settle(matches(&self.matched, topic_writer.guid())) {
+                Ok(is_new_writer) => replaced += u32::from(is_new_writer),
+                Err(error) => outcome = Err(error),
+            }
+        }
+        match self.bound_history() {
+            Ok(is_new_writer) => replaced += u32::from(is_new_writer),
+            Err(error) => outcome = Err(error),
+        }
+        if replaced > 0 {
+            self.replaced_writers += replaced;
+            self.announce();
+        }
+        outcome
+    }
+
+    /// Drops the longest history when all are too long together. True when that made a new writer.
+    fn bound_history(&mut self) -> Result<bool, String> {
+        if self.topic_writers.iter().map(DdsTopicWriter::history_bytes).sum::<usize>() <= self.max_history {
+            return Ok(false);
+        }
+        tracing::warn!(
+            "more than {} MB of samples are kept for readers: the topic with most of them begins anew; raise [ros] \
+             memory_limit_mb",
+            self.max_history >> 20
+        );
+        let longest = self.topic_writers.iter_mut().max_by_key(|writer| writer.history_bytes());
+        longest.map_or(Ok(false), DdsTopicWriter::begin_anew)
+    }
+
+    /// True if each writer had everything acknowledged at some moment since the last call; waits some
+    /// milliseconds for it.
+    pub(super) fn is_acknowledged(&mut self) -> bool {
+        let mut is_acknowledged = true;
+        // Called for each, since the call begins a new interval.
+        for topic_writer in &mut self.topic_writers {
+            is_acknowledged &= topic_writer.is_acknowledged();
+        }
+        is_acknowledged
+    }
+
+    /// Matched readers of each topic that is written.
+    pub(super) fn readers(&self) -> impl Iterator<Item = usize> {
+        self.topic_writers.iter().map(|topic_writer| matches(&self.matched, topic_writer.guid()))
+    }
+
+    /// True while this writer is matched with the reader of its subscription.
+    pub(super) fn reads(&self, (subscription, writer): &ReadWriter) -> bool {
+        let reader = self.topic_readers.get(usize::from(*subscription));
+        let writers = reader.and_then(|reader| self.matched.get(&reader.guid()));
+        writers.is_some_and(|writers| writers.contains(writer))
+    }
+
+    /// Matched writers of each subscription.
+    pub(super) fn writers(&self) -> impl Iterator<Item = usize> {
+        self.topic_readers.iter().map(|topic_reader| matches(&self.matched, topic_reader.guid()))
+    }
+
+    /// Writers of others on each topic that is written.
+    pub(super) fn other_writers(&self) -> impl Iterator<Item = usize> {
+        let on = |position| self.other_writers.values().filter(|at| **at == position).count();
+        (0..self.topic_writers.len()).map(on)
+    }
+
+    /// True if all remote endpoints that are matched with `other` are matched with this one too.
+    pub(super) fn serves_all_of(&self, other: &Self) -> bool {
+        let served: BTreeSet<&GUID> = self.matched.values().flatten().collect();
+        other.matched.values().flatten().all(|peer| served.contains(peer))
+    }
+
+    /// Takes the events of the network since the last call, and has `waker` called when more occur; peers
+    /// whose lease ran out are added to `missing`, except those in `own`.
+    pub(super) fn observe(
+        &mut self,
+        waker: &Waker,
+        missing: &mut MissingPeers,
+        own: &[Prefix],
+    ) -> Result<(), String> {
+        let mut outcome = Ok(());
+        while let Some(event) = self.next_event(waker) {
+            #[allow(clippy::wildcard_enum_match_arm)] // a foreign enum that may grow
+            match event {
+                DomainParticipantStatusEvent::RemoteReaderMatched { local_writer, remote_reader } => {
+                    self.matched.entry(local_writer).or_default().insert(remote_reader);
+                }
+                DomainParticipantStatusEvent::RemoteWriterMatched { local_reader, remote_writer } => {
+                    self.matched.entry(local_reader).or_default().insert(remote_writer);
+                }
+                DomainParticipantStatusEvent::ReaderLost { guid, .. }
+                | DomainParticipantStatusEvent::WriterLost { guid, .. } => {
+                    self.forget(|peer| *peer == guid);
+                }
+                DomainParticipantStatusEvent::ParticipantDiscovered { dpd } => {
+                    let peer = prefix(&dpd.guid.to_bytes());
+                    // One that is missing stays so: RustDDS does not match the endpoints of a peer that it
+                    // finds again.
+                    self.peers += u32::from(!own.contains(&peer) && !self.echo.is_witness(&peer));
+                }
+                DomainParticipantStatusEvent::ParticipantLost { id, reason } => {
+                    let peer = prefix(id.as_ref());
+                    let is_own = own.contains(&peer) || self.echo.is_witness(&peer);
+                    self.peers = self.peers.saturating_sub(u32::from(!is_own));
+                    self.forget(|peer| peer.prefix == id);
+                    match reason {
+                        LostReason::Disposed => missing.remove(&peer),
+                        LostReason::Timeout { lease, .. } if !is_own => {
+                            tracing::warn!("a DDS peer was silent for longer than its lease of {lease:?}");
+                            missing.insert(peer, Instant::now());
+                        }
+                        LostReason::Timeout { .. } => {}
+                    }
+                }
+                DomainParticipantStatusEvent::ReaderDetected { reader } => {
+                    self.type_check.reader(&reader.topic_name, &reader.type_name);
+                    outcome = outcome.and(self.meet_reader(&reader));
+                }
+                DomainParticipantStatusEvent::WriterDetected { writer } => {
+                    self.type_check.writer(&writer.topic_name, &writer.type_name);
+                    self.note_other_writer(writer.guid, &writer.topic_name, own);
+                }
+                DomainParticipantStatusEvent::RemoteReaderQosIncompatible { local_writer, .. } => {
+                    tracing::warn!(
+                        "a reader of {} requests more than this writer offers, e.g. transient_local from volatile; \
+                         it receives nothing",
+                        self.topic_of(local_writer)
+                    );
+                }
+                DomainParticipantStatusEvent::RemoteWriterQosIncompatible { local_reader, .. } => {
+                    tracing::warn!(
+                        "a writer of {} offers less than this reader requests, e.g. best effort instead of \
+                         reliable; it is not read",
+                        self.topic_of(local_reader)
+                    );
+                }
+                _ => {}
+            }
+        }
+        let ours: Vec<GUID> = self.endpoints().collect();
+        self.matched.retain(|local, _| ours.contains(local));
+        outcome
+    }
+
+    fn next_event(&self, waker: &Waker) -> Option<DomainParticipantStatusEvent> {
+        let mut events = self.events.as_async_status_stream();
+        match Pin::new(&mut events).poll_next(&mut Context::from_waker(waker)) {
+            Poll::Ready(event) => event,
+            Poll::Pending => None,
+        }
+    }
+
+    /// Keeps a reader of one of our topics that asks for history from being handed what is outdated.
+    fn meet_reader(&mut self, reader: &EndpointDescription) -> Result<(), String> {
+        let asks_for_history =
+            reader.qos.durability().is_some_and(|durability| durability > policy::Durability::Volatile);
+        let Some(position) = self.written_position(&reader.topic_name).filter(|_| asks_for_history) else {
+            return Ok(());
+        };
+        let Some(topic_writer) = self.topic_writers.get_mut(position) else { return Ok(()) };
+        let is_met = self.matched.get(&topic_writer.guid()).is_some_and(|peers| peers.contains(&reader.guid));
+        if !is_met && topic_writer.meet_late_reader()? {
+            self.replaced_writers += 1;
+            self.announce();
+        }
+        Ok(())
+    }
+
+    /// The position of the writer of a topic with this DDS name.
+    fn written_position(&self, dds_name: &str) -> Option<usize> {
+        let written = self.names.iter().take(self.topic_writers.len());
+        written.into_iter().position(|name| dds_name.strip_prefix("rt") == Some(name))
+    }
+
+    /// Remembers a writer on a topic that we write. A gateway that was killed is no such writer: it does not
+    /// announce itself any more, and what replaces it hears only announcements.
+    fn note_other_writer(&mut self, writer: GUID, topic: &str, own: &[Prefix]) {
+        let position = self.written_position(topic);
+        let is_own = own.contains(&prefix(&writer.to_bytes()));
+        if let Some(position) = position.filter(|_| !is_own && self.other_writers.len() < MAX_OTHER_WRITERS) {
+            self.other_writers.insert(writer, position);
+        }
+    }
+
+    fn forget(&mut self, gone: impl Fn(&GUID) -> bool) {
+        self.other_writers.retain(|writer, _| !gone(writer));
+        for peers in self.matched.values_mut() {
+            peers.retain(|peer| !gone(peer));
+        }
+    }
+
+    fn endpoints(&self) -> impl Iterator<Item = GUID> {
+        let writers = self.topic_writers.iter().map(DdsTopicWriter::guid);
+        let readers = self.topic_readers.iter().map(DdsTopicReader::guid);
+        let services = self.service_server.iter();
+        writers.chain(readers).chain(services.flat_map(|server| server.writers().chain(server.readers())))
+    }
+
+    fn topic_of(&self, local: GUID) -> &str {
+        let position = self.endpoints().position(|endpoint| endpoint == local);
+        position.and_then(|position| self.names.get(position)).map_or("a topic", String::as_str)
+    }
+
+    /// Takes our node out of the graph when the other nodes' graph has the other layout; returns true if it
+    /// did so.
+    pub(super) fn leave_other_graph(&mut self, waker: &Waker) -> bool {
+        let left = self.graph.take_if(|graph| graph.meets_other_layout(waker));
+        left.is_some()
+    }
+
+    /// Takes our node out of the graph.
+    pub(super) fn leave_graph(&mut self) {
+        self.graph = None;
+    }
+
+    fn announce(&self) {
+        if let Some(graph) = &self.graph {
+            let services = || self.service_server.iter();
+            let writers = self.topic_writers.iter().map(DdsTopicWriter::guid);
+            let readers = self.topic_readers.iter().map(DdsTopicReader::guid);
+            graph.announce(
+                writers.chain(services().flat_map(DdsServiceServer::writers)),
+                readers.chain(services().flat_map(DdsServiceServer::readers)),
+            );
+        }
+    }
+}
+
+fn matches(matched: &BTreeMap<GUID, BTreeSet<GUID>>, local: GUID) -> usize {
+    matched.get(&local).map_or(0, BTreeSet::len)
+}
+
+#[allow(clippy::needless_pass_by_value)] // for map_err
+pub(super) fn dds(error: CreateError) -> String {
+    error.to_string()
+}
+
+/// A reader of a topic of the settings, with this durability.
+pub(super) fn topic_reader(
+    (domain, subscriber): (&DomainParticipant, &Subscriber),
+    node: &NodeName,
+    read: &ReadTopic,
+    durability: Durability,
+) -> Result<DdsTopicReader, String> {
+    let qos = |durability| qos(read.reliability, durability, read.depth, None);
+    let topic = topic(domain, node, &read.name, &read.type_name, &qos(read.durability))?;
+    DdsTopicReader::new(subscriber, &topic, Some(qos(durability))).map_err(dds)
+}
+
+fn topic(
+    participant: &DomainParticipant,
+    node: &NodeName,
+    name: &str,
+    (package, message): &(String, String),
+    qos: &QosPolicies,
+) -> Result<Topic, String> {
+    let parsed = Name::parse(name).map_err(|why| format!("topic `{name}`: {why}"))?;
+    let type_name = MessageTypeName::new(package, message).dds_msg_type();
+    participant
+        .create_topic(parsed.to_dds_name("rt", node, ""), type_name, qos, TopicKind::NoKey)
+        .map_err(dds)
+}
+
+fn qos(
+    reliability: Reliability,
+    durability: Durability,
+    depth: i32,
+    lifespan: Option<Duration>,
+) -> QosPolicies {
+    let durability = match durability {
+        Durability::TransientLocal => policy::Durability::TransientLocal,
+        Durability::Volatile => policy::Durability::Volatile,
+    };
+    let reliability = match reliability {
+        Reliability::Reliable => {
+            policy::Reliability::Reliable { max_blocking_time: rustdds::Duration::from_millis(10) }
+        }
+        Reliability::BestEffort => policy::Reliability::BestEffort,
+    };
+    let mut qos = QosPolicyBuilder::new()
+        .reliability(reliability)
+        .durability(durability)
+        .history(History::KeepLast { depth });
+    if let Some(lifespan) = lifespan {
+        qos = qos.lifespan(policy::Lifespan { duration: lifespan.into() });
+    }
+    qos.build()
+}

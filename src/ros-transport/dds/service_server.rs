@@ -1,0 +1,229 @@
+//! The services of the node. Requests are answered here, where they arrive: they never reach the gateway.
+//!
+//! A response waits until a reader of the client's participant is matched, since no one would get it before.
+//! Changes, which a reload makes, are told on `/parameter_events`.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::task::Waker;
+use std::time::{Duration, Instant};
+
+use ros2_client::names::NodeName;
+use rustdds::no_key::{DeserializedCacheChange, SimpleDataReader};
+use rustdds::policy::{Durability, History, Reliability};
+use rustdds::{
+    DomainParticipant, GUID, Publisher, QosPolicyBuilder, RTPSEntity, SampleIdentity, SequenceNumber,
+    Subscriber, TopicKind, WriteOptionsBuilder,
+};
+
+use super::sample::SampleWriter;
+use super::topic_reader::{AsBytes, Copied, EncodedSample};
+use crate::parameters::{MAX_REQUEST, Middleware, NodeService, Parameters, ServiceContents};
+use crate::wall_clock::now;
+use ros_messages::cdr::CdrBytes;
+
+/// Topic and type of the events, by their names in DDS.
+const EVENTS: (&str, &str) = ("rt/parameter_events", "rcl_interfaces::msg::dds_::ParameterEvent_");
+/// Requests of one service that are taken before others have their turn.
+const MAX_AT_ONCE: usize = 16;
+/// Responses that may wait for their client.
+const MAX_WAITING: usize = 64;
+/// Longest wait for the client's reader.
+const PATIENCE: Duration = Duration::from_secs(2);
+/// Samples that a reader and a writer keep.
+const DEPTH: i32 = 16;
+/// Numbers of client and request before it, bytes.
+const MAX_SAMPLE: usize = MAX_REQUEST + 16;
+
+/// The services of one participant.
+pub(super) struct DdsServiceServer {
+    contents: ServiceContents,
+    /// The node with its namespace.
+    node: String,
+    /// The writer of `/parameter_events`.
+    events: SampleWriter,
+    endpoints: Vec<ServiceEndpoint>,
+    waiting: VecDeque<PendingResponse>,
+}
+
+/// Reader and writer of one service.
+struct ServiceEndpoint {
+    service: NodeService,
+    reader: SimpleDataReader<EncodedSample, AsBytes>,
+    writer: SampleWriter,
+}
+
+/// A response, and to whom.
+struct PendingResponse {
+    /// The position of its service among the endpoints.
+    endpoint: usize,
+    client: GUID,
+    request: SampleIdentity,
+    reply: CdrBytes,
+    since: Instant,
+}
+
+impl DdsServiceServer {
+    /// The services of this node. The error is a text for people.
+    pub(super) fn new(
+        (domain, publisher, subscriber): (&DomainParticipant, &Publisher, &Subscriber),
+        node: &NodeName,
+        contents: ServiceContents,
+    ) -> Result<Self, String> {
+        let qos = QosPolicyBuilder::new()
+            .reliability(Reliability::Reliable { max_blocking_time: rustdds::Duration::from_millis(10) })
+            .durability(Durability::Volatile)
+            .history(History::KeepLast { depth: DEPTH })
+            .build();
+        let node = format!("{}/{}", node.namespace().trim_end_matches('/'), node.base_name());
+        let topic = |service: NodeService, name: String, ending: &str| {
+            let (package, type_name) = service.type_name();
+            let type_name = format!("{package}::srv::dds_::{type_name}_{ending}_");
+            domain.create_topic(name, type_name, &qos, TopicKind::NoKey)
+        };
+        let endpoint = |(service, name): (NodeService, String)| {
+            let request = topic(service, format!("rq{name}Request"), "Request")?;
+            let reply = topic(service, format!("rr{name}Reply"), "Response")?;
+            Ok(ServiceEndpoint {
+                service,
+                reader: subscriber.create_simple_datareader_no_key(&request, None)?,
+                writer: publisher.create_datawriter_no_key(&reply, None)?,
+            })
+        };
+        let endpoints: rustdds::dds::result::CreateResult<_> =
+            contents.services(&node).into_iter().map(endpoint).collect();
+        let endpoints = endpoints.map_err(|error| error.to_string())?;
+        let events = domain
+            .create_topic(EVENTS.0.to_owned(), EVENTS.1.to_owned(), &qos, TopicKind::NoKey)
+            .and_then(|topic| publisher.create_datawriter_no_key(&topic, None))
+            .map_err(|error| error.to_string())?;
+        Ok(Self { contents, node, events, endpoints, waiting: VecDeque::new() })
+    }
+
+    /// Replaces the parameters, and publishes what is different.
+    pub(super) fn set_parameters(&mut self, parameters: Parameters) {
+        let stamp = now().into();
+        let event = parameters.event_after(&self.contents.parameters, &self.node, stamp);
+        self.contents.parameters = parameters;
+        let published = event.map(|event| {
+            let bytes = CdrBytes::encode(&event).map_err(|error| error.to_string())?;
+            self.events.write(bytes, None).map_err(|error| error.to_string())
+        });
+        if let Some(Err(reason)) = published {
+            tracing::warn!("the change of the parameters is not on /parameter_events: {reason}");
+        }
+    }
+
+    /// Identities of its writers.
+    pub(super) fn writers(&self) -> impl Iterator<Item = GUID> {
+        self.endpoints.iter().map(|endpoint| &endpoint.writer).chain([&self.events]).map(RTPSEntity::guid)
+    }
+
+    /// Identities of its readers.
+    pub(super) fn readers(&self) -> impl Iterator<Item = GUID> {
+        self.endpoints.iter().map(|endpoint| endpoint.reader.guid())
+    }
+
+    /// Answers the requests that have arrived, and has `waker` called when more do. Gives the number of those
+    /// that were not answered.
+    pub(super) fn serve(
+        &mut self,
+        waker: &Waker,
+        matched: &BTreeMap<GUID, BTreeSet<GUID>>,
+        now: Instant,
+    ) -> u64 {
+        let mut unanswered = 0;
+        for position in 0..self.endpoints.len() {
+            unanswered += self.take(position, waker, now);
+        }
+        let mut later = VecDeque::new();
+        for response in self.waiting.drain(..) {
+            let Some(ServiceEndpoint { writer, .. }) = self.endpoints.get(response.endpoint) else {
+                continue;
+            };
+            let readers = matched.get(&writer.guid());
+            if readers
+                .is_some_and(|readers| readers.iter().any(|reader| reader.prefix == response.client.prefix))
+            {
+                let options = WriteOptionsBuilder::new().related_sample_identity(response.request).build();
+                if let Err(error) = writer.write_with_options(response.reply, options) {
+                    unanswered += refuse(&error.to_string());
+                }
+            } else if now.saturating_duration_since(response.since) < PATIENCE {
+                later.push_back(response);
+            } else {
+                unanswered += refuse("its client does not read the response");
+            }
+        }
+        self.waiting = later;
+        unanswered
+    }
+
+    /// Takes the requests of one service.
+    fn take(&mut self, position: usize, waker: &Waker, now: Instant) -> u64 {
+        let Self { contents, endpoints, waiting, .. } = self;
+        let Some(ServiceEndpoint { service, reader, .. }) = endpoints.get(position) else { return 0 };
+        // First, so that whatever arrives from here on wakes.
+        reader.set_waker(Some(waker.clone()));
+        reader.drain_read_notifications();
+        let mut unanswered = 0;
+        for _ in 0..MAX_AT_ONCE {
+            let sample = match reader.try_take_one_with(Copied { limit: MAX_SAMPLE }) {
+                Ok(Some(sample)) => sample,
+                Ok(None) => return unanswered,
+                Err(error) => {
+                    unanswered += refuse(&error.to_string());
+                    continue;
+                }
+            };
+            match answer(*service, contents, &sample) {
+                Ok(reply) if waiting.len() < MAX_WAITING => waiting.push_back(PendingResponse {
+                    endpoint: position,
+                    client: sample.writer_guid(),
+                    request: identity(&sample),
+                    reply,
+                    since: now,
+                }),
+                Ok(_) => unanswered += refuse("too many wait"),
+                Err(reason) => unanswered += refuse(&reason),
+            }
+        }
+        // There may be more.
+        waker.wake_by_ref();
+        unanswered
+    }
+}
+
+fn answer(
+    service: NodeService,
+    contents: &ServiceContents,
+    sample: &DeserializedCacheChange<EncodedSample>,
+) -> Result<CdrBytes, String> {
+    let EncodedSample { encoding, bytes } = &sample.sample;
+    let endian = (*encoding).into();
+    let middleware = Middleware::of(sample.writer_guid().to_bytes());
+    let call = middleware.call(bytes, endian).ok_or("it is cut off")?;
+    let response = service.answer(contents, call.request, endian).map_err(|error| error.to_string())?;
+    Ok(call.reply(response))
+}
+
+/// The identity by which the client knows its request. Fast DDS has it answered to its reader, and leaves the
+/// number to the sample.
+fn identity(sample: &DeserializedCacheChange<EncodedSample>) -> SampleIdentity {
+    let own = SampleIdentity { writer_guid: sample.writer_guid(), sequence_number: sample.sequence_number };
+    let Some(given) =
+        sample.related_sample_identity().filter(|given| given.writer_guid != GUID::GUID_UNKNOWN)
+    else {
+        return own;
+    };
+    let is_numbered = given.sequence_number > SequenceNumber::zero();
+    SampleIdentity {
+        sequence_number: if is_numbered { given.sequence_number } else { own.sequence_number },
+        ..given
+    }
+}
+
+/// Logs that a request was not answered, and counts it.
+fn refuse(reason: &str) -> u64 {
+    tracing::warn!("a request to a service was not answered: {reason}");
+    1
+}

@@ -1,0 +1,72 @@
+//! The network side of a node of ROS 2: what joins DDS, or Zenoh, behind a link.
+//!
+//! It believes what the network tells it, since RustDDS does: a single packet can make it allocate without
+//! bound, or hang. So it runs in a process of its own ([`process`]), confined by the kernel, which knows
+//! nothing of CAN and may die at any time; its gateway replaces it. It may also run in a thread of the
+//! gateway, for debuggers and tests.
+//!
+//! The [link](link) is the only way in. The first message has the settings, among them the topics; then
+//! orders go one way, and samples and statuses the other.
+//!
+//! ```
+//! use ros_transport::link::{FrameBuffer, ToNetwork};
+//!
+//! let mut received = FrameBuffer::default();
+//! received.extend(&ToNetwork::Ping(7).encode().unwrap());
+//! let frame = received.next_frame().unwrap().unwrap();
+//! assert!(matches!(ToNetwork::decode(frame), Ok(ToNetwork::Ping(7))));
+//! ```
+//!
+//! The features choose what is built in: DDS with the graph of `jazzy` or `humble`, and `zenoh` beside it.
+//! Without any of them all of this is there, and joining a network fails ([`IS_BUILT_IN`]).
+//!
+//! It stands on `gateway_base` for stamps and on `ros_messages` for the services of the node. The session
+//! that starts, watches and replaces it is in the program (`io::ros::session`).
+
+#[cfg(not(feature = "ros"))]
+mod absent;
+#[cfg(feature = "ros")]
+mod confinement;
+#[cfg(feature = "ros")]
+mod dds;
+mod distribution;
+pub mod link;
+#[cfg(feature = "ros")]
+pub mod names;
+#[cfg(feature = "ros")]
+mod orders;
+pub mod parameters;
+#[cfg(feature = "ros")]
+pub mod process;
+pub mod qos;
+#[cfg(feature = "ros")]
+mod serving;
+pub mod settings;
+pub mod survey;
+#[cfg(feature = "ros")]
+mod wakeup;
+#[cfg(feature = "ros")]
+mod wall_clock;
+#[cfg(feature = "zenoh")]
+mod zenoh;
+pub mod zenoh_config;
+
+#[cfg(not(feature = "ros"))]
+pub use absent::{names, process, serve, survey as survey_domain, system_call_name};
+#[cfg(feature = "ros")]
+pub use confinement::system_call_name;
+#[cfg(feature = "ros")]
+pub use dds::survey as survey_domain;
+pub use distribution::{DISTRO, identifier_length};
+#[cfg(feature = "ros")]
+pub use serving::serve;
+
+/// True if a network side is built in.
+pub const IS_BUILT_IN: bool = cfg!(feature = "ros");
+/// Exit code of a network process that had a panic in one of its threads.
+pub const PANICKED: i32 = 101;
+
+#[cfg(test)]
+#[allow(dead_code)] // the tests of the programs use more of it
+#[path = "../../tests/support/waiting.rs"]
+mod waiting;

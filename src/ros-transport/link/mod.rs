@@ -1,0 +1,25 @@
+//! The link between the gateway and its network side: a socket pair with framed messages, whether the network
+//! side is a process or a thread.
+//!
+//! Neither side waits for the other: what cannot be written stays with its sender, where newer orders replace
+//! it. The gateway trusts nothing that the network side sends; a message that breaks the rules is a
+//! [`Violation`].
+
+mod bytes;
+pub mod confinement_report;
+mod counts;
+pub mod datagram;
+mod frame;
+mod layers;
+mod message;
+mod settings;
+mod stream;
+mod violation;
+
+pub use counts::{LostLines, ZenohLinks};
+pub use frame::FrameBuffer;
+pub use layers::{Layer, Layers};
+pub use message::{FromNetwork, MAX_SAMPLE, NetworkStatus, Order, Sample, SampleEncoding, ToNetwork};
+pub use settings::{NetworkSettings, ReadTopic, WrittenTopic};
+pub use stream::Link;
+pub use violation::Violation;

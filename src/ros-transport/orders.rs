@@ -1,0 +1,67 @@
+//! The gateway's messages, as every kind of network takes them.
+
+use std::collections::BTreeMap;
+use std::io;
+
+use crate::link::{FromNetwork, Link, NetworkSettings, Order, ToNetwork};
+use crate::parameters::Parameters;
+
+/// What the gateway has sent since the last call of [`receive`].
+#[derive(Default)]
+pub(super) struct ReceivedOrders {
+    /// To be carried out, by topic: the newest order, or all samples where each counts.
+    pub(super) orders: BTreeMap<u16, Order>,
+    /// The newest parameters of the node.
+    pub(super) parameters: Option<Parameters>,
+    /// Pings to be answered.
+    pub(super) pings: Vec<u64>,
+    /// True if the gateway orders to stop.
+    pub(super) stop: bool,
+}
+
+/// Takes the messages that the gateway has sent; fails with the error of the link.
+pub(super) fn receive(link: &mut Link, settings: &NetworkSettings) -> io::Result<ReceivedOrders> {
+    link.read()?;
+    let mut received = ReceivedOrders::default();
+    while let Some(message) = next_message(link)? {
+        match message {
+            ToNetwork::Order(topic, order) => {
+                add(&mut received.orders, topic, order, settings.counts_each(topic));
+            }
+            ToNetwork::Parameters(parameters) => received.parameters = Some(*parameters),
+            ToNetwork::Ping(number) => received.pings.push(number),
+            ToNetwork::Stop => received.stop = true,
+            ToNetwork::Start(_) => return Err(io::ErrorKind::InvalidData.into()),
+        }
+    }
+    Ok(received)
+}
+
+/// The next message that was read; what cannot be read is an error.
+pub(super) fn next_message(link: &mut Link) -> io::Result<Option<ToNetwork>> {
+    let invalid = |violation| io::Error::new(io::ErrorKind::InvalidData, violation);
+    let frame = link.next_frame().map_err(invalid)?;
+    frame.map(ToNetwork::decode).transpose().map_err(invalid)
+}
+
+/// Adds an order to those that are to be carried out: behind the samples of the last one where each counts,
+/// else in its place.
+fn add(orders: &mut BTreeMap<u16, Order>, topic: u16, order: Order, counts_each: bool) {
+    match (orders.get_mut(&topic), order) {
+        (Some(Order::Publish(samples)), Order::Publish(more)) if counts_each => samples.extend(more),
+        (_, order) => {
+            orders.insert(topic, order);
+        }
+    }
+}
+
+/// Tells the gateway why the network cannot be joined.
+pub(super) async fn refuse(reason: &str, mut link: Link) -> io::Result<()> {
+    link.answer(&FromNetwork::Failed(reason));
+    link.flush()?;
+    while link.waiting() > 0 {
+        link.ready().await?;
+        link.flush()?;
+    }
+    Ok(())
+}

@@ -1,0 +1,223 @@
+//! Who else is there: endpoints on our topics by their tokens, and connections.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use zenoh::config::WhatAmI;
+use zenoh::liveliness::LivelinessToken;
+use zenoh::sample::SampleKind;
+use zenoh::{Session, Wait};
+
+use super::keys::{EndpointKind, GraphEndpoint, NodeKey, TopicKey, all_tokens, read_token, session_of};
+use crate::link::ZenohLinks;
+
+/// Tokens on our topics that are remembered: enough for a large fleet, and a bound against floods.
+const MAX_TOKENS: usize = 20_000;
+/// Nodes with another hash that are named in the log.
+const MAX_NAMED: usize = 100;
+/// Peers that are remembered although the connection with them is lost.
+const MAX_MISSING: usize = 1000;
+
+/// What outlives a session.
+#[derive(Default)]
+pub(super) struct Heritage {
+    /// The id of the session that is replaced, which is not one of somebody else.
+    session: Option<String>,
+    lost: u64,
+    named: BTreeSet<String>,
+    missing: BTreeSet<String>,
+}
+
+/// Shared with the threads of Zenoh, which call back.
+#[derive(Default)]
+struct SeenToken {
+    /// Endpoints of others on our topics, by their tokens.
+    endpoints: BTreeMap<String, GraphEndpoint>,
+    /// Connections, and whether the other end is a router.
+    links: BTreeMap<String, bool>,
+    lost: u64,
+    /// Peers whose connection is lost and of which there is no sign since: neither another connection nor a
+    /// token, which then comes by a router, as samples do.
+    missing: BTreeSet<String>,
+    /// Endpoints whose hash is another one than ours, and which were named in the log.
+    named: BTreeSet<String>,
+}
+
+/// The graph as far as it concerns our topics.
+pub(super) struct Graph {
+    seen: Arc<Mutex<SeenToken>>,
+    /// The token of our node.
+    _token: Option<LivelinessToken>,
+}
+
+impl Graph {
+    /// Declares our node, unless it is to be left out, and watches what others declare on these topics.
+    pub(super) fn new(
+        session: &Session,
+        node: &NodeKey,
+        shows_node: bool,
+        written: &[TopicKey],
+        read: &[TopicKey],
+        Heritage { session: former, lost, named, missing }: Heritage,
+    ) -> zenoh::Result<Self> {
+        let seen = Arc::new(Mutex::new(SeenToken { lost, missing, named, ..SeenToken::default() }));
+        let (links, not_a_peer) = (Arc::clone(&seen), former.clone());
+        session
+            .info()
+            .transport_events_listener()
+            .history(true)
+            .callback(move |event| {
+                let is_router = event.transport().whatami() == WhatAmI::Router;
+                let peer = event.transport().zid().to_string();
+                if not_a_peer.as_ref() != Some(&peer) {
+                    lock(&links).note_link(&peer, is_router, event.kind());
+                }
+            })
+            .background()
+            .wait()?;
+        let (tokens, own) = (Arc::clone(&seen), node.session.clone());
+        // Readers are of interest on what we write, and writers on all our topics.
+        let topics = [
+            (EndpointKind::Subscription, written.to_vec()),
+            (EndpointKind::Publisher, [written, read].concat()),
+        ];
+        session
+            .liveliness()
+            .declare_subscriber(all_tokens(node.domain))
+            .history(true)
+            .callback(move |sample| {
+                let token = sample.key_expr().as_str();
+                let Some(session) = session_of(token) else { return };
+                if session == own || former.as_deref() == Some(session) {
+                    return;
+                }
+                if sample.kind() == SampleKind::Put {
+                    lock(&tokens).missing.remove(session);
+                }
+                let Some(endpoint) = read_token(token) else { return };
+                let is_on = |(kind, topics): &(EndpointKind, Vec<TopicKey>)| {
+                    *kind == endpoint.kind && topics.iter().any(|topic| topic.name == endpoint.topic.name)
+                };
+                if topics.iter().any(is_on) {
+                    let topics = topics.iter().flat_map(|(_, topics)| topics);
+                    lock(&tokens).note_token(token, endpoint, sample.kind(), topics);
+                }
+            })
+            .background()
+            .wait()?;
+        let token =
+            shows_node.then(|| session.liveliness().declare_token(node.token()).wait()).transpose()?;
+        Ok(Self { seen, _token: token })
+    }
+
+    /// Peers whose connection is lost and of which there is no sign since.
+    pub(super) fn missing(&self) -> BTreeSet<String> {
+        lock(&self.seen).missing.clone()
+    }
+
+    /// Forgets peers that have ended.
+    pub(super) fn forget(&self, ended: &BTreeSet<String>) {
+        lock(&self.seen).missing.retain(|session| !ended.contains(session));
+    }
+
+    /// What the graph of the session knows that replaces this one.
+    pub(super) fn heritage(&self, session: &Session) -> Heritage {
+        let seen = lock(&self.seen);
+        Heritage {
+            session: Some(session.zid().to_string()),
+            lost: seen.lost,
+            named: seen.named.clone(),
+            missing: seen.missing.clone(),
+        }
+    }
+
+    /// Endpoints of others that hear this topic, or that it hears.
+    pub(super) fn count(&self, kind: EndpointKind, topic: &TopicKey) -> u32 {
+        let seen = lock(&self.seen);
+        let heard =
+            seen.endpoints.values().filter(|endpoint| endpoint.kind == kind && endpoint.topic == *topic);
+        u32::try_from(heard.count()).unwrap_or(u32::MAX)
+    }
+
+    /// Returns the present connections.
+    pub(super) fn links(&self) -> ZenohLinks {
+        let seen = lock(&self.seen);
+        let count = |wanted| {
+            let links = seen.links.values().filter(|is_router| **is_router == wanted);
+            u32::try_from(links.count()).unwrap_or(u32::MAX)
+        };
+        ZenohLinks { routers: count(true), peers: count(false), lost: seen.lost, unreachable: Vec::new() }
+    }
+}
+
+impl SeenToken {
+    /// Peers come and go with each `ros2` command, which is not worth a line.
+    fn note_link(&mut self, session: &str, is_router: bool, kind: SampleKind) {
+        match (kind, is_router) {
+            (SampleKind::Put, true) => tracing::info!("connected with Zenoh router {session}"),
+            (SampleKind::Put, false) => tracing::debug!("connected with Zenoh peer {session}"),
+            (SampleKind::Delete, true) => {
+                tracing::warn!("the connection with Zenoh router {session} is lost");
+            }
+            (SampleKind::Delete, false) => {
+                tracing::debug!("the connection with Zenoh peer {session} has ended");
+            }
+        }
+        match kind {
+            SampleKind::Put => {
+                self.links.insert(session.to_owned(), is_router);
+                self.missing.remove(session);
+            }
+            SampleKind::Delete => {
+                self.links.remove(session);
+                self.lost += 1;
+                if !is_router && self.missing.len() < MAX_MISSING {
+                    self.missing.insert(session.to_owned());
+                }
+            }
+        }
+    }
+
+    fn note_token<'a>(
+        &mut self,
+        token: &str,
+        endpoint: GraphEndpoint,
+        kind: SampleKind,
+        ours: impl Iterator<Item = &'a TopicKey>,
+    ) {
+        if kind == SampleKind::Delete {
+            self.endpoints.remove(token);
+            return;
+        }
+        if self.endpoints.len() >= MAX_TOKENS {
+            return;
+        }
+        let mut same_name = ours.filter(|topic| topic.name == endpoint.topic.name);
+        if let Some(ours) = same_name.next().filter(|ours| **ours != endpoint.topic) {
+            self.warn(&endpoint, ours);
+        }
+        self.endpoints.insert(token.to_owned(), endpoint);
+    }
+
+    /// Names an endpoint that will not hear us, or that we will not hear, once.
+    fn warn(&mut self, endpoint: &GraphEndpoint, ours: &TopicKey) {
+        let GraphEndpoint { node, topic: TopicKey { name, type_name, hash }, .. } = endpoint;
+        if self.named.len() >= MAX_NAMED || !self.named.insert(format!("{node} {name} {type_name} {hash}")) {
+            return;
+        }
+        let (theirs, own) =
+            if *type_name == ours.type_name { (hash, &ours.hash) } else { (type_name, &ours.type_name) };
+        // Whoever declares a token chooses its characters.
+        let (node, theirs, subject) = (node.escape_debug(), theirs.escape_debug(), name.as_str());
+        let name = name.escape_debug();
+        tracing::warn!(
+            log.subject = subject,
+            "{name}: node {node} has another definition of the message and no sample passes between us: its type is {theirs}, ours {own}"
+        );
+    }
+}
+
+/// Nothing behind this lock can be left half done by a panic.
+fn lock(seen: &Mutex<SeenToken>) -> MutexGuard<'_, SeenToken> {
+    seen.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,171 @@
+//! The services of the node. Requests are answered here, where they arrive: they never reach the gateway.
+//!
+//! Each service is a queryable with a token of the graph, as `rmw_zenoh_cpp` has them. Changes, which a
+//! reload makes, are published on `/parameter_events`.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use zenoh::liveliness::LivelinessToken;
+use zenoh::query::{Query, Queryable};
+use zenoh::{Session, Wait};
+
+use super::attachment::Attachment;
+use super::keys::{EndpointKind, NextId, NodeKey, TopicKey, qos};
+use super::payload::{ReceivedPayload, with_header};
+use super::topic_writer::ZenohTopicWriter;
+use crate::link::{Order, WrittenTopic};
+use crate::parameters::{MAX_REQUEST, NodeService, Parameters, ServiceContents};
+use crate::qos::{Delivery, Durability, Reliability};
+use crate::settings::TypeHashes;
+use crate::wakeup::Wakeup;
+use crate::wall_clock::now;
+use ros_messages::cdr::CdrBytes;
+use ros_messages::rcl_interfaces::ParameterEvent;
+
+/// The topic of changes.
+const EVENTS: &str = "/parameter_events";
+/// Requests that may wait.
+const MAX_WAITING: usize = 64;
+/// Samples that a service and the topic keep, as `rmw_qos_profile_parameters` has it.
+const DEPTH: i32 = 1000;
+
+/// The services of one session.
+pub(super) struct ZenohServiceServer {
+    contents: ServiceContents,
+    /// The node with its namespace.
+    node: String,
+    events: ZenohTopicWriter,
+    waiting: Arc<Mutex<WaitingRequests>>,
+    /// Their keys, by position, with what ends when it is dropped.
+    services: Vec<Service>,
+}
+
+/// A service of our session.
+struct Service {
+    kind: NodeService,
+    key: String,
+    _queryable: Queryable<()>,
+    _token: LivelinessToken,
+}
+
+/// Requests as they have arrived.
+#[derive(Default)]
+struct WaitingRequests {
+    /// Position of the service, and the request.
+    queries: VecDeque<(usize, Query)>,
+    /// Requests that found no room.
+    refused: u64,
+}
+
+impl ZenohServiceServer {
+    /// Declares the services of this node.
+    pub(super) fn new(
+        session: &Session,
+        node: &NodeKey,
+        ids: &mut NextId,
+        hashes: TypeHashes,
+        contents: ServiceContents,
+        wakeup: &Arc<Wakeup>,
+    ) -> zenoh::Result<Self> {
+        let waiting = Arc::<Mutex<WaitingRequests>>::default();
+        let full_name = format!("{}/{}", node.namespace, node.node);
+        let qos = qos(Reliability::Reliable, Durability::Volatile, DEPTH);
+        let mut services = Vec::new();
+        for (position, (service, name)) in contents.services(&full_name).into_iter().enumerate() {
+            let key = TopicKey::service(&name, service.type_name(), hashes)
+                .ok_or_else(|| format!("the hash of {:?} is not known", service.type_name()))?;
+            let (queries, wakeup) = (Arc::clone(&waiting), Arc::clone(wakeup));
+            let take = move |query| {
+                lock(&queries).put(position, query);
+                wakeup.notify();
+            };
+            // Clients ask those that say they are complete.
+            let queryable = session.declare_queryable(key.data(node.domain)).complete(true).callback(take);
+            let token = node.endpoint_token(ids.next(), EndpointKind::Service, &key, &qos);
+            services.push(Service {
+                kind: service,
+                key: key.data(node.domain),
+                _queryable: queryable.wait()?,
+                _token: session.liveliness().declare_token(token).wait()?,
+            });
+        }
+        let (package, message) = ParameterEvent::TYPE_NAME;
+        let events = WrittenTopic {
+            name: EVENTS.to_owned(),
+            type_name: (package.to_owned(), message.to_owned()),
+            durability: Durability::Volatile,
+            depth: DEPTH,
+            delivery: Delivery::Once,
+        };
+        let key = TopicKey::new(EVENTS, (package, message), hashes)
+            .ok_or_else(|| format!("the hash of {message} is not known"))?;
+        let events = ZenohTopicWriter::new(session, node, ids, &events, key)?;
+        Ok(Self { contents, node: full_name, events, waiting, services })
+    }
+
+    /// Replaces the parameters, and publishes what is different.
+    pub(super) fn set_parameters(&mut self, parameters: Parameters, ids: &mut NextId) {
+        let stamp = now().into();
+        let event = parameters.event_after(&self.contents.parameters, &self.node, stamp);
+        self.contents.parameters = parameters;
+        let published = event.map(|event| {
+            let bytes = CdrBytes::encode(&event).map_err(|error| error.to_string())?;
+            self.events.carry_out(&Order::Publish(vec![bytes]), ids).map_err(|error| error.to_string())
+        });
+        if let Some(Err(reason)) = published {
+            tracing::warn!("the change of the parameters is not on /parameter_events: {reason}");
+        }
+    }
+
+    /// Answers the requests that have arrived. Gives the number of those that were not answered.
+    pub(super) fn serve(&self) -> u64 {
+        let WaitingRequests { queries, refused } = std::mem::take(&mut *lock(&self.waiting));
+        let mut unanswered = refused;
+        for (position, query) in queries {
+            let Some(service) = self.services.get(position) else { continue };
+            if let Err(reason) = service.answer(&query, &self.contents) {
+                tracing::warn!("a request to a service was not answered: {reason}");
+                unanswered += 1;
+                // So that the client does not wait; it may be gone.
+                let _ = query.reply_err(reason).wait();
+            }
+        }
+        unanswered
+    }
+}
+
+impl Service {
+    fn answer(&self, query: &Query, contents: &ServiceContents) -> Result<(), String> {
+        let attachment = query.attachment().and_then(|attached| Attachment::read(&attached.to_bytes()));
+        let attachment =
+            attachment.ok_or("it has no number and no client attached, as rmw_zenoh attaches them")?;
+        let request = ReceivedPayload::read(query.payload().ok_or("it is empty")?, MAX_REQUEST)?;
+        let response = self
+            .kind
+            .answer(contents, request.bytes(), request.encoding.into())
+            .map_err(|error| error.to_string())?;
+        // The client knows its request by the number, and by its own identity.
+        let attachment = Attachment::now(attachment.number, attachment.gid).to_bytes();
+        query
+            .reply(self.key.as_str(), with_header(response))
+            .attachment(attachment)
+            .wait()
+            .map_err(|error| error.to_string())
+    }
+}
+
+impl WaitingRequests {
+    fn put(&mut self, position: usize, query: Query) {
+        if self.queries.len() < MAX_WAITING {
+            self.queries.push_back((position, query));
+        } else {
+            self.refused += 1;
+        }
+    }
+}
+
+/// Nothing behind this lock can be left half done by a panic.
+fn lock(waiting: &Mutex<WaitingRequests>) -> MutexGuard<'_, WaitingRequests> {
+    waiting.lock().unwrap_or_else(PoisonError::into_inner)
+}

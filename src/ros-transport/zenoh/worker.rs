@@ -1,0 +1,450 @@
+//! The network side at work: orders to publishers, samples to the gateway.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use tokio::runtime::Runtime;
+use tokio::time::sleep;
+use zenoh::{Session, Wait};
+
+use super::graph::{Graph, Heritage};
+use super::keys::{EndpointKind, NextId, NodeKey, TopicKey};
+use super::peer_search::{Answer, PeerSearch};
+use super::router_query;
+use super::service_server::ZenohServiceServer;
+use super::topic_reader::ZenohTopicReader;
+use super::topic_writer::ZenohTopicWriter;
+use crate::link::LostLines;
+use crate::link::ZenohLinks;
+use crate::link::{FromNetwork, Link, NetworkSettings, NetworkStatus, Order, Sample};
+use crate::orders;
+use crate::qos::Delivery;
+use crate::settings::{Transport, TypeHashes};
+use crate::wakeup::Wakeup;
+use crate::zenoh_config;
+
+/// Longest sleep between two looks at what is due.
+const TICK: Duration = Duration::from_millis(100);
+/// Time between two counts of endpoints and connections.
+const COUNT_INTERVAL: Duration = Duration::from_millis(500);
+/// Bytes that may wait for the gateway before samples stay in their queues, which keep the newest.
+const MAX_WAITING: usize = 256 * 1024;
+/// Time for which a session that was replaced still receives, until everybody has met its successor.
+const OVERLAP: Duration = Duration::from_secs(1);
+/// Nodes named in the status, and characters of each.
+const MAX_NAMED: (usize, usize) = (5, 100);
+
+/// The names of what is written and read.
+struct SessionKeys {
+    hashes: TypeHashes,
+    written: Vec<TopicKey>,
+    read: Vec<TopicKey>,
+}
+
+/// A session with its endpoints.
+struct JoinedSession {
+    session: Session,
+    ids: NextId,
+    writers: Vec<ZenohTopicWriter>,
+    readers: Vec<ZenohTopicReader>,
+    graph: Graph,
+    service_server: Option<ZenohServiceServer>,
+}
+
+/// What a router has said of sessions that it was asked for.
+type Answered = (BTreeSet<String>, Option<Answer>);
+
+/// The network side's state.
+pub(super) struct ZenohWorker {
+    settings: NetworkSettings,
+    /// Configuration of the session.
+    config: zenoh::Config,
+    keys: SessionKeys,
+    /// Ends the wait when something was received.
+    wakeup: Arc<Wakeup>,
+    /// A session that is being opened.
+    opening: Option<Receiver<zenoh::Result<Session>>>,
+    /// `None` until a session is open.
+    joined: Option<JoinedSession>,
+    /// A session that was replaced, without what it wrote, and since when.
+    replaced: Option<(Instant, JoinedSession)>,
+    /// The newest order of each topic but those delivered once, for a session that is opened.
+    current: BTreeMap<u16, Order>,
+    search: PeerSearch,
+    answers: (Sender<Answered>, Receiver<Answered>),
+    write_errors: u64,
+    /// Requests for parameters that were not answered.
+    unanswered_requests: u64,
+    last_count: Option<Instant>,
+    /// Asks the log of this process.
+    log_losses: fn() -> LostLines,
+    lost_lines: LostLines,
+    /// The status that was sent last.
+    status: NetworkStatus,
+    /// Last: the gateway sees its end when everything else is gone.
+    link: Link,
+}
+
+impl SessionKeys {
+    fn new(settings: &NetworkSettings, hashes: TypeHashes) -> Result<Self, String> {
+        let key = |name: &str, (package, message): &(String, String)| {
+            TopicKey::new(name, (package, message), hashes)
+                .ok_or_else(|| format!("the hash of {package}/{message} is not known"))
+        };
+        let written = settings.written.iter().map(|topic| key(&topic.name, &topic.type_name));
+        let read = settings.read.iter().map(|topic| key(&topic.name, &topic.type_name));
+        Ok(Self {
+            hashes,
+            written: written.collect::<Result<_, _>>()?,
+            read: read.collect::<Result<_, _>>()?,
+        })
+    }
+}
+
+impl JoinedSession {
+    /// Declares everything on a session.
+    fn new(
+        session: Session,
+        settings: &NetworkSettings,
+        SessionKeys { hashes, written, read }: &SessionKeys,
+        wakeup: &Arc<Wakeup>,
+        heritage: Heritage,
+    ) -> zenoh::Result<Self> {
+        let node = NodeKey {
+            domain: settings.domain_id,
+            session: session.zid().to_string(),
+            namespace: if settings.namespace == "/" { String::new() } else { settings.namespace.clone() },
+            node: settings.node.clone(),
+        };
+        let mut ids = NextId::default();
+        let graph = Graph::new(&session, &node, settings.graph, written, read, heritage)?;
+        let writers = settings.written.iter().zip(written);
+        let writers =
+            writers.map(|(topic, key)| ZenohTopicWriter::new(&session, &node, &mut ids, topic, key.clone()));
+        let writers = writers.collect::<zenoh::Result<Vec<_>>>()?;
+        let readers = settings.read.iter().zip(read);
+        let readers = readers.map(|(topic, key)| {
+            ZenohTopicReader::new(&session, &node, &mut ids, topic, key, Arc::clone(wakeup))
+        });
+        let readers = readers.collect::<zenoh::Result<Vec<_>>>()?;
+        let service_server = settings
+            .services
+            .clone()
+            .map(|contents| ZenohServiceServer::new(&session, &node, &mut ids, *hashes, contents, wakeup));
+        let service_server = service_server.transpose()?;
+        Ok(Self { session, ids, writers, readers, graph, service_server })
+    }
+
+    /// Does it with the writer at a position, if there is one.
+    fn act(
+        &mut self,
+        position: usize,
+        act: impl FnOnce(&mut ZenohTopicWriter, &mut NextId) -> zenoh::Result<()>,
+    ) -> zenoh::Result<()> {
+        self.writers.get_mut(position).map_or(Ok(()), |writer| act(writer, &mut self.ids))
+    }
+}
+
+impl ZenohWorker {
+    /// A network side that has not joined the network.
+    pub(super) fn new(settings: NetworkSettings, link: Link, log_losses: fn() -> LostLines) -> Self {
+        Self {
+            settings,
+            config: zenoh::Config::default(),
+            keys: SessionKeys { hashes: TypeHashes::default(), written: Vec::new(), read: Vec::new() },
+            wakeup: Arc::default(),
+            opening: None,
+            joined: None,
+            replaced: None,
+            current: BTreeMap::new(),
+            search: PeerSearch::default(),
+            answers: channel(),
+            write_errors: 0,
+            unanswered_requests: 0,
+            last_count: None,
+            log_losses,
+            lost_lines: LostLines::default(),
+            status: NetworkStatus::default(),
+            link,
+        }
+    }
+
+    /// Gives the link back.
+    pub(super) fn into_link(self) -> Link {
+        self.link
+    }
+
+    /// Opens a session, whether there is a network or not; a client's session waits for a router, so that it
+    /// is opened by a thread of its own. The error is a text for people.
+    pub(super) fn open(&mut self) -> Result<(), String> {
+        let Transport::Zenoh(zenoh) = &self.settings.transport else {
+            return Err("not configured".to_owned());
+        };
+        self.config = zenoh_config::parse(zenoh.config.as_deref()).map_err(|error| error.to_string())?;
+        self.keys = SessionKeys::new(&self.settings, zenoh.type_hashes)?;
+        if !zenoh_config::waits_for_router(&self.config) {
+            let session = zenoh::open(self.config.clone()).wait().map_err(|error| error.to_string())?;
+            return self.join(session).map_err(|error| error.to_string());
+        }
+        self.open_later(self.config.clone()).map_err(|error| error.to_string())
+    }
+
+    /// Opens a session in a thread of its own.
+    fn open_later(&mut self, config: zenoh::Config) -> io::Result<()> {
+        let (sender, receiver) = channel();
+        let wakeup = Arc::clone(&self.wakeup);
+        let open = move || {
+            // The receiver is gone when the network side has ended.
+            let _ = sender.send(zenoh::open(config).wait());
+            wakeup.notify();
+        };
+        thread::Builder::new().name("zenoh open".to_owned()).spawn(open)?;
+        self.opening = Some(receiver);
+        Ok(())
+    }
+
+    /// Declares everything on a session, in the place of the one before if there is one, and publishes what
+    /// is current.
+    fn join(&mut self, session: Session) -> zenoh::Result<()> {
+        let heritage = self.joined.as_ref().map(|former| former.graph.heritage(&former.session));
+        let is_first = heritage.is_none();
+        let joined = JoinedSession::new(
+            session,
+            &self.settings,
+            &self.keys,
+            &self.wakeup,
+            heritage.unwrap_or_default(),
+        )?;
+        if let Some(mut former) = self.joined.replace(joined) {
+            former.writers.clear();
+            former.service_server = None;
+            self.replaced = Some((Instant::now(), former));
+        }
+        for (topic, order) in self.current.clone() {
+            let written = self.settings.written.get(usize::from(topic));
+            let stands = written.is_some_and(|written| written.delivery == Delivery::Report);
+            if is_first || stands {
+                self.carry_out(topic, order);
+            }
+        }
+        Ok(())
+    }
+
+    /// Closes the session that was replaced once its time is over; in a thread of its own, since that may
+    /// take long.
+    fn close_replaced(&mut self, now: Instant) {
+        if let Some((_, former)) =
+            self.replaced.take_if(|(since, _)| now.saturating_duration_since(*since) >= OVERLAP)
+        {
+            let close = move || drop(former.session.close().wait());
+            let started = thread::Builder::new().name("zenoh close".to_owned()).spawn(close);
+            if let Err(error) = started {
+                tracing::warn!("a session of Zenoh was not closed in order: {error}");
+            }
+        }
+    }
+
+    /// Looks for peers that are there although the connection with them is lost.
+    fn seek_peers(&mut self, now: Instant) {
+        while let Ok((asked, answer)) = self.answers.1.try_recv() {
+            let findings = self.search.answered(&asked, answer.as_ref(), now);
+            if let Some(joined) = &self.joined {
+                joined.graph.forget(&findings.ended);
+            }
+            for node in &findings.unreachable {
+                let node = shown(node);
+                tracing::warn!("node {node} is there, but the connection with it is lost; connecting again");
+            }
+            if findings.replace && self.opening.is_none() && self.replaced.is_none() {
+                let opened = zenoh_config::with_another_id(self.config.clone())
+                    .map_err(|error| error.to_string())
+                    .and_then(|config| self.open_later(config).map_err(|error| error.to_string()));
+                if let Err(reason) = opened {
+                    tracing::warn!("no other session of Zenoh can be opened: {reason}");
+                }
+            }
+        }
+        let Some(joined) = self.joined.as_ref().filter(|_| zenoh_config::is_peer(&self.config)) else {
+            return;
+        };
+        for (nodes, after) in self.search.observe(&joined.graph.missing(), now) {
+            for node in nodes {
+                let node = shown(&node);
+                tracing::info!("node {node} is connected again, {:.1} s later", after.as_secs_f64());
+            }
+        }
+        let has_router = || joined.graph.links().routers > 0;
+        if let Some(sessions) = self.search.question(has_router, now) {
+            let (sender, wakeup) = (self.answers.0.clone(), Arc::clone(&self.wakeup));
+            let unasked = sessions.clone();
+            let then = move |asked, answer| {
+                // The receiver is gone when the network side has ended.
+                let _ = sender.send((asked, answer));
+                wakeup.notify();
+            };
+            let asked = router_query::ask(self.config.clone(), self.settings.domain_id, sessions, then);
+            if asked.is_err() {
+                // Without a thread there is no answer, as without a router.
+                self.search.answered(&unasked, None, now);
+            }
+        }
+    }
+
+    /// Works until the gateway says stop. Fails with the error of the link, whose other end is gone, or of a
+    /// session that cannot be opened.
+    pub(super) fn run(mut self, runtime: &Runtime) -> io::Result<()> {
+        self.link.answer(&FromNetwork::Ready);
+        self.link.flush()?;
+        loop {
+            runtime.block_on(self.wait())?;
+            if let Some(opened) = self.opening.as_ref().and_then(|opening| opening.try_recv().ok()) {
+                self.opening = None;
+                // What the former one has received comes first.
+                self.receive();
+                if let Err(error) = opened.and_then(|session| self.join(session)) {
+                    tracing::warn!("no session of Zenoh can be opened: {error}");
+                    if self.joined.is_none() {
+                        return Err(io::Error::other(error.to_string()));
+                    }
+                }
+            }
+            let now = Instant::now();
+            self.close_replaced(now);
+            self.seek_peers(now);
+            if self.obey()? {
+                if let Some(joined) = &self.joined {
+                    // What is left undeclared ends with the process.
+                    let _ = joined.session.close().wait();
+                }
+                return Ok(());
+            }
+            self.receive();
+            let server = self.joined.as_ref().and_then(|joined| joined.service_server.as_ref());
+            self.unanswered_requests += server.map_or(0, ZenohServiceServer::serve);
+            for position in 0..self.keys.written.len() {
+                let settled =
+                    self.joined.as_mut().map(|joined| joined.act(position, ZenohTopicWriter::settle));
+                self.count_write_error(settled.unwrap_or(Ok(())));
+            }
+            self.update_status();
+            self.link.flush()?;
+        }
+    }
+
+    async fn wait(&self) -> io::Result<()> {
+        tokio::select! {
+            ready = self.link.ready() => ready,
+            () = self.wakeup.arrived() => Ok(()),
+            () = sleep(TICK) => Ok(()),
+        }
+    }
+
+    /// Carries out what the gateway has ordered since the last call. True if it says stop.
+    fn obey(&mut self) -> io::Result<bool> {
+        let received = orders::receive(&mut self.link, &self.settings)?;
+        for number in received.pings {
+            self.link.answer(&FromNetwork::Pong { number, has_echo: true, is_heard: true });
+        }
+        for (topic, order) in received.orders {
+            self.carry_out(topic, order);
+        }
+        if let Some(parameters) = received.parameters {
+            if let Some(JoinedSession { service_server: Some(server), ids, .. }) = &mut self.joined {
+                server.set_parameters(parameters.clone(), ids);
+            }
+            self.settings.set_parameters(parameters);
+        }
+        Ok(received.stop)
+    }
+
+    /// Carries out an order once there is a session, and keeps it for the next.
+    fn carry_out(&mut self, topic: u16, order: Order) {
+        if let Some(joined) = &mut self.joined {
+            let done = joined.act(usize::from(topic), |writer, ids| writer.carry_out(&order, ids));
+            self.count_write_error(done);
+        }
+        if self.settings.is_kept(topic) {
+            self.current.insert(topic, order);
+        }
+    }
+
+    fn count_write_error(&mut self, written: zenoh::Result<()>) {
+        if let Err(error) = written {
+            if self.write_errors == 0 {
+                tracing::warn!("Zenoh did not take a sample: {error}");
+            }
+            self.write_errors += 1;
+        }
+    }
+
+    /// Hands received samples on to the gateway while it takes them.
+    fn receive(&mut self) {
+        let former = self.replaced.iter().map(|(_, joined)| joined);
+        let readers = former.chain(&self.joined).flat_map(|joined| (0..=u16::MAX).zip(&joined.readers));
+        for (subscription, reader) in readers {
+            while self.link.waiting() < MAX_WAITING {
+                let Some(arrival) = reader.take() else { break };
+                match &arrival {
+                    Ok(arrived) => self.link.answer(&FromNetwork::Sample(Sample {
+                        subscription,
+                        writer: arrived.attachment.gid,
+                        number: arrived.attachment.number,
+                        encoding: arrived.message.encoding,
+                        bytes: arrived.message.bytes(),
+                    })),
+                    Err(reason) => self.link.answer(&FromNetwork::Unreadable(subscription, reason)),
+                };
+            }
+        }
+    }
+
+    /// Tells the gateway what has changed.
+    fn update_status(&mut self) {
+        if self.last_count.is_some_and(|at| at.elapsed() < COUNT_INTERVAL) {
+            return;
+        }
+        self.last_count = Some(Instant::now());
+        // Asked for regularly, since that also writes the lines on what was left out.
+        self.lost_lines = (self.log_losses)();
+        let count = |kind, topics: &[TopicKey]| {
+            let count = |topic| self.joined.as_ref().map_or(0, |joined| joined.graph.count(kind, topic));
+            topics.iter().map(count).collect()
+        };
+        let status = NetworkStatus {
+            readers: count(EndpointKind::Subscription, &self.keys.written),
+            writers: count(EndpointKind::Publisher, &self.keys.read),
+            other_writers: count(EndpointKind::Publisher, &self.keys.written),
+            write_errors: self.write_errors,
+            unanswered_requests: self.unanswered_requests,
+            lost_lines: self.lost_lines,
+            links: Some(ZenohLinks {
+                unreachable: self.unreachable(),
+                ..self.joined.as_ref().map(|joined| joined.graph.links()).unwrap_or_default()
+            }),
+            ..NetworkStatus::default()
+        };
+        if status != self.status {
+            self.link.answer(&FromNetwork::Status(status.clone()));
+            self.status = status;
+        }
+    }
+
+    /// Names of nodes that are there and not connected, as they can be shown.
+    fn unreachable(&self) -> Vec<String> {
+        let mut names: Vec<_> = self.search.unreachable().take(MAX_NAMED.0).map(shown).collect();
+        let others = self.search.unreachable().count() - names.len();
+        if others > 0 {
+            names.push(format!("{others} others"));
+        }
+        names
+    }
+}
+
+/// A name that somebody has chosen, without control characters, and shortened.
+fn shown(name: &str) -> String {
+    name.escape_debug().take(MAX_NAMED.1).collect()
+}

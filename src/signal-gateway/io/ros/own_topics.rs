@@ -1,0 +1,44 @@
+//! The topics of this node, to be compared with those of a domain.
+
+use serde::{Deserialize, Serialize};
+
+use super::outgoing;
+use super::settings::RosSettings;
+use super::topics::{Durability, Reliability};
+use ros_messages::TypeName;
+
+/// A topic of this node.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct OwnTopic {
+    /// Absolute name of the topic.
+    pub name: String,
+    /// Type as ROS 2 writes it.
+    pub type_name: String,
+    /// Reliability that is offered or requested.
+    pub reliability: Reliability,
+    /// Durability that is offered or requested.
+    pub durability: Durability,
+    /// True for a topic that many nodes write, such as `/diagnostics`.
+    #[serde(default)]
+    pub is_shared: bool,
+}
+
+/// Returns the topics that a session with these settings writes, and those that it reads.
+pub fn own_topics(settings: &RosSettings) -> (Vec<OwnTopic>, Vec<OwnTopic>) {
+    let type_name = |(package, name): TypeName| format!("{package}/msg/{name}");
+    let written = outgoing::table(&settings.topics, settings.durability).into_iter().map(|topic| OwnTopic {
+        is_shared: topic.is_shared(),
+        name: topic.name,
+        type_name: type_name(topic.type_name),
+        reliability: Reliability::Reliable,
+        durability: topic.durability,
+    });
+    let read = settings.subscriptions.iter().map(|topic| OwnTopic {
+        name: topic.name.clone(),
+        type_name: type_name(topic.kind.row().type_name),
+        reliability: topic.reliability,
+        durability: topic.durability,
+        is_shared: false,
+    });
+    (written.collect(), read.collect())
+}
