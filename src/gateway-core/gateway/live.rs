@@ -50,6 +50,13 @@ pub struct GivenOut {
     pub is_held: bool,
 }
 
+impl GivenOut {
+    /// Creates an output that is given out when it was due.
+    pub fn on_time(output: Output, at: Now) -> Self {
+        Self { output, at, lag: Duration::ZERO, is_held: false }
+    }
+}
+
 /// A gateway on live inputs.
 #[derive(Debug)]
 pub struct Live {

@@ -24,7 +24,7 @@ use crate::config::drive;
 use crate::config::files::{DEMO_CONFIG, Disk, Embedded, Files};
 use crate::config::{Overrides, Refused, Settings, load};
 use crate::daemon::rehearsal::rehearse;
-use crate::daemon::{self, DaemonError, Playback, ReportPage};
+use crate::daemon::{self, DaemonError, Playback, PlayedRecording, ReportPage};
 use crate::desk::drive::simulation::DriveSimulation;
 use crate::desk::rehearsal::{Rehearsal, Surroundings};
 use crate::io::clock::Clock;
@@ -152,7 +152,8 @@ fn play(args: &DemoArgs, mut settings: Settings) -> Result<(), Failure> {
         let report: ReportPage = Arc::new(move |log, opened_at| black_box_report(&config, log, opened_at));
         report
     });
-    Ok(daemon::play(settings, view, None, report, ("the built-in recording", &reopen, routes), playback)?)
+    let recording = PlayedRecording { name: "the built-in recording", reopen: &reopen, routes };
+    Ok(daemon::play(settings, view, report, recording, playback)?)
 }
 
 /// A folder for the black boxes of a demo, which goes when this is dropped.

@@ -23,7 +23,7 @@ use crate::config::Settings;
 use crate::config::gateway::Stamps;
 use crate::daemon::publisher::{subscriptions, topics};
 use crate::daemon::recording::encoder;
-use crate::daemon::{self, Playback};
+use crate::daemon::{Playback, PlayedRecording, play};
 use crate::io::new_files::write_new;
 use crate::io::process_log::LogForm;
 use crate::io::sample_log::{LoggedSample, SampleKind, SampleLog};
@@ -338,10 +338,14 @@ fn replay_in_time(
     let playback = Playback { speed: args.speed.unwrap_or(1.0), repeat: false, stamps, stay: false };
     let title = format!("replay · {}, {}", settings.vehicle, file_name(path));
     let url = settings.http.url();
-    let view = if json.is_some() { View::lines()? } else { args.view.open(title, url, View::lines)? };
+    let view = match json {
+        Some(timeline) => View::json(timeline),
+        None => args.view.open(title, url, View::lines)?,
+    };
     // On ROS 2 they come from there.
     let inputs = if args.ros { Vec::new() } else { inputs(&settings) };
     let reopen = || with_samples(args.recording.time.apply(Log::open(path)?)?, path, &inputs);
-    daemon::play(settings, view, json, None, (&path.display().to_string(), &reopen, routes), playback)?;
+    let recording = PlayedRecording { name: &path.display().to_string(), reopen: &reopen, routes };
+    play(settings, view, None, recording, playback)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,7 +1,6 @@
 //! Keeps inputs, decisions and outputs, and writes a black-box file around each change to ERROR.
 
 use std::collections::BTreeMap;
-use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -9,6 +8,7 @@ use super::recording;
 use crate::config::Settings;
 use crate::config::gateway::BlackBoxConfig;
 use crate::io::recorder::BlackBoxRecorder;
+use crate::io::systemd::service_folder;
 use crate::process_status::recordings::RecorderState;
 use crate::report::gateway::Changes;
 use crate::report::view::time_text;
@@ -61,8 +61,13 @@ impl FaultRecorder {
         self.recorder.set_keep(config.keep);
     }
 
-    pub(super) fn keep(&mut self, input: CanInput, at: Now) {
-        self.black_box.keep(input, at);
+    /// Keeps an input that is handled next, and writes the recording whose window has ended. Returns the begin
+    /// of its frames and its name.
+    pub(super) fn handled(&mut self, input: Option<CanInput>, at: Now) -> Option<(Now, String)> {
+        if let Some(input) = input {
+            self.black_box.keep(input, at);
+        }
+        self.black_box.take(at).map(|recording| self.save(recording))
     }
 
     /// Keeps an output that was published or sent, with the time of its decision.
@@ -70,17 +75,9 @@ impl FaultRecorder {
         self.black_box.given_out(output.clone(), at);
     }
 
-    /// Writes the recording whose window has ended, if there is one; returns the begin of its frames and its
-    /// name.
-    pub(super) fn save_if_over(&mut self, at: Now) -> Option<(Now, String)> {
-        let recording = self.black_box.take(at)?;
-        Some(self.save(recording))
-    }
-
     /// Writes the recording of an open window, if there is one; returns the begin of its frames and its name.
     pub(super) fn save_open(&mut self) -> Option<(Now, String)> {
-        let recording = self.black_box.flush()?;
-        Some(self.save(recording))
+        self.black_box.flush().map(|recording| self.save(recording))
     }
 
     fn save(&self, recording: Recording) -> (Now, String) {
@@ -123,28 +120,10 @@ fn limits(config: &BlackBoxConfig) -> BlackBoxSettings {
 /// Returns the folder of the black-box files: as configured, or in systemd's `STATE_DIRECTORY`; `None`
 /// without one.
 pub(super) fn folder(settings: &Settings) -> Option<PathBuf> {
-    let from_systemd = || state_folder(std::env::var_os("STATE_DIRECTORY"));
+    let from_systemd = || Some(service_folder("STATE_DIRECTORY")?.join("black-box"));
     settings.black_box.folder.clone().or_else(from_systemd)
-}
-
-fn state_folder(variable: Option<OsString>) -> Option<PathBuf> {
-    // A list separated by colons; ours has one entry.
-    let first = variable?.to_str()?.split(':').next()?.to_owned();
-    (!first.is_empty()).then(|| PathBuf::from(first).join("black-box"))
 }
 
 fn time_and_text(at: MonoTime, text: &str) -> String {
     format!("{} {text}", time_text(at))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn files_go_to_the_first_folder_of_the_service_managers_list() {
-        let folder = |variable: &str| state_folder(Some(variable.into()));
-        assert_eq!(folder("/var/lib/one:/var/lib/other"), Some(PathBuf::from("/var/lib/one/black-box")));
-        assert_eq!((folder(""), state_folder(None)), (None, None));
-    }
 }

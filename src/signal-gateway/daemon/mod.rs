@@ -9,22 +9,23 @@ mod error;
 mod fault_recorder;
 mod gateway_io;
 mod history;
+mod outputs;
 mod pages;
+mod process_state;
 pub mod publisher;
 mod receivers;
 pub mod recording;
 pub mod rehearsal;
 pub mod reload;
 mod ros_environment;
+mod service;
 mod signals;
-mod status_changes;
 pub mod vehicle;
-mod watchdog;
 mod watching;
 
 pub use error::DaemonError;
 pub use pages::ReportPage;
-pub use watching::build;
+pub use process_state::build;
 
 use std::future::pending;
 use std::io;
@@ -37,19 +38,21 @@ use crate::config::Settings;
 use crate::config::gateway::{SourceKind, Stamps};
 use crate::io::can::sender_lock::SenderLock;
 use crate::io::clock::Clock;
+use crate::io::precise_timer::PreciseTimer;
 use crate::io::ros::inbox::{Arrival, Inbox};
 use crate::replay::{RecordedInput, Recording, Replay, Routes};
-use crate::report::gateway::JsonTimeline;
 use crate::report::view::View;
 use can_log::{Log, no_frame};
 use can_signal::can::{BusIndex, CanInput, IdMatch, LinkState, link_text};
+use fault_recorder::FaultRecorder;
 use gateway_base::time::{MonoTime, Now};
 use gateway_core::command::input::CommandInput;
 use gateway_core::gateway::call::GatewayCall;
 use gateway_core::gateway::live::Live;
-use gateway_io::{GatewayIo, Woken};
+use gateway_io::GatewayIo;
 use receivers::Receivers;
-use reload::{ReadConfiguration, Reloader};
+use reload::{ReadConfiguration, Reloader, Running};
+use service::{Waited, Woken};
 use signals::StopSignals;
 
 /// How a recording is played.
@@ -65,8 +68,15 @@ pub struct Playback {
     pub stay: bool,
 }
 
-/// Opens the recording, first at the start and again for each repetition.
-pub type Reopen<'a> = &'a dyn Fn() -> io::Result<Recording>;
+/// A recording to play.
+pub struct PlayedRecording<'a> {
+    /// Name of the recording in messages.
+    pub name: &'a str,
+    /// Opens the recording, first at the start and again for each repetition.
+    pub reopen: &'a dyn Fn() -> io::Result<Recording>,
+    /// The buses that its interfaces are.
+    pub routes: Routes,
+}
 
 /// Longest wait for the last frames to the vehicle when the queue of the bus is full.
 const LAST_FRAMES: Duration = Duration::from_millis(300);
@@ -99,7 +109,8 @@ pub fn run(
             let name = recording.file.display().to_string();
             let mut routes = Routes::by_interface(&settings.gateway);
             routes.adopt_only_interface(&recording.file);
-            play(settings, view, None, Some(report), (&name, &reopen, routes), playback)
+            let recording = PlayedRecording { name: &name, reopen: &reopen, routes };
+            play(settings, view, Some(report), recording, playback)
         }
     }
 }
@@ -109,22 +120,22 @@ pub fn run(
 pub fn play(
     settings: Settings,
     view: View,
-    json: Option<JsonTimeline>,
     report: Option<ReportPage>,
-    (name, reopen, routes): (&str, Reopen<'_>, Routes),
+    recording: PlayedRecording<'_>,
     playback: Playback,
 ) -> Result<(), DaemonError> {
     runtime()?.block_on(async {
         let keeps_history = report.is_some();
-        let mut gateway_io = GatewayIo::open(&settings, view, json, report)?;
+        let mut io = GatewayIo::open(&settings, view, report)?;
         if keeps_history {
-            gateway_io.keep_history(&settings);
-            gateway_io.open_black_box(&settings, &vec![LinkState::Up; settings.gateway.buses.len()]);
+            io.outputs.restore_history(&settings);
+            let links = vec![LinkState::Up; settings.gateway.buses.len()];
+            io.outputs.recorders.black_box = FaultRecorder::start(&settings, &links);
         }
-        gateway_io.keep_configuration();
+        io.service.reload.refuse();
         // On the heap: the settings make it large.
-        let outcome = Box::pin(play_on(settings, &mut gateway_io, (name, reopen, routes), playback)).await;
-        gateway_io.close();
+        let outcome = Box::pin(play_on(settings, &mut io, recording, playback)).await;
+        io.close();
         outcome
     })
 }
@@ -197,72 +208,72 @@ async fn run_live(
     report: ReportPage,
 ) -> Result<(), DaemonError> {
     let _sender_lock = SenderLock::take(settings.gateway.command_interfaces()).await?;
-    let mut gateway_io = GatewayIo::open(&settings, view, None, Some(report))?;
-    gateway_io.keep_history(&settings);
+    let mut io = GatewayIo::open(&settings, view, Some(report))?;
+    io.outputs.restore_history(&settings);
     let (mut receivers, transmitters) =
         Receivers::start(&settings, |bus| Some(settings.gateway.relevant_ids(bus)));
     let (links, early) = receivers.first_links(settings.gateway.buses.len()).await?;
-    gateway_io.open_black_box(&settings, &links);
-    gateway_io.observe_process(&settings);
+    io.outputs.recorders.black_box = FaultRecorder::start(&settings, &links);
+    io.process.observe(&settings, io.service.reload.is_taken());
     let mut reloader = Reloader::new(read);
-    let inbox = gateway_io.inbox();
+    let inbox = io.outputs.publisher.inbox();
     let clock = Clock::start();
     let started = clock.now();
-    gateway_io.record_call(GatewayCall::Start(links.clone()), started);
+    io.outputs.recorders.record(|mcap| mcap.call(GatewayCall::Start(links.clone()), started));
     let mut live = Live::new(settings.gateway, &links, started);
-    gateway_io.receive(&mut live, early, clock.now());
-    gateway_io.ready(live.gateway(), clock.now());
+    io.receive(&mut live, early, clock.now());
+    io.ready(live.gateway(), clock.now());
     // Deadline for the last frames to the vehicle, and the outcome, after a stop request or a failure.
     let mut ending: Option<(Instant, Result<(), DaemonError>)> = None;
     let outcome = loop {
         // Read before frames are sent, so that frames that are due before the end are sent however long that
         // takes.
         let looked = Instant::now();
-        gateway_io.emit_live(&mut live, &transmitters, &clock);
-        gateway_io.show(live.gateway(), clock.now());
-        let mut reason = gateway_io.take_failure().filter(|_| ending.is_none()).map(Err);
+        io.look(&mut live, &transmitters, &clock);
+        io.show(live.gateway(), clock.now());
+        let mut reason = io.outputs.take_failure().filter(|_| ending.is_none()).map(Err);
         if ending.as_ref().is_some_and(|(end, _)| live.is_finished() || looked >= *end)
             && let Some((_, outcome)) = ending
         {
             break outcome;
         }
-        let wake = clock.instant(live.wake_at()).min(gateway_io.next_look);
+        let wake = clock.instant(live.wake_at()).min(io.process.next_check);
         let wake = ending.as_ref().map_or(wake, |(end, _)| wake.min(*end));
         let wake = if reason.is_some() { Instant::now() } else { wake };
         let is_receiving = !matches!(ending, Some((_, Err(_))));
         tokio::select! {
-            () = gateway_io.stop.requested(), if ending.is_none() => reason = Some(Ok(())),
-            () = gateway_io.watchdog.ping_due() => gateway_io.supervisor.feed_watchdog(),
-            () = gateway_io.watching.due() => {}
-            () = gateway_io.reload.requested(), if ending.is_none() => {
-                gateway_io.supervisor.reloading();
-                reloader.request();
-            }
+            woken = io.service.woken() => match woken {
+                Woken::Stop => reason = Some(Ok(())),
+                Woken::Reload if ending.is_none() => {
+                    io.service.supervisor.reloading();
+                    reloader.request();
+                }
+                Woken::Reload | Woken::Show => {}
+            },
             read = reloader.finished(), if ending.is_none() => {
-                let mut state = gateway_io.configuration.take().unwrap_or_default();
-                reload::apply(read, &mut state, (&mut live, &receivers, &mut gateway_io), clock.now());
-                gateway_io.configuration = Some(state);
+                let running = Running { live: &mut live, receivers: &receivers, io: &mut io };
+                running.apply(read, clock.now());
                 if !reloader.request_again() {
-                    gateway_io.ready(live.gateway(), clock.now());
+                    io.ready(live.gateway(), clock.now());
                 }
             }
             batch = receivers.recv(), if is_receiving => match batch {
-                Ok(batch) => gateway_io.receive(&mut live, batch, clock.now()),
+                Ok(batch) => io.receive(&mut live, batch, clock.now()),
                 Err(error) => reason = Some(Err(error)),
             },
             arrival = next_received(inbox.as_deref()) => {
-                gateway_io.receive_sample(&mut live, arrival, clock.now());
+                io.receive_sample(&mut live, arrival, clock.now());
             }
             () = sleep_until(wake.into()) => {}
         }
         if let (Some(reason), None) = (reason, &ending) {
             let now = clock.now();
-            gateway_io.record_call(GatewayCall::Stop, now);
+            io.outputs.recorders.record(|mcap| mcap.call(GatewayCall::Stop, now));
             live.take([CommandInput::Stop], now, |_, _| ());
             ending = Some((Instant::now() + LAST_FRAMES, reason));
         }
     };
-    gateway_io.close();
+    io.close();
     outcome
 }
 
@@ -278,32 +289,32 @@ async fn next_received(inbox: Option<&Inbox>) -> Arrival {
 
 async fn play_on(
     settings: Settings,
-    gateway_io: &mut GatewayIo,
-    (name, reopen, routes): (&str, Reopen<'_>, Routes),
+    io: &mut GatewayIo,
+    PlayedRecording { name, reopen, routes }: PlayedRecording<'_>,
     playback: Playback,
 ) -> Result<(), DaemonError> {
     let unreadable = |error| DaemonError::Recording { file: name.to_owned(), error };
-    let clock = Clock::start();
+    let (clock, mut timer) = (Clock::start(), PreciseTimer::new()?);
     let (recording, gateway) = (reopen().map_err(unreadable)?, settings.gateway);
     let replay = match playback.stamps {
         Stamps::Recorded => Replay::new(gateway, recording, routes),
         Stamps::Now => Replay::in_the_present(clock.now().wall, gateway, recording, routes),
     };
     let mut replay = replay.map_err(unreadable)?.in_real_time();
-    gateway_io.ready(replay.gateway(), replay.now());
-    let inbox = gateway_io.inbox();
+    io.ready(replay.gateway(), replay.now());
+    let inbox = io.outputs.publisher.inbox();
     let mut polled = Instant::now();
     loop {
         let now = replay.now();
-        gateway_io.emit(|| replay.poll_output(), now)?;
-        gateway_io.show(replay.gateway(), now);
+        io.handle_moment(|| replay.poll_output(), now)?;
+        io.show(replay.gateway(), now);
         let Some(next) = replay.next_time() else {
             if let Some(breakage) = replay.log().breakage() {
                 tracing::warn!(file = name, "{breakage}");
             }
             if playback.repeat {
                 replay.rewind(reopen().map_err(unreadable)?).map_err(unreadable)?;
-                gateway_io.view.begin_again(now.mono);
+                io.outputs.view.begin_again(now.mono);
             }
             // A recording without a frame of ours has nothing to repeat.
             if replay.next_time().is_none() {
@@ -317,24 +328,24 @@ async fn play_on(
             }
             continue;
         };
-        let real = MonoTime::ZERO.after(next.since(MonoTime::ZERO).div_f64(playback.speed));
-        let wake = clock.instant(real);
+        let wake = clock.instant(MonoTime::ZERO.after(next.since(MonoTime::ZERO).div_f64(playback.speed)));
         // Frames are µs apart: only what lies ahead is waited for.
         if wake > Instant::now() || polled.elapsed() > MAX_SIGNAL_POLL {
-            let woken = gateway_io.wait_until(wake, next_received(inbox.as_deref())).await?;
+            let received = next_received(inbox.as_deref());
+            let waited = io.service.wait_until(wake, &mut timer, received).await?;
             polled = Instant::now();
             let now = clock.now();
             replay.set_wall_time(now.wall);
-            match woken {
-                Woken::Stopped => return Ok(()),
-                Woken::Received(arrival) => {
-                    gateway_io.record_sample(&arrival, replay.now().wall);
+            match waited {
+                Waited::Woken(Woken::Stop) => return Ok(()),
+                Waited::Woken(Woken::Reload | Woken::Show) => continue,
+                Waited::Received(arrival) => {
+                    io.outputs.recorders.sample(&arrival, replay.now().wall);
                     let at = now.mono.since(MonoTime::ZERO).mul_f64(playback.speed);
                     replay.receive(arrival.input, MonoTime::ZERO.after(at));
                     continue;
                 }
-                Woken::Watched => continue,
-                Woken::Due => {}
+                Waited::Due => {}
             }
         }
         replay.set_wall_time(clock.now().wall);
@@ -345,8 +356,8 @@ async fn play_on(
             if let (CanInput::Frame { stamp, .. }, true) = (&mut input, is_present) {
                 *stamp = wall;
             }
-            gateway_io.record_received(input, wall);
-            gateway_io.keep(Some(input), Now { mono: at, wall });
+            io.outputs.recorders.record(|mcap| mcap.received(input, wall));
+            io.outputs.recorders.handled(Some(input), Now { mono: at, wall });
         }
         replay.step().map_err(unreadable)?;
     }

@@ -3,11 +3,13 @@
 use std::future::pending;
 
 use super::error::DaemonError;
-use super::gateway_io::{GatewayIo, Woken};
+use super::gateway_io::GatewayIo;
 use super::runtime;
+use super::service::{Waited, Woken};
 use crate::config::Settings;
 use crate::desk::rehearsal::Rehearsal;
 use crate::io::clock::Clock;
+use crate::io::precise_timer::PreciseTimer;
 use crate::report::view::View;
 use gateway_base::time::MonoTime;
 
@@ -15,30 +17,35 @@ use gateway_base::time::MonoTime;
 pub fn rehearse(
     settings: &Settings,
     view: View,
-    mut rehearsal: Rehearsal<'_>,
+    rehearsal: Rehearsal<'_>,
     speed: f64,
 ) -> Result<(), DaemonError> {
     runtime()?.block_on(async {
-        let mut gateway_io = GatewayIo::open(settings, view, None, None)?;
-        gateway_io.keep_configuration();
-        gateway_io.ready(rehearsal.gateway(), rehearsal.now());
-        let clock = Clock::start();
-        let outcome = loop {
-            let now = rehearsal.now();
-            if let Err(error) = gateway_io.emit(|| rehearsal.poll_output(), now) {
-                break Err(error);
-            }
-            gateway_io.show(rehearsal.gateway(), now);
-            let Some(next) = rehearsal.next_time() else { break Ok(()) };
-            let real = MonoTime::ZERO.after(next.since(MonoTime::ZERO).div_f64(speed));
-            match gateway_io.wait_until(clock.instant(real), pending()).await {
-                Err(error) => break Err(error.into()),
-                Ok(Woken::Stopped) => break Ok(()),
-                Ok(Woken::Due) => rehearsal.step(),
-                Ok(Woken::Received(_) | Woken::Watched) => {}
-            }
-        };
-        gateway_io.close();
+        let mut io = GatewayIo::open(settings, view, None)?;
+        io.service.reload.refuse();
+        let outcome = Box::pin(rehearse_on(&mut io, rehearsal, speed)).await;
+        io.close();
         outcome
     })
+}
+
+async fn rehearse_on(
+    io: &mut GatewayIo,
+    mut rehearsal: Rehearsal<'_>,
+    speed: f64,
+) -> Result<(), DaemonError> {
+    io.ready(rehearsal.gateway(), rehearsal.now());
+    let (clock, mut timer) = (Clock::start(), PreciseTimer::new()?);
+    loop {
+        let now = rehearsal.now();
+        io.handle_moment(|| rehearsal.poll_output(), now)?;
+        io.show(rehearsal.gateway(), now);
+        let Some(next) = rehearsal.next_time() else { return Ok(()) };
+        let wake = clock.instant(MonoTime::ZERO.after(next.since(MonoTime::ZERO).div_f64(speed)));
+        match io.service.wait_until(wake, &mut timer, pending()).await? {
+            Waited::Woken(Woken::Stop) => return Ok(()),
+            Waited::Due => rehearsal.step(),
+            Waited::Received(_) | Waited::Woken(Woken::Reload | Woken::Show) => {}
+        }
+    }
 }

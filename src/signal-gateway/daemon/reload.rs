@@ -11,9 +11,7 @@ use super::gateway_io::GatewayIo;
 use super::receivers::Receivers;
 use crate::config::Settings;
 use crate::io::process_log;
-use crate::process_status::configuration::{
-    Change, ConfigurationState, EffectiveConfiguration, changes_text, plan,
-};
+use crate::process_status::configuration::{Change, EffectiveConfiguration, changes_text, plan};
 use gateway_base::time::Now;
 use gateway_core::gateway::call::GatewayCall;
 use gateway_core::gateway::live::Live;
@@ -86,53 +84,61 @@ struct ReloadRefusal {
     changes: Vec<Change>,
 }
 
-/// Puts a configuration into effect, or refuses it as a whole: the status, the diagnostics and the journal
-/// say so.
-pub(super) fn apply(
-    read: Read,
-    state: &mut ConfigurationState,
-    edges: (&mut Live, &Receivers, &mut GatewayIo),
-    now: Now,
-) {
-    match take_over(read, &state.in_effect, edges, now) {
-        Ok((parts, changes)) => {
-            let text = changes_text(&changes);
-            let text = if text.is_empty() { "nothing is different" } else { &text };
-            let text = format!("configuration reloaded: {text}");
-            process_log::record(tracing::Level::INFO, "configuration", &text, &[("MESSAGE_ID", RELOADED)]);
-            state.applied(parts, changes, now.wall);
-        }
-        Err(ReloadRefusal { reason, changes }) => {
-            let text = format!("configuration not reloaded, the one before goes on: {reason}");
-            let cause = reason.lines().next().unwrap_or_default();
-            let fields = [("MESSAGE_ID", REFUSED), ("CAUSE", cause)];
-            process_log::record(tracing::Level::WARN, "configuration", &text, &fields);
-            state.refused(reason, changes, now.wall);
-        }
-    }
+/// The running gateway, which another configuration changes.
+pub(super) struct Running<'a> {
+    pub(super) live: &'a mut Live,
+    pub(super) receivers: &'a Receivers,
+    pub(super) io: &'a mut GatewayIo,
 }
 
-/// Puts a configuration into effect; gives its parts, and those that were others before.
-fn take_over(
-    read: Read,
-    in_effect: &EffectiveConfiguration,
-    (live, receivers, gateway_io): (&mut Live, &Receivers, &mut GatewayIo),
-    now: Now,
-) -> Result<(EffectiveConfiguration, Vec<Change>), ReloadRefusal> {
-    let settings = *read.map_err(|reason| ReloadRefusal { reason, changes: Vec::new() })?;
-    let plan = plan(in_effect, &settings.in_effect);
-    if !plan.restart.is_empty() {
-        let reason = format!("restart needed for {}", changes_text(&plan.restart));
-        return Err(ReloadRefusal { reason, changes: plan.restart });
+impl Running<'_> {
+    /// Puts a configuration into effect, or refuses it as a whole: the status, the diagnostics and the journal
+    /// say so.
+    pub(super) fn apply(mut self, read: Read, now: Now) {
+        let outcome = self.take_over(read, now);
+        let state = self.io.process.known.configuration.get_or_insert_default();
+        match outcome {
+            Ok((parts, changes)) => {
+                let text = changes_text(&changes);
+                let text = if text.is_empty() { "nothing is different" } else { &text };
+                let text = format!("configuration reloaded: {text}");
+                let fields = [("MESSAGE_ID", RELOADED)];
+                process_log::record(tracing::Level::INFO, "configuration", &text, &fields);
+                state.applied(parts, changes, now.wall);
+            }
+            Err(ReloadRefusal { reason, changes }) => {
+                let text = format!("configuration not reloaded, the one before goes on: {reason}");
+                let cause = reason.lines().next().unwrap_or_default();
+                let fields = [("MESSAGE_ID", REFUSED), ("CAUSE", cause)];
+                process_log::record(tracing::Level::WARN, "configuration", &text, &fields);
+                state.refused(reason, changes, now.wall);
+            }
+        }
     }
-    // What is received from here on is handled under the new configuration, which leaves aside what it does
-    // not need.
-    if let Err(error) = receivers.receive_ids(|bus| settings.gateway.relevant_ids(bus)) {
-        let reason = format!("the CAN filters cannot be set: {error}");
-        return Err(ReloadRefusal { reason, changes: plan.reloadable });
+
+    /// Puts a configuration into effect. Returns its parts, and those that were others before.
+    fn take_over(
+        &mut self,
+        read: Read,
+        now: Now,
+    ) -> Result<(EffectiveConfiguration, Vec<Change>), ReloadRefusal> {
+        let settings = *read.map_err(|reason| ReloadRefusal { reason, changes: Vec::new() })?;
+        let state = self.io.process.known.configuration.get_or_insert_default();
+        let plan = plan(&state.in_effect, &settings.in_effect);
+        if !plan.restart.is_empty() {
+            let reason = format!("restart needed for {}", changes_text(&plan.restart));
+            return Err(ReloadRefusal { reason, changes: plan.restart });
+        }
+        // What is received from here on is handled under the new configuration, which leaves aside what it
+        // does not need.
+        if let Err(error) = self.receivers.receive_ids(|bus| settings.gateway.relevant_ids(bus)) {
+            let reason = format!("the CAN filters cannot be set: {error}");
+            return Err(ReloadRefusal { reason, changes: plan.reloadable });
+        }
+        self.io.outputs.reconfigure(&settings);
+        self.io.process.reconfigure(&settings);
+        self.io.outputs.recorders.record(|mcap| mcap.call(GatewayCall::Reconfigure, now));
+        self.live.reconfigure(settings.gateway);
+        Ok((settings.in_effect, plan.reloadable))
     }
-    gateway_io.reconfigure(&settings);
-    gateway_io.record_call(GatewayCall::Reconfigure, now);
-    live.reconfigure(settings.gateway);
-    Ok((settings.in_effect, plan.reloadable))
 }

@@ -3,11 +3,12 @@
 //! Our own code, for three things that a gateway in a container on a vehicle needs: abstract
 //! sockets, a send that never blocks the frame loop, and addresses that are arguments in tests.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::io;
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// The service manager that started this process, if there is one.
@@ -96,6 +97,17 @@ impl Supervisor {
     }
 }
 
+/// Returns a folder of the service, such as systemd's `STATE_DIRECTORY`; `None` outside of a service.
+pub fn service_folder(variable: &str) -> Option<PathBuf> {
+    first_folder(&std::env::var_os(variable)?)
+}
+
+fn first_folder(folders: &OsStr) -> Option<PathBuf> {
+    // A list separated by colons; ours has one entry.
+    let first = folders.to_str()?.split(':').next()?;
+    (!first.is_empty()).then(|| PathBuf::from(first))
+}
+
 /// Opens an unconnected socket, which also reaches a service manager that was restarted at the same address.
 fn open(address: &OsString) -> io::Result<(UnixDatagram, SocketAddr)> {
     let address = match address.as_bytes() {
@@ -146,6 +158,13 @@ mod tests {
         let mut buffer = [0; 512];
         let len = socket.recv(&mut buffer).unwrap();
         String::from_utf8(buffer[..len].to_vec()).unwrap()
+    }
+
+    #[test]
+    fn folder_is_the_first_of_the_service_managers_list() {
+        let folder = |folders: &str| first_folder(folders.as_ref());
+        assert_eq!(folder("/var/lib/one:/var/lib/other"), Some(PathBuf::from("/var/lib/one")));
+        assert_eq!(folder(""), None);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What `run`, `demo` and `replay` show while they run: lines, log records, or the live view.
 
 use std::fmt::Write as _;
-use std::io;
+use std::io::{self, Write as _};
 use std::time::Duration;
 
 use super::story::{Story, Summary, Teller, TryNext, WrongCaption, try_next_text};
@@ -9,7 +9,7 @@ use super::terminal::TerminalView;
 use crate::io::output_queue::{Loss, Losses, OutputQueue};
 use crate::io::process_log;
 use crate::process_status::snapshot::Snapshot;
-use crate::report::gateway::{Changes, Event};
+use crate::report::gateway::{Changes, Event, JsonTimeline};
 use crate::report::history::line_text;
 use crate::report::text::escaped;
 use gateway_base::diagnostics::Level;
@@ -38,6 +38,8 @@ struct Ending {
 enum Destination {
     /// One line per event, with its time, on standard output.
     Lines(OutputQueue),
+    /// Lines of JSON on standard output.
+    Json(Box<JsonTimeline>),
     /// The journal keeps the time: one log record for the events of a moment.
     Journal,
     /// The live view.
@@ -54,6 +56,11 @@ impl View {
     /// When standard output cannot be used.
     pub fn lines() -> io::Result<Self> {
         Ok(Self::new(Destination::Lines(OutputQueue::start("view", &io::stdout())?)))
+    }
+
+    /// Lines of JSON, without a story.
+    pub fn json(timeline: JsonTimeline) -> Self {
+        Self::new(Destination::Json(Box::new(timeline)))
     }
 
     /// One log record for each moment.
@@ -95,6 +102,9 @@ impl View {
     /// # Errors
     /// When standard output is closed.
     pub fn show(&mut self, output: &Output, at: MonoTime) -> io::Result<()> {
+        if let Destination::Json(timeline) = &self.destination {
+            return timeline.line(output, at).map_or(Ok(()), |line| writeln!(io::stdout().lock(), "{line}"));
+        }
         self.tell(at)?;
         let events = self.changes.of(output);
         if let Some((_, ending)) = &mut self.story {
@@ -103,7 +113,7 @@ impl View {
             }
         }
         match &self.destination {
-            Destination::Journal => {}
+            Destination::Journal | Destination::Json(_) => {}
             Destination::Terminal(view) => {
                 for event in &events {
                     view.line(event.level, at, &event.to_string());
@@ -190,7 +200,7 @@ impl View {
         for (light, bulbs) in teller.check(&snapshot(), at)? {
             let text = format!("{:<5} traffic light {light}: {bulbs}", Level::Ok.to_string());
             match &self.destination {
-                Destination::Journal => {}
+                Destination::Journal | Destination::Json(_) => {}
                 Destination::Terminal(view) => view.line(Level::Ok, at, &text),
                 // A reader that has gone is noticed with the next event.
                 Destination::Lines(out) => out.push(format!("{} {text}\n", time_text(at)).as_bytes()),
@@ -205,7 +215,7 @@ impl View {
         let Some((teller, _)) = &mut self.story else { return Ok(()) };
         while let Some(caption) = teller.next_caption(at) {
             match &self.destination {
-                Destination::Journal => {}
+                Destination::Journal | Destination::Json(_) => {}
                 Destination::Terminal(view) => view.caption(caption.text),
                 Destination::Lines(out) => {
                     write(out, &format!("{} ▸ {}\n", time_text(teller.time_of(caption)), caption.text))?;
@@ -230,7 +240,7 @@ impl Drop for View {
         self.log_moment();
         let out = match std::mem::replace(&mut self.destination, Destination::Journal) {
             Destination::Lines(out) => Some(out),
-            Destination::Journal => None,
+            Destination::Journal | Destination::Json(_) => None,
             // The terminal is given back before anything else is written.
             Destination::Terminal(view) => {
                 drop(view);

@@ -40,7 +40,7 @@ fn warnings_arrive_with_their_place_from_the_start_on_and_many_of_a_kind_are_fol
     for (file, module, line) in places {
         assert_eq!(
             (file, module),
-            ("src/signal-gateway/daemon/gateway_io.rs".into(), "signal_gateway::daemon::gateway_io".into())
+            ("src/signal-gateway/daemon/outputs.rs".into(), "signal_gateway::daemon::outputs".into())
         );
         assert!(line > 0);
     }
