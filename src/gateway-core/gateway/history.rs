@@ -5,6 +5,7 @@
 //! entry, so that a status that changes all the time displaces itself and nothing else.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::ops::RangeInclusive;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -210,8 +211,9 @@ impl History {
         self.keep(Kept { entry, at });
     }
 
-    /// Notes that the frames from `start` to `end` are in a recording of this name.
-    pub fn recorded(&mut self, (start, end): (MonoTime, MonoTime), recording: &str) {
+    /// Notes that the frames of this time are in a recording of this name.
+    pub fn recorded(&mut self, time: &RangeInclusive<MonoTime>, recording: &str) {
+        let (start, end) = (*time.start(), *time.end());
         self.revision += 1;
         let entries = self.subjects.values_mut().flat_map(|subject| {
             let is_of_this_time = move |kept: &&mut Kept| kept.at.is_some_and(|at| at >= start);
@@ -398,8 +400,8 @@ mod tests {
             add(&mut history, "turn", millis);
         }
         let time = MonoTime::from_millis;
-        history.recorded((time(150), time(300)), "first");
-        history.recorded((time(250), time(900)), "second");
+        history.recorded(&(time(150)..=time(300)), "first");
+        history.recorded(&(time(250)..=time(900)), "second");
         let found = |number| {
             let place = history.entry(number)?.black_box.clone()?;
             Some((place.recording, place.at_us))

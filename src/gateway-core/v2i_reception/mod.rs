@@ -105,10 +105,18 @@ pub struct V2iReception {
     counts: V2iCounts,
 }
 
+/// Where a group is bound.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    /// Position of its source.
+    source: usize,
+    /// Its own position there.
+    own: usize,
+}
+
 #[derive(Debug, Clone)]
 struct Tracked {
-    /// The position of its source, and its own position there.
-    at: (usize, usize),
+    at: Place,
     /// Its state in the last frame of a cycling message that carried it.
     last: Option<CyclingState>,
     /// Its state at the last call of `settle`; `None` before the first.
@@ -132,7 +140,7 @@ impl V2iReception {
                 V2iStates::Single(_) => 1,
                 V2iStates::Cycling(cycle) => cycle.groups.len(),
             };
-            (0..count).map(move |own| Tracked { at: (source, own), last: None, state: None })
+            (0..count).map(move |own| Tracked { at: Place { source, own }, last: None, state: None })
         });
         let groups = groups.collect();
         Self {
@@ -263,7 +271,7 @@ impl V2iReception {
     /// changes anything.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let expiry = |tracked: &Tracked| {
-            let V2iStates::Cycling(cycle) = &self.binding.sources.get(tracked.at.0)?.states else {
+            let V2iStates::Cycling(cycle) = &self.binding.sources.get(tracked.at.source)?.states else {
                 return None;
             };
             Some(deadline_after(tracked.last?.at, cycle.timeout))
@@ -274,12 +282,12 @@ impl V2iReception {
 }
 
 fn of_source(groups: &mut [Tracked], source: usize) -> &mut [Tracked] {
-    let first = groups.partition_point(|group| group.at.0 < source);
-    let behind = groups.partition_point(|group| group.at.0 <= source);
+    let first = groups.partition_point(|group| group.at.source < source);
+    let behind = groups.partition_point(|group| group.at.source <= source);
     &mut groups[first..behind]
 }
 
-fn bound(binding: &V2iBinding, (source, own): (usize, usize)) -> Option<(&V2iSource, &BoundGroup)> {
+fn bound(binding: &V2iBinding, Place { source, own }: Place) -> Option<(&V2iSource, &BoundGroup)> {
     let source = binding.sources.get(source)?;
     let group = match &source.states {
         V2iStates::Single(group) => Some(group),

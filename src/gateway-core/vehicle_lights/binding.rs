@@ -6,10 +6,10 @@
 use std::time::Duration;
 
 use super::fusion::SourceSettings;
+use super::lamp::LampSettings;
 use super::lamp::timing::Resolution;
-use super::lamp::{LampSettings, Sides};
 use super::stalk::{StalkPosition, StalkSettings};
-use super::state::{HazardCode, TurnCode};
+use super::state::{HazardCode, Sides, TurnCode};
 use can_signal::validation::meaning::Meaning;
 use can_signal::validation::requirement::Requirement;
 use can_signal::validation::table::{Role, SignalIndex, SignalTable};

@@ -16,19 +16,10 @@ mod cases;
 #[cfg(test)]
 mod properties;
 
-use super::state::{StateMachine, TurnCode};
+use super::state::{Sides, StateMachine, TurnCode};
 use flashing::{FlashRate, Flashes, Lit};
 use gateway_base::time::{MonoTime, deadline_after};
 pub use timing::LampSettings;
-
-/// A flag for each side.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Sides {
-    /// Flag of the left side.
-    pub left: bool,
-    /// Flag of the right side.
-    pub right: bool,
-}
 
 /// Irregularities of the lamps, which do not change the state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -240,17 +231,17 @@ impl Lamp {
 }
 
 impl StateMachine for Lamp {
-    /// True if the left and the right lamp are lit.
-    type Input = (bool, bool);
+    /// True for each lamp that is lit.
+    type Input = Sides;
     type State = TurnCode;
 
-    fn observe(&mut self, lamps: Option<(bool, bool)>, now: MonoTime) {
+    fn observe(&mut self, lamps: Option<Sides>, now: MonoTime) {
         self.advance(now);
         if self.settings.lit_until_changed {
             self.extend_lit();
         }
         match lamps {
-            Some((left, right)) => self.frame(left, right),
+            Some(Sides { left, right }) => self.frame(left, right),
             None => self.unknown_frame(),
         }
         self.update_state();

@@ -9,7 +9,7 @@ use super::lamp::{Lamp, LampFindings};
 use super::stalk::button::HazardToggle;
 use super::stalk::tap::TapHold;
 use super::stalk::{MomentaryStalk, StalkPosition};
-use super::state::{HazardCode, Judged, StateMachine, TurnCode, UnavailableReason};
+use super::state::{HazardCode, Judged, Sides, StateMachine, TurnCode, UnavailableReason};
 use super::warning::{Contradiction, Fallback, LampWarning, Warnings};
 use can_signal::can::{Bus, ReceiveTime};
 use can_signal::validation::observation::{MissingReason, Observations, Reading};
@@ -56,9 +56,9 @@ impl LightsContext<'_> {
     }
 
     /// Both sides of a pair, with the later receive time.
-    fn judge_pair(self, pair: &SidePair) -> Judged<(bool, bool)> {
+    fn judge_pair(self, pair: &SidePair) -> Judged<Sides> {
         match (self.judge(&pair.left), self.judge(&pair.right)) {
-            (Ok((left, since)), Ok((right, received))) => Ok(((left, right), since.newest(received))),
+            (Ok((left, since)), Ok((right, received))) => Ok((Sides { left, right }, since.newest(received))),
             (Err(reason), Ok(_)) | (Ok(_), Err(reason)) => Err(reason),
             (Err(first), Err(second)) => Err(graver(first, second)),
         }

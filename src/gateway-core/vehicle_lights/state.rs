@@ -32,15 +32,24 @@ impl TurnCode {
         }
     }
 
-    /// The state in which the left and the right side are on or off.
-    pub fn from_sides(sides: (bool, bool)) -> Self {
-        match sides {
+    /// The state in which these sides are on.
+    pub fn from_sides(Sides { left, right }: Sides) -> Self {
+        match (left, right) {
             (false, false) => Self::Off,
             (true, false) => Self::Left,
             (false, true) => Self::Right,
             (true, true) => Self::Both,
         }
     }
+}
+
+/// A flag for each side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Sides {
+    /// Flag of the left side.
+    pub left: bool,
+    /// Flag of the right side.
+    pub right: bool,
 }
 
 /// State of the hazard lights.

@@ -41,7 +41,7 @@ use status::{HeadingFinding, StatusFinding, StatusTask};
 use steering::TireAngle;
 use velocity::binding::VelocityBinding;
 use velocity::speed::{self, SpeedReading};
-use velocity::{Velocity, VelocityMemory};
+use velocity::{Velocity, VelocityInputs, VelocityMemory};
 
 pub use status::StatusReport;
 pub use status::snapshot::{DoorSnapshot, VehicleStatusSnapshot};
@@ -217,8 +217,10 @@ impl VehicleStatus {
         let (speed, tire) = speed_and_tire(binding, self.plausibility.alarms(), context);
         let velocity = velocity_verdict(
             binding.velocity.as_ref(),
-            (&mut self.memory, &mut self.plausibility),
-            (speed, gear.state, tire.state),
+            &mut self.memory,
+            &mut self.plausibility,
+            speed,
+            VelocityInputs { gear: gear.state, tire: tire.state },
             context,
         );
         let tire = plausible_tire(binding, tire, self.plausibility.alarms(), context);
@@ -336,16 +338,18 @@ fn speed_and_tire(
 
 fn velocity_verdict(
     binding: Option<&VelocityBinding>,
-    (memory, plausibility): (&mut VelocityMemory, &mut Plausibility),
-    (speed, gear, tire): (Option<Chosen<SpeedReading>>, Judged<Gear>, Judged<TireAngle>),
+    memory: &mut VelocityMemory,
+    plausibility: &mut Plausibility,
+    speed: Option<Chosen<SpeedReading>>,
+    inputs: VelocityInputs,
     context: StatusContext<'_>,
 ) -> Verdict<Velocity> {
     let Some((binding, speed)) = binding.zip(speed) else {
-        let tire_rad = tire.ok().map(|(TireAngle(angle), _)| angle);
+        let tire_rad = inputs.tire.ok().map(|(TireAngle(angle), _)| angle);
         plausibility.update(Motion { tire_rad, ..Motion::default() }, context.now.mono);
         return Verdict { state: Err(StatusReason::NoSource), finding: StatusFinding::default() };
     };
-    let assembled = memory.assemble(binding, speed, (gear, tire), plausibility.alarms(), context);
+    let assembled = memory.assemble(binding, speed, inputs, plausibility.alarms(), context);
     let alarms = plausibility.update(assembled.motion, context.now.mono).of_steering(false);
     let state = required(assembled.state, context);
     let finding = StatusFinding {

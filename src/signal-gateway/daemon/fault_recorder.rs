@@ -63,7 +63,7 @@ impl FaultRecorder {
 
     /// Keeps an input that is handled next, and writes the recording whose window has ended. Returns the begin
     /// of its frames and its name.
-    pub(super) fn handled(&mut self, input: Option<CanInput>, at: Now) -> Option<(Now, String)> {
+    pub(super) fn handled(&mut self, input: Option<CanInput>, at: Now) -> Option<(MonoTime, String)> {
         if let Some(input) = input {
             self.black_box.keep(input, at);
         }
@@ -76,12 +76,12 @@ impl FaultRecorder {
     }
 
     /// Writes the recording of an open window, if there is one; returns the begin of its frames and its name.
-    pub(super) fn save_open(&mut self) -> Option<(Now, String)> {
+    pub(super) fn save_open(&mut self) -> Option<(MonoTime, String)> {
         self.black_box.flush().map(|recording| self.save(recording))
     }
 
-    fn save(&self, recording: Recording) -> (Now, String) {
-        let named = (recording.start(), self.recorder.name(&recording));
+    fn save(&self, recording: Recording) -> (MonoTime, String) {
+        let named = (recording.start().mono, self.recorder.name(&recording));
         self.recorder.save(recording);
         named
     }

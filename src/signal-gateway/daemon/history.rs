@@ -1,6 +1,7 @@
 //! Keeps what changes: in memory for whoever looks, and in a file over the end of the process.
 
 use std::fs::File;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
@@ -13,7 +14,7 @@ use crate::io::recorder::log_of;
 use crate::report::gateway::Changes;
 use crate::report::text::counted;
 use gateway_base::diagnostics::Level;
-use gateway_base::time::{MonoTime, Now, WallStamp};
+use gateway_base::time::{MonoTime, WallStamp};
 use gateway_core::gateway::event::Output;
 use gateway_core::gateway::history::{
     Change, ChangeKind, History, HistoryEntry, HistoryPage, HistoryRequest, InBlackBox,
@@ -63,7 +64,7 @@ impl Shared {
         for note in notes {
             match note {
                 Note::Change(change, at, stamp) => self.history.add(change, at, stamp),
-                Note::Recorded(start, end, recording) => self.history.recorded((start, end), &recording),
+                Note::Recorded(time, recording) => self.history.recorded(&time, &recording),
             }
         }
         self.history.next_number()
@@ -111,7 +112,7 @@ pub(super) struct HistoryKeeper {
 
 enum Note {
     Change(Change, Option<MonoTime>, WallStamp),
-    Recorded(MonoTime, MonoTime, String),
+    Recorded(RangeInclusive<MonoTime>, String),
 }
 
 impl HistoryKeeper {
@@ -206,9 +207,9 @@ impl HistoryKeeper {
         }
     }
 
-    /// Notes that the frames from `start` to `end` are in a black-box recording.
-    pub(super) fn recorded(&mut self, start: Now, end: Now, recording: String) {
-        self.waiting.push(Note::Recorded(start.mono, end.mono, recording));
+    /// Notes that the frames of this time are in a black-box recording.
+    pub(super) fn recorded(&mut self, time: RangeInclusive<MonoTime>, recording: String) {
+        self.waiting.push(Note::Recorded(time, recording));
         self.take_over();
     }
 

@@ -117,7 +117,7 @@ impl Recorders {
     pub(super) fn handled(&mut self, input: Option<CanInput>, at: Now) {
         let Some(black_box) = &mut self.black_box else { return };
         if let Some((start, name)) = black_box.handled(input, at) {
-            self.history.recorded(start, at, name);
+            self.history.recorded(start..=at.mono, name);
         }
     }
 
@@ -154,8 +154,7 @@ impl Recorders {
     /// Begins to write what is left, while other parts of the process end. [`Self::stop`] waits for it.
     pub(super) fn end(&mut self) {
         if let Some((start, name)) = self.black_box.as_mut().and_then(FaultRecorder::save_open) {
-            let end = Now { mono: MonoTime::MAX, ..start };
-            self.history.recorded(start, end, name);
+            self.history.recorded(start..=MonoTime::MAX, name);
         }
         self.history.end();
     }

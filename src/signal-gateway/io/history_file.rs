@@ -162,7 +162,7 @@ mod tests {
             };
             history.add(change, Some(MonoTime::ZERO), WallStamp::from_nanos(-1));
         }
-        history.recorded((MonoTime::ZERO, MonoTime::ZERO), "boot-time");
+        history.recorded(&(MonoTime::ZERO..=MonoTime::ZERO), "boot-time");
         history.entries()
     }
 

@@ -10,7 +10,7 @@ use can_signal::validation::table::{MessageIndex, Role, SignalIndex, SignalTable
 use gateway_base::time::MonoTime;
 use gateway_core::vehicle_lights::binding::{BothOn, HazardSource, LightsBinding, SidePair, TurnSource};
 use gateway_core::vehicle_lights::stalk::StalkPosition;
-use gateway_core::vehicle_lights::state::TurnCode;
+use gateway_core::vehicle_lights::state::{Sides, TurnCode};
 
 /// The evidence for a profile, frame by frame.
 #[derive(Debug, Clone)]
@@ -162,7 +162,7 @@ fn pair_shown(pair: &SidePair, raw: &[Option<i128>]) -> Option<ShownState> {
             ShownState::Undefined
         }
         (Meaning::Defined(left), Meaning::Defined(right)) => {
-            ShownState::State(TurnCode::from_sides((left, right)))
+            ShownState::State(TurnCode::from_sides(Sides { left, right }))
         }
         (Meaning::Undefined, _) | (_, Meaning::Undefined) => ShownState::Undefined,
         _ => ShownState::Unusable,

@@ -3,8 +3,7 @@
 use super::request::{FrameFault, SimulatedFault};
 use can_signal::validation::meaning::Meaning;
 use gateway_core::command::Turn;
-use gateway_core::vehicle_lights::lamp::Sides;
-use gateway_core::vehicle_lights::state::TurnCode;
+use gateway_core::vehicle_lights::state::{Sides, TurnCode};
 
 #[derive(Debug, Clone, Default)]
 pub(super) struct ActiveFaults {

@@ -3,8 +3,7 @@
 use std::time::Duration;
 
 use gateway_base::time::MonoTime;
-use gateway_core::vehicle_lights::lamp::Sides;
-use gateway_core::vehicle_lights::state::TurnCode;
+use gateway_core::vehicle_lights::state::{Sides, TurnCode};
 
 /// Flashes one side or both, beginning with a lit lamp.
 #[derive(Debug, Clone, Copy)]

@@ -20,8 +20,7 @@ use can_signal::can::error_frame::class;
 use can_signal::can::{BusIndex, ErrorFrame, Frame};
 use can_signal::validation::meaning::Meaning;
 use gateway_base::time::MonoTime;
-use gateway_core::vehicle_lights::lamp::Sides;
-use gateway_core::vehicle_lights::state::TurnCode;
+use gateway_core::vehicle_lights::state::{Sides, TurnCode};
 
 /// Stream of the random generator for the faults.
 const RANDOM_STREAM: u64 = 0x5EED;

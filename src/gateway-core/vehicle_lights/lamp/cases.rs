@@ -12,10 +12,10 @@ const fn ms(millis: u64) -> Duration {
 
 /// Start of the cases, when dark lamps have been observed for long enough that off is proven.
 const START: u64 = 10_000;
-const DARK: (bool, bool) = (false, false);
-const LEFT: (bool, bool) = (true, false);
-const RIGHT: (bool, bool) = (false, true);
-const BOTH: (bool, bool) = (true, true);
+const DARK: Sides = Sides { left: false, right: false };
+const LEFT: Sides = Sides { left: true, ..DARK };
+const RIGHT: Sides = Sides { right: true, ..DARK };
+const BOTH: Sides = Sides { left: true, right: true };
 const fn at(millis: u64) -> MonoTime {
     MonoTime::from_millis(START + millis)
 }
@@ -39,14 +39,14 @@ impl Recorder {
         Self::new(LampSettings::for_message(Sampling::cyclic(ms(period))))
     }
 
-    fn observe(&mut self, lamps: Option<(bool, bool)>, now: MonoTime) {
+    fn observe(&mut self, lamps: Option<Sides>, now: MonoTime) {
         self.wait(now);
         let before = self.lamp.state();
         self.lamp.observe(lamps, now);
         self.record(before, now);
     }
 
-    fn frame(&mut self, lamps: (bool, bool), millis: u64) {
+    fn frame(&mut self, lamps: Sides, millis: u64) {
         self.observe(Some(lamps), at(millis));
     }
 
@@ -69,7 +69,7 @@ impl Recorder {
     }
 
     /// Sends a frame every `period` ms with the lamps of `lit`.
-    fn play(&mut self, period: u64, from: u64, until: u64, lit: impl Fn(u64) -> (bool, bool)) {
+    fn play(&mut self, period: u64, from: u64, until: u64, lit: impl Fn(u64) -> Sides) {
         for millis in (from..until).step_by(usize::try_from(period).unwrap()) {
             self.frame(lit(millis), millis);
         }
@@ -88,7 +88,7 @@ fn just_before(time: MonoTime) -> MonoTime {
 fn flash(millis: u64, cycle: u64, share: u64) -> bool {
     millis % cycle < cycle * share / 100
 }
-fn only_if(lit: bool, lamps: (bool, bool)) -> (bool, bool) {
+fn only_if(lit: bool, lamps: Sides) -> Sides {
     if lit { lamps } else { DARK }
 }
 
@@ -268,7 +268,8 @@ fn hazard_during_left_ends_with_left() {
 #[test]
 fn lamps_one_frame_apart_do_not_interrupt_hazard() {
     let mut recorder = Recorder::cyclic(50);
-    recorder.play(50, 0, 6000, |t| (flash(t, 700, 50), t >= 50 && flash(t - 50, 700, 50)));
+    recorder
+        .play(50, 0, 6000, |t| Sides { left: flash(t, 700, 50), right: t >= 50 && flash(t - 50, 700, 50) });
     assert_eq!(recorder.states(), [Left, Both], "one frame of left before both are lit");
 }
 
@@ -298,7 +299,8 @@ fn emergency_flashing_ends_with_hazard() {
 #[test]
 fn emergency_flashing_with_early_lamp_is_not_bulb_failure() {
     let mut recorder = Recorder::cyclic(20);
-    recorder.play(20, 0, 3000, |t| (flash(t, 250, 50), t >= 20 && flash(t - 20, 250, 50)));
+    recorder
+        .play(20, 0, 3000, |t| Sides { left: flash(t, 250, 50), right: t >= 20 && flash(t - 20, 250, 50) });
     let found = LampFindings { emergency_flashing: true, ..LampFindings::default() };
     assert_eq!(recorder.lamp.findings(), found);
 }
@@ -340,7 +342,7 @@ fn unknown_frames_do_not_clear_bulb_failure() {
     // Every second dark time is unknown, so that the flashes look twice as long.
     for millis in (4000..12_000).step_by(20) {
         let lit = flash(millis, 320, 50);
-        let lamps = (lit || millis % 640 >= 320).then_some((lit, false));
+        let lamps = (lit || millis % 640 >= 320).then_some(Sides { left: lit, ..DARK });
         recorder.observe(lamps, at(millis));
     }
     assert!(recorder.lamp.findings().bulb_failure.left);

@@ -119,7 +119,7 @@ fn settings(lit_until_changed: bool) -> LampSettings {
 }
 
 fn observe(lamp: &mut Lamp, lamps: Option<(bool, bool)>, now: MonoTime) {
-    lamp.observe(lamps, now);
+    lamp.observe(lamps.map(|(left, right)| Sides { left, right }), now);
 }
 
 fn just_before(time: MonoTime) -> MonoTime {
@@ -216,7 +216,7 @@ proptest! {
         let mut now = MonoTime::ZERO;
         for (step, left) in frames {
             now = now.after(Duration::from_millis(step));
-            lamp.observe(left.map(|left| (left, false)), now);
+            observe(&mut lamp, left.map(|left| (left, false)), now);
             prop_assert!(!matches!(lamp.state(), Some(TurnCode::Both | TurnCode::Right)));
             prop_assert!(!lamp.findings().emergency_flashing && !lamp.findings().bulb_failure.right);
         }

@@ -5,6 +5,7 @@ use std::time::Duration;
 use proptest::prelude::*;
 
 use super::*;
+use crate::vehicle_lights::state::Sides;
 
 /// One press with its side and the times of its start, of the full detent and of its release, in ms.
 #[derive(Debug, Clone, Copy)]
@@ -121,8 +122,8 @@ proptest! {
         let mut frames = vec![];
         let mut now = 0;
         let code = |request: Option<Request>| TurnCode::from_sides(match request {
-            Some(request) => (request.left, !request.left),
-            None => (false, false),
+            Some(Request { left, .. }) => Sides { left, right: !left },
+            None => Sides::default(),
         });
         for (step, position) in steps {
             let next = now + step;

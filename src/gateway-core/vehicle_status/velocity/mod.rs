@@ -67,6 +67,15 @@ pub struct Assembled {
     pub is_heading_rate_replaced: bool,
 }
 
+/// Other reports that a velocity depends on.
+#[derive(Debug, Clone, Copy)]
+pub struct VelocityInputs {
+    /// The gear, which may give the sign.
+    pub gear: Judged<Gear>,
+    /// The angle of the front wheels, which may give the heading rate.
+    pub tire: Judged<TireAngle>,
+}
+
 /// What is remembered from frame to frame.
 #[derive(Debug, Clone, Default)]
 pub struct VelocityMemory {
@@ -81,7 +90,7 @@ impl VelocityMemory {
         &mut self,
         binding: &VelocityBinding,
         speed: Chosen<SpeedReading>,
-        (gear, tire): (Judged<Gear>, Judged<TireAngle>),
+        VelocityInputs { gear, tire }: VelocityInputs,
         alarms: AlarmSet,
         context: StatusContext<'_>,
     ) -> Assembled {

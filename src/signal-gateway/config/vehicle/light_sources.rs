@@ -9,7 +9,7 @@ use gateway_core::vehicle_lights::binding::{
     FaultBinding, FaultSignal, NamedSource, OnFault, Sources, TurnSource,
 };
 use gateway_core::vehicle_lights::fusion::SourceSettings;
-use gateway_core::vehicle_lights::lamp::Sides;
+use gateway_core::vehicle_lights::state::Sides;
 
 const ON_FAULT: Keywords<OnFault> = &[("report", OnFault::Report), ("withhold", OnFault::Withhold)];
 

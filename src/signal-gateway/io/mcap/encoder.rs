@@ -155,7 +155,9 @@ impl Encoder {
     /// The message of something received; `None` for what is not a frame.
     pub fn received(&self, input: &CanInput, at: WallStamp) -> Option<RecordedMessage> {
         match input {
-            CanInput::Frame { bus, frame, stamp } => self.frame(*bus, 0, frame, (*stamp, at)),
+            CanInput::Frame { bus, frame, stamp } => {
+                self.frame(*bus, 0, frame, FrameTimes { stamp: *stamp, recorded: at })
+            }
             CanInput::ErrorFrame { bus, error } => self.error_frame(*bus, *error, at),
             CanInput::Link { .. }
             | CanInput::Controller { .. }
@@ -192,11 +194,12 @@ impl Encoder {
     /// The messages of an output that was given out at `at`.
     pub fn given_out(&mut self, output: &Output, at: WallStamp) -> Vec<RecordedMessage> {
         match output {
-            Output::Command(CommandOutput::Transmit { frame, .. }) => {
-                self.frame(frame.bus(), 2, frame.frame(), (at, at)).into_iter().collect()
-            }
+            Output::Command(CommandOutput::Transmit { frame, .. }) => self
+                .frame(frame.bus(), 2, frame.frame(), FrameTimes { stamp: at, recorded: at })
+                .into_iter()
+                .collect(),
             Output::Command(CommandOutput::WouldTransmit { bus, frame, .. }) => {
-                self.frame(*bus, 4, frame, (at, at)).into_iter().collect()
+                self.frame(*bus, 4, frame, FrameTimes { stamp: at, recorded: at }).into_iter().collect()
             }
             Output::VehicleLights(_)
             | Output::VehicleStatus(_)
@@ -227,14 +230,14 @@ impl Encoder {
             .collect()
     }
 
-    /// The message of a frame with its stamp and the time of its record; `kind` is the position of the
+    /// The message of a frame; `kind` is the position of the
     /// classic one of its two channels in [`CAN_CHANNELS`].
     fn frame(
         &self,
         bus: BusIndex,
         kind: usize,
         frame: &Frame,
-        (stamp, at): (WallStamp, WallStamp),
+        FrameTimes { stamp, recorded }: FrameTimes,
     ) -> Option<RecordedMessage> {
         let header = self.header(bus, stamp)?;
         let (id, is_extended) = (frame.id().number(), matches!(frame.id(), CanId::Extended(_)));
@@ -249,7 +252,7 @@ impl Encoder {
         };
         let channel = self.can_channel(bus, kind + usize::from(frame.is_fd()));
         let endian = Endian::Little;
-        Some(RecordedMessage { channel, log_time: at, publish_time: stamp, bytes: bytes.ok()?, endian })
+        Some(RecordedMessage { channel, log_time: recorded, publish_time: stamp, bytes: bytes.ok()?, endian })
     }
 
     fn error_frame(&self, bus: BusIndex, error: ErrorFrame, at: WallStamp) -> Option<RecordedMessage> {
@@ -280,6 +283,14 @@ impl Encoder {
     fn can_channel(&self, bus: BusIndex, kind: usize) -> usize {
         self.table.len() + usize::from(bus.0) * CAN_CHANNELS.len() + kind
     }
+}
+
+/// The two times of a recorded frame.
+struct FrameTimes {
+    /// When it was received, or is sent.
+    stamp: WallStamp,
+    /// When it was handled, which orders the recording.
+    recorded: WallStamp,
 }
 
 /// A name as a part of a topic, which has letters, digits and `_` and begins with a letter.
