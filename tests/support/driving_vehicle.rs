@@ -153,7 +153,7 @@ impl DrivingVehicle {
     }
 
     fn steering_signals(&self) -> impl Iterator<Item = SignalIndex> {
-        let sources = self.settings.gateway.status.steering.iter().flat_map(|steering| &steering.sources);
+        let sources = self.settings.gateway.status.steering.iter();
         sources.flat_map(|source| source.angle.signals())
     }
 
@@ -169,7 +169,7 @@ impl DrivingVehicle {
     }
 
     fn tire_resolution_rad(&self) -> f64 {
-        let sources = self.settings.gateway.status.steering.iter().flat_map(|steering| &steering.sources);
+        let sources = self.settings.gateway.status.steering.iter();
         let step = |source: &SteeringSource| {
             half_step(&source.angle) / if source.angle_of == AngleOf::SteeringWheel { MIN_RATIO } else { 1.0 }
         };

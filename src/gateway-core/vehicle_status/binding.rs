@@ -7,7 +7,7 @@ use super::control_mode::ControlModeBinding;
 use super::doors::Door;
 use super::gear::GearBinding;
 use super::quantity::Quantity;
-use super::steering::SteeringBinding;
+use super::steering::SteeringSource;
 use super::velocity::binding::VelocityBinding;
 use can_signal::validation::table::{SignalIndex, SignalTable};
 
@@ -18,8 +18,8 @@ pub struct StatusBinding {
     pub table: SignalTable,
     /// Velocity; `None` = the profile does not describe it.
     pub velocity: Option<VelocityBinding>,
-    /// Steering; `None` = the profile does not describe it.
-    pub steering: Option<SteeringBinding>,
+    /// Sources of the steering, the most trusted first; none = the profile does not describe it.
+    pub steering: Vec<SteeringSource>,
     /// Gear; `None` = the profile does not describe it.
     pub gear: Option<GearBinding>,
     /// Control mode; `None` = the profile does not describe it.
@@ -33,8 +33,8 @@ impl StatusBinding {
     pub fn quantities(&self) -> impl Iterator<Item = &Quantity> {
         let speeds = self.velocity.iter().flat_map(VelocityBinding::speed_signals);
         let yaw_rates = self.velocity.iter().flat_map(VelocityBinding::yaw_rates);
-        let steering = self.steering.iter().flat_map(|steering| &steering.sources);
-        speeds.map(|signal| &signal.quantity).chain(yaw_rates).chain(steering.map(|source| &source.angle))
+        let steering = self.steering.iter().map(|source| &source.angle);
+        speeds.map(|signal| &signal.quantity).chain(yaw_rates).chain(steering)
     }
 
     /// Text of the quality flag on a signal; empty without one.

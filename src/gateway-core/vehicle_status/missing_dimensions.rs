@@ -34,7 +34,7 @@ pub fn missing_dimensions(
             missing.extend(key.map(|key| (StatusReport::Velocity, name, key)));
         }
     }
-    for source in binding.steering.iter().flat_map(|steering| &steering.sources) {
+    for source in &binding.steering {
         if source.angle_of == AngleOf::SteeringWheel && geometry.wheel_to_tire.is_none() {
             let name = "the angle of the steering wheel".to_owned();
             missing.push((StatusReport::Steering, name, GeometryKey::SteeringRatio));

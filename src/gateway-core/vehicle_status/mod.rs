@@ -386,7 +386,7 @@ fn plausible_tire(
     alarms: AlarmSet,
     context: StatusContext<'_>,
 ) -> Verdict<TireAngle> {
-    let source = binding.steering.as_ref().and_then(|steering| steering.sources.get(tire.finding.source));
+    let source = binding.steering.get(tire.finding.source);
     let depends = source.is_some_and(|source| source.depends_on_speed(&context.settings.geometry));
     let effects = &[Effect::WithholdBoth, Effect::WithholdSteering];
     let Verdict { state, finding } = plausible(tire, alarms.of_steering(true), effects);
@@ -402,8 +402,7 @@ fn steering_verdict(
     speed_mps: Option<f64>,
     context: StatusContext<'_>,
 ) -> Verdict<TireAngle> {
-    let sources = binding.steering.as_ref().map_or(&[][..], |steering| &steering.sources);
-    first_usable(sources, context, |_, source| steering::judge(source, speed_mps, context))
+    first_usable(&binding.steering, context, |_, source| steering::judge(source, speed_mps, context))
 }
 
 fn gear_verdict(

@@ -135,9 +135,7 @@ fn named_quantities(binding: &StatusBinding) -> Vec<NamedQuantity> {
         text: rate,
     };
     named.extend(rates.map(sensor));
-    for SteeringSource { angle_of, angle, .. } in
-        binding.steering.iter().flat_map(|steering| &steering.sources)
-    {
+    for SteeringSource { angle_of, angle, .. } in &binding.steering {
         let name = match angle_of {
             AngleOf::SteeringWheel => "steering wheel",
             AngleOf::Tire => "tire angle",

@@ -51,7 +51,7 @@ impl StatusReport {
     pub fn of(binding: &StatusBinding) -> impl Iterator<Item = Self> + use<> {
         let described = [
             (Self::Velocity, binding.velocity.is_some()),
-            (Self::Steering, binding.steering.is_some()),
+            (Self::Steering, !binding.steering.is_empty()),
             (Self::Gear, binding.gear.is_some()),
             (Self::ControlMode, binding.control_mode.is_some()),
             (Self::Doors, !binding.doors.is_empty()),
@@ -63,12 +63,7 @@ impl StatusReport {
     fn signals(self, binding: &StatusBinding) -> Vec<SignalIndex> {
         let mut signals: Vec<_> = match self {
             Self::Velocity => binding.velocity.iter().flat_map(VelocityBinding::signals).collect(),
-            Self::Steering => binding
-                .steering
-                .iter()
-                .flat_map(|steering| &steering.sources)
-                .flat_map(|source| source.angle.signals())
-                .collect(),
+            Self::Steering => binding.steering.iter().flat_map(|source| source.angle.signals()).collect(),
             Self::Gear => binding.gear.iter().flat_map(GearBinding::signals).collect(),
             Self::ControlMode => binding.control_mode.iter().flat_map(ControlModeBinding::signals).collect(),
             Self::Doors => binding.doors.iter().map(|door| door.role.signal).collect(),
@@ -84,20 +79,13 @@ impl StatusReport {
 
     /// Name of a source at its position; empty for the only one.
     fn source_name(self, binding: &StatusBinding, position: usize) -> &str {
+        let StatusBinding { velocity, steering, gear, .. } = binding;
         let name = match self {
-            Self::Velocity => binding
-                .velocity
-                .as_ref()
-                .and_then(|velocity| velocity.speeds.get(position))
-                .map(|source| &source.name),
-            Self::Steering => binding
-                .steering
-                .as_ref()
-                .and_then(|steering| steering.sources.get(position))
-                .map(|source| &source.name),
-            Self::Gear => {
-                binding.gear.as_ref().and_then(|gear| gear.sources.get(position)).map(|source| &source.name)
+            Self::Velocity => {
+                velocity.iter().flat_map(|of| &of.speeds).nth(position).map(|source| &source.name)
             }
+            Self::Steering => steering.get(position).map(|source| &source.name),
+            Self::Gear => gear.iter().flat_map(|of| &of.sources).nth(position).map(|source| &source.name),
             Self::ControlMode | Self::Doors => None,
         };
         name.map_or("", String::as_str)

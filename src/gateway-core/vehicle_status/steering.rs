@@ -20,13 +20,6 @@ impl TireAngle {
     }
 }
 
-/// Binding of the steering.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SteeringBinding {
-    /// At least one source, most trusted first.
-    pub sources: Vec<SteeringSource>,
-}
-
 /// A signal that gives the steering.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SteeringSource {

@@ -20,8 +20,8 @@ const EXAMPLES_M: [f64; 2] = [2.6, 2.9];
 /// otherwise.
 pub(super) fn motion(survey: KinematicSurvey, settings: &Settings, report: &mut CheckReport) {
     let (status, geometry) = (&settings.gateway.status, &settings.gateway.status_settings.geometry);
-    let steering = status.steering.as_ref().and_then(|steering| steering.sources.first());
-    let kinematics = Kinematics::of(survey, geometry, steering.map(|source| source.angle_of));
+    let angle_of = status.steering.first().map(|source| source.angle_of);
+    let kinematics = Kinematics::of(survey, geometry, angle_of);
     if kinematics.has_rates && kinematics.turns < MIN_TURNS {
         let turns = counted(kinematics.turns as u64, "turn");
         let text = format!(

@@ -94,7 +94,7 @@ fn sources(report: StatusReport, settings: &Settings) -> String {
             )
         }
         StatusReport::Steering => {
-            let sources = status.steering.iter().flat_map(|steering| &steering.sources);
+            let sources = status.steering.iter();
             let names = from(sources.map(|source| source.name.as_str()).collect());
             if names.is_empty() { streamed } else { format!("from {names}; {streamed}") }
         }

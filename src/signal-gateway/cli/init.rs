@@ -164,7 +164,7 @@ fn dimensions(
     car: Option<&ListedCar<'_>>,
 ) -> Option<DimensionsDraft> {
     let status = &settings.gateway.status;
-    if status.velocity.is_none() && status.steering.is_none() {
+    if status.velocity.is_none() && status.steering.is_empty() {
         return None;
     }
     let is_of_profile = |model: &&CarModel| matches!(&model.profile, ModelProfile::Shipped { profile: of, .. } if of == profile);

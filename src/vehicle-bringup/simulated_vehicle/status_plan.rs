@@ -34,7 +34,7 @@ impl Draft<'_> {
         if let Some(velocity) = &status.velocity {
             self.velocity(table, velocity, dimensions)?;
         }
-        for source in status.steering.iter().flat_map(|steering| &steering.sources) {
+        for source in &status.steering {
             let measured = match source.angle_of {
                 AngleOf::SteeringWheel => Measured::SteeringWheel,
                 AngleOf::Tire => Measured::FrontWheels,

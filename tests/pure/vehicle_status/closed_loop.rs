@@ -198,7 +198,7 @@ fn judged(settings: Settings) -> (Deviations, Vec<String>) {
     let binding = &driven.car.settings.gateway.status;
     let streams = [
         (StatusReport::Velocity, has_velocity(binding), deviations.velocities),
-        (StatusReport::Steering, binding.steering.is_some(), deviations.tires),
+        (StatusReport::Steering, !binding.steering.is_empty(), deviations.tires),
     ];
     for (report, is_expected, count) in streams {
         let status = driven.gateway.statuses(END).into_iter().find(|status| status.task == report.name());
@@ -218,7 +218,7 @@ const MIN_REPORTS: usize = 275;
 fn has_velocity(binding: &StatusBinding) -> bool {
     let is_usable = |source: &HeadingRateSource| match source {
         HeadingRateSource::YawRate { .. } => true,
-        HeadingRateSource::Steering => binding.steering.is_some(),
+        HeadingRateSource::Steering => !binding.steering.is_empty(),
         HeadingRateSource::Wheels => false,
     };
     binding.velocity.as_ref().is_some_and(|velocity| {

@@ -132,7 +132,7 @@ fn every_part_of_a_status_is_tried() {
         let status = &profile(&name).gateway.status;
         let sections = [
             ("velocity", status.velocity.is_some()),
-            ("steering", status.steering.is_some()),
+            ("steering", !status.steering.is_empty()),
             ("gear", status.gear.is_some()),
             ("control_mode", status.control_mode.is_some()),
             ("doors", !status.doors.is_empty()),

@@ -107,7 +107,7 @@ impl KinematicSurvey {
 
     fn read(&mut self, status: &VehicleStatus, context: StatusContext<'_>) -> Option<MotionSample> {
         let binding = status.binding.velocity.as_ref()?;
-        let mut steering = status.binding.steering.iter().flat_map(|steering| &steering.sources);
+        let mut steering = status.binding.steering.iter();
         let steering = steering.find_map(|source| Some((source, source.angle.read(context).ok()?.0)));
         let received = ReceiveTime { at: context.now.mono, stamp: context.now.wall };
         let tire = steering.and_then(|(source, _)| steering::judge(source, None, context).ok());

@@ -73,7 +73,7 @@ fn status_facts(status: &StatusBinding) -> impl Iterator<Item = &'static str> {
         ("velocity.speed", velocity.is_some()),
         ("velocity.direction", velocity.is_some_and(|velocity| velocity.directions.iter().any(is_told))),
         ("velocity.heading_rate", has_yaw_rate),
-        ("steering", status.steering.is_some()),
+        ("steering", !status.steering.is_empty()),
         ("gear", status.gear.is_some()),
         ("control_mode", status.control_mode.is_some()),
         ("doors", !status.doors.is_empty()),

@@ -4,10 +4,10 @@ use super::quantity::{STEERING_ANGLE, quantity};
 use super::sources::sources;
 use crate::config::reading::Fields;
 use crate::config::vehicle::binder::Binder;
-use gateway_core::vehicle_status::steering::{AngleOf, SteeringBinding, SteeringSource};
+use gateway_core::vehicle_status::steering::{AngleOf, SteeringSource};
 
-/// Reads the binding; `None` when a problem was noted.
-pub(super) fn steering(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<SteeringBinding> {
+/// Reads the sources, the most trusted first; those with a problem are left out.
+pub(super) fn steering(binder: &mut Binder<'_>, fields: Fields<'_>) -> Vec<SteeringSource> {
     let sources = sources(binder, &fields, |binder, fields, name| {
         let (angle_of, angle) = match (fields.table("wheel"), fields.table("tire")) {
             (Some(wheel), None) => (AngleOf::SteeringWheel, wheel),
@@ -26,5 +26,5 @@ pub(super) fn steering(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<St
         Some(SteeringSource { name, angle_of, angle })
     });
     fields.done();
-    (!sources.is_empty()).then_some(SteeringBinding { sources })
+    sources
 }
