@@ -74,16 +74,11 @@ pub fn read_parameters(
 /// What is not YAML.
 pub fn read_value(given: &str) -> Result<Option<ParameterValue>, Refused> {
     let text = Text::new(Path::new("--param"), given.into())?;
-    Ok(from_rcl_yaml(&text)?.and_then(|value| scalar(&value.kind)))
+    Ok(from_rcl_yaml(&text)?.and_then(|value| single(&value)))
 }
 
-fn scalar(kind: &Kind) -> Option<ParameterValue> {
-    match kind {
-        Kind::Scalar { text, is_quoted } => {
-            Some(ParameterValue { text: text.clone(), is_quoted: *is_quoted })
-        }
-        Kind::Null | Kind::List(_) | Kind::Map(_) => None,
-    }
+fn single(value: &Value) -> Option<ParameterValue> {
+    value.scalar().map(|(text, is_quoted)| ParameterValue { text: text.to_owned(), is_quoted })
 }
 
 struct NodeReader {
@@ -124,7 +119,7 @@ impl NodeReader {
             if matches!(entry.value.kind, Kind::Map(_)) {
                 self.parameters(&format!("{name}."), &entry.value, is_for_this_node);
             } else {
-                let value = scalar(&entry.value.kind);
+                let value = single(&entry.value);
                 self.found.push(FileParameter { name, value, is_for_this_node });
             }
         }

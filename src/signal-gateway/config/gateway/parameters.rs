@@ -37,7 +37,7 @@ fn add(parameters: &mut Parameters, name: &str, value: &Value) {
                 add(parameters, &below(&entry.key), &entry.value);
             }
         }
-        Kind::List(items) => match items.iter().map(text_of).collect::<Option<Vec<_>>>() {
+        Kind::List(items) => match items.iter().map(Value::scalar).collect::<Option<Vec<_>>>() {
             Some(scalars) => parameters.set(name, list(&scalars)),
             None => {
                 for (number, item) in items.iter().enumerate() {
@@ -71,13 +71,6 @@ fn list(scalars: &[(&str, bool)]) -> ParameterValue {
 
 fn parsed<T: FromStr>(text: &str) -> Option<T> {
     text.replace('_', "").parse().ok()
-}
-
-fn text_of(value: &Value) -> Option<(&str, bool)> {
-    match &value.kind {
-        Kind::Scalar { text, is_quoted } => Some((text, *is_quoted)),
-        Kind::Null | Kind::List(_) | Kind::Map(_) => None,
-    }
 }
 
 #[cfg(test)]

@@ -137,34 +137,24 @@ impl Checker {
 
     /// A single value as text, quoted or not.
     pub(crate) fn text(&self, value: &Value) -> Option<LocatedText> {
-        match &value.kind {
-            Kind::Scalar { text, .. } => {
-                Some(LocatedText { text: text.clone(), location: value.location.clone() })
-            }
-            Kind::Null | Kind::List(_) | Kind::Map(_) => {
-                self.refuse_kind(value, "a single value");
-                None
-            }
-        }
+        let Some((text, _)) = value.scalar() else {
+            self.refuse_kind(value, "a single value");
+            return None;
+        };
+        Some(LocatedText { text: text.to_owned(), location: value.location.clone() })
     }
 
     /// A text in quotes; anything else is refused.
     pub(crate) fn string(&self, value: &Value) -> Option<LocatedText> {
-        match &value.kind {
-            Kind::Scalar { is_quoted: true, .. } => self.text(value),
-            Kind::Null | Kind::Scalar { .. } | Kind::List(_) | Kind::Map(_) => {
+        match value.scalar() {
+            Some((_, true)) => return self.text(value),
+            Some((text, false)) => {
                 let reason = format!("expected a text in quotes, found {}", value.described());
-                match &value.kind {
-                    Kind::Scalar { text, .. } => {
-                        self.refuse(&value.location, reason, &format!("write {text:?}"));
-                    }
-                    Kind::Null | Kind::List(_) | Kind::Map(_) => {
-                        self.refuse_and_explain(&value.location, reason);
-                    }
-                }
-                None
+                self.refuse(&value.location, reason, &format!("write {text:?}"));
             }
+            None => self.refuse_kind(value, "a text in quotes"),
         }
+        None
     }
 
     /// A number within a range; `unit` is for refusals, empty for a plain number.
@@ -196,10 +186,8 @@ impl Checker {
         unit: &str,
         remedy: &str,
     ) -> Option<T> {
-        let text = match &value.kind {
-            Kind::Scalar { text, is_quoted: false } => text.trim(),
-            Kind::Null | Kind::Scalar { .. } | Kind::List(_) | Kind::Map(_) => "",
-        };
+        let (given, is_quoted) = value.scalar().map_or(("", false), |(given, quoted)| (given.trim(), quoted));
+        let text = if is_quoted { "" } else { given };
         let is_whole = text.trim_start_matches('-').bytes().all(|byte| byte.is_ascii_digit());
         let reason = match text.parse() {
             Ok(number) if is_allowed(&number) => return Some(number),
@@ -209,37 +197,23 @@ impl Checker {
             Err(_) if !is_whole => format!("expected a whole number, found {text}"),
             Ok(_) | Err(_) => format!("{} is out of range", with_unit(text, unit)),
         };
-        let unquoted = match &value.kind {
-            Kind::Scalar { text, is_quoted: true } => text
-                .trim()
-                .parse()
-                .ok()
-                .filter(is_allowed)
-                .map(|_| format!("write {} without quotes", text.trim())),
-            Kind::Null | Kind::Scalar { .. } | Kind::List(_) | Kind::Map(_) => None,
-        };
+        let unquoted = given.parse().ok().filter(|number| is_quoted && is_allowed(number));
+        let unquoted = unquoted.map(|_| format!("write {given} without quotes"));
         self.refuse(&value.location, reason, unquoted.as_deref().unwrap_or(remedy));
         None
     }
 
     /// A truth value, `true` or `false`.
     pub(crate) fn flag(&self, value: &Value) -> Option<bool> {
-        let flag = match &value.kind {
-            Kind::Scalar { text, is_quoted: false } => text.parse().ok(),
-            Kind::Null | Kind::Scalar { .. } | Kind::List(_) | Kind::Map(_) => None,
-        };
-        if flag.is_none() {
-            match &value.kind {
-                Kind::Scalar { text, is_quoted: true } if matches!(text.as_str(), "true" | "false") => {
-                    let reason = format!("expected true or false, found {}", value.described());
-                    self.refuse(&value.location, reason, &format!("write {text} without quotes"));
-                }
-                Kind::Null | Kind::Scalar { .. } | Kind::List(_) | Kind::Map(_) => {
-                    self.refuse_kind(value, "true or false");
-                }
+        match value.scalar() {
+            Some((text @ ("true" | "false"), true)) => {
+                let reason = format!("expected true or false, found {}", value.described());
+                self.refuse(&value.location, reason, &format!("write {text} without quotes"));
             }
+            Some((text @ ("true" | "false"), false)) => return Some(text == "true"),
+            Some(_) | None => self.refuse_kind(value, "true or false"),
         }
-        flag
+        None
     }
 
     /// The value of a keyword; an unknown one is refused with the list of those that exist.

@@ -46,6 +46,11 @@ impl Value {
             Kind::Map(_) => "a table".to_owned(),
         }
     }
+
+    /// Returns a single value as written, and whether it is quoted. `None` for nothing, a list or a table.
+    pub(crate) fn scalar(&self) -> Option<(&str, bool)> {
+        if let Kind::Scalar { text, is_quoted } = &self.kind { Some((text, *is_quoted)) } else { None }
+    }
 }
 
 /// The values of a list; a single one is a list of one.

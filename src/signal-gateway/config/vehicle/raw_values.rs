@@ -38,11 +38,9 @@ impl RawValues {
 }
 
 fn range(checker: &Checker, value: &Value) -> Option<RawRange> {
-    let range = match &value.kind {
-        Kind::Scalar { text, is_quoted: true } => raw_range(text),
-        Kind::Scalar { text, is_quoted: false } => text.parse().ok().map(RawRange::single),
-        Kind::Null | Kind::List(_) | Kind::Map(_) => None,
-    };
+    let range = value.scalar().and_then(|(text, is_quoted)| {
+        if is_quoted { raw_range(text) } else { text.parse().ok().map(RawRange::single) }
+    });
     if range.is_none() {
         checker.refuse_kind(value, "a raw value such as 3, or a range such as \"4..=7\"");
     }
