@@ -141,7 +141,7 @@ impl Decider {
             Err(finding) => {
                 findings.push(finding);
                 // NO_COMMAND switches nothing off: the signal continues without a gap when inputs are back.
-                return bare(TurnCommand::NoCommand, HazardCommand::NoCommand, Basis::NoInputs, findings);
+                return Decision { findings, ..Decision::default() };
             }
         };
         self.note_route(route, &mut findings);
@@ -192,7 +192,7 @@ impl Decider {
                             parameters,
                         )
                     });
-                bare(turn, HazardCommand::NoCommand, Basis::PathGenerator(tagged), Vec::new())
+                Decision { turn, basis: Basis::PathGenerator(tagged), ..Decision::default() }
             }
             Some(measured) => {
                 let (path, ego) = (&measured.path, odometry.pose);
@@ -213,7 +213,7 @@ impl Decider {
                     let path_frame = PathFrame::new(&line, odometry.pose, front_m, nearest);
                     self.decide_by_manoeuvre(&on(path_frame, None), manoeuvres)
                 }
-                None => bare(TurnCommand::NoCommand, HazardCommand::NoCommand, Basis::NoInputs, Vec::new()),
+                None => Decision::default(),
             },
         };
         decision.findings = findings;
@@ -295,12 +295,14 @@ impl Decider {
         let requested =
             manoeuvre.filter(Section::is_finite).map_or(TurnCommand::NoCommand, |record| record.turn);
         let shown = self.min_duration.show(requested, &[], self.settings.min_durations, context.now);
-        let basis = Basis::ManoeuvreAlone(requested);
         Decision {
+            turn: shown.signal,
+            hazard: HazardCommand::Disable,
+            basis: Basis::ManoeuvreAlone(requested),
             held: shown.held,
-            next_deadline: shown.deadline,
             remarks,
-            ..bare(shown.signal, HazardCommand::Disable, basis, Vec::new())
+            next_deadline: shown.deadline,
+            ..Decision::default()
         }
     }
 
@@ -313,8 +315,14 @@ impl Decider {
     ) -> Option<Decision> {
         records.iter().find(|record| record.hazard == HazardCommand::Enable)?;
         self.min_duration.force_off(now);
-        let decision = bare(TurnCommand::Disable, HazardCommand::Enable, Basis::Hazard, Vec::new());
-        Some(Decision { remarks: remarks.to_vec(), ..decision })
+        let (turn, hazard) = (TurnCommand::Disable, HazardCommand::Enable);
+        Some(Decision {
+            turn,
+            hazard,
+            basis: Basis::Hazard,
+            remarks: remarks.to_vec(),
+            ..Decision::default()
+        })
     }
 
     /// Returns the record of the planner's manoeuvres that takes part: of several (W19) the one that would
@@ -434,21 +442,6 @@ fn sections(candidates: &Candidates, records: &[Section]) -> Vec<(CandidateSourc
     let of = |source| candidates.of(source).map(|section| (source, section));
     let on_road = [CandidateSource::Intersection, CandidateSource::Roundabout].into_iter().filter_map(of);
     on_road.chain(records.iter().map(|section| (CandidateSource::Manoeuvre, *section))).collect()
-}
-
-fn bare(turn: TurnCommand, hazard: HazardCommand, basis: Basis, findings: Vec<InputFinding>) -> Decision {
-    Decision {
-        turn,
-        hazard,
-        basis,
-        held: None,
-        sections: Candidates::default(),
-        intersection: None,
-        junction: None,
-        remarks: Vec::new(),
-        findings,
-        next_deadline: None,
-    }
 }
 
 fn own_line(ego: Pose) -> Option<Path> {

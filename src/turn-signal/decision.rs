@@ -14,7 +14,7 @@ use crate::light_command::{HazardCommand, TurnCommand};
 use gateway_base::time::MonoTime;
 
 /// The commands of one cycle with their reasons.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Decision {
     /// The command of the turn indicators.
     pub turn: TurnCommand,
@@ -39,9 +39,10 @@ pub struct Decision {
 }
 
 /// The ground on which a decision was made.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub enum Basis {
     /// Something indispensable is missing: no command. Upstream publishes nothing at all.
+    #[default]
     NoInputs,
     /// A manoeuvre requests the hazard lights.
     Hazard,

@@ -136,15 +136,8 @@ impl JudgedKind {
 
 impl VerdictCounts {
     /// Returns the number of verdicts of a kind.
-    pub const fn of(&self, kind: VerdictKind) -> u64 {
-        match kind {
-            VerdictKind::Agree => self.agree,
-            VerdictKind::Early => self.early,
-            VerdictKind::Late => self.late,
-            VerdictKind::Missing => self.missing,
-            VerdictKind::WrongSide => self.wrong_side,
-            VerdictKind::Needless => self.needless,
-        }
+    pub const fn of(mut self, kind: VerdictKind) -> u64 {
+        *self.of_mut(kind)
     }
 
     /// Returns the number of all verdicts.
