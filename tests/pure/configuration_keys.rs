@@ -4,11 +4,14 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use signal_gateway::config::description;
-use signal_gateway::config::gateway::reference::{document, sections};
+use signal_gateway::config::gateway::reference::sections;
+use signal_gateway::config::{KeyRow, description};
 
 mod agreement;
 mod schemas;
+
+/// The column at which the comments of the documented file begin.
+const COMMENT_COLUMN: usize = 36;
 
 pub(crate) fn project(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
@@ -49,4 +52,43 @@ fn every_key_has_a_meaning_a_name_of_its_own_and_a_value_to_show() {
             );
         }
     }
+}
+
+/// Returns the sections of the documented file.
+fn document() -> String {
+    let mut text = String::new();
+    for section in sections() {
+        if !section.path.is_empty() {
+            let name = section.path.replace('*', section.shown);
+            let comment = if section.is_optional { "# " } else { "" };
+            text += &commented(&format!("{comment}[{name}]"), section.doc);
+        }
+        for row in section.keys {
+            text += &key_line(row);
+        }
+        text += "\n";
+    }
+    text
+}
+
+/// Returns the line of a key in the documented file: its default or an example, and its meaning.
+fn key_line(row: &dyn KeyRow) -> String {
+    let value = row.default_toml().unwrap_or_else(|| row.example().to_owned());
+    let setting = format!("{} = {value}", row.name());
+    // The keys that every vehicle needs.
+    let comment = if matches!(row.name(), "profile" | "interface") { "" } else { "# " };
+    let description = description(row);
+    if description.contains('\n') {
+        let above: String = description.lines().map(|line| format!("# {line}\n")).collect();
+        return format!("{above}{comment}{setting}\n");
+    }
+    commented(&format!("{comment}{setting}"), &description)
+}
+
+fn commented(setting: &str, comment: &str) -> String {
+    if comment.is_empty() {
+        return format!("{setting}\n");
+    }
+    let gap = COMMENT_COLUMN.saturating_sub(setting.chars().count()).max(3);
+    format!("{setting}{}# {comment}\n", " ".repeat(gap))
 }

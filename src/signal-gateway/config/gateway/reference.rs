@@ -1,4 +1,4 @@
-//! All sections with the rows of their keys, and the text of the documented file that is made of them.
+//! All sections with the rows of their keys, of which the documented file is made.
 
 use super::topic_names::rows;
 use super::traffic_lights::{arbiter, faults, topics};
@@ -6,7 +6,7 @@ use super::{
     black_box, can, command, diagnostics, http, mcap, recording, reports, ros, status, top, traffic_lights,
     turn_signal, vehicle_geometry,
 };
-use crate::config::reading::{KeyRow, description};
+use crate::config::reading::KeyRow;
 use crate::config::{country, decider};
 
 /// A section of `gateway.toml`.
@@ -23,9 +23,6 @@ pub struct KeySection {
     /// Rows of its keys, in the order of the documented file.
     pub keys: Vec<&'static dyn KeyRow>,
 }
-
-/// The column at which the comments of the documented file begin.
-const COMMENT_COLUMN: usize = 36;
 
 const GEOMETRY: &str = "dimensions of the car, for velocity and steering, and for the decider (default there: Autoware's sample vehicle)";
 
@@ -130,43 +127,4 @@ pub fn sections() -> Vec<KeySection> {
         ),
         optional("turn_signal.outputs", "", rows(&turn_signal::topics::OUTPUTS)),
     ]
-}
-
-/// Returns the sections of the documented file.
-pub fn document() -> String {
-    let mut text = String::new();
-    for section in sections() {
-        if !section.path.is_empty() {
-            let name = section.path.replace('*', section.shown);
-            let comment = if section.is_optional { "# " } else { "" };
-            text += &commented(&format!("{comment}[{name}]"), section.doc);
-        }
-        for row in section.keys {
-            text += &key_line(row);
-        }
-        text += "\n";
-    }
-    text
-}
-
-/// Returns the line of a key in the documented file: its default or an example, and its meaning.
-pub fn key_line(row: &dyn KeyRow) -> String {
-    let value = row.default_toml().unwrap_or_else(|| row.example().to_owned());
-    let setting = format!("{} = {value}", row.name());
-    // The keys that every vehicle needs.
-    let comment = if matches!(row.name(), "profile" | "interface") { "" } else { "# " };
-    let description = description(row);
-    if description.contains('\n') {
-        let above: String = description.lines().map(|line| format!("# {line}\n")).collect();
-        return format!("{above}{comment}{setting}\n");
-    }
-    commented(&format!("{comment}{setting}"), &description)
-}
-
-fn commented(setting: &str, comment: &str) -> String {
-    if comment.is_empty() {
-        return format!("{setting}\n");
-    }
-    let gap = COMMENT_COLUMN.saturating_sub(setting.chars().count()).max(3);
-    format!("{setting}{}# {comment}\n", " ".repeat(gap))
 }
