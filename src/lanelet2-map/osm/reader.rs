@@ -35,14 +35,7 @@ pub fn read(bytes: &[u8]) -> Result<Osm, OsmError> {
 pub fn read_events(
     mut next: impl for<'t> FnMut(&'t mut Vec<u8>) -> Result<Event<'t>, Error>,
 ) -> Result<Osm, OsmError> {
-    let mut reading = OsmReading {
-        line: 1,
-        depth: 0,
-        seen_root: false,
-        open: None,
-        osm: Osm::default(),
-        way_nodes: Vec::new(),
-    };
+    let mut reading = OsmReading { line: 1, ..OsmReading::default() };
     let mut text = Vec::new();
     loop {
         match next(&mut text) {
@@ -69,6 +62,7 @@ pub fn read_events(
     }
 }
 
+#[derive(Default)]
 struct OsmReading {
     /// Line on which the current event begins, from 1.
     line: usize,

@@ -27,7 +27,7 @@ pub struct LiveMessages<'a> {
     buses: Vec<LiveBus>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct LiveBus {
     interface: String,
     link: Option<LinkState>,
@@ -55,15 +55,7 @@ struct MessageState<'a> {
 impl<'a> LiveMessages<'a> {
     /// Creates an empty table for the buses of a configuration.
     pub fn new(settings: &'a Settings) -> Self {
-        let bus = |interface: &String| LiveBus {
-            interface: interface.clone(),
-            link: None,
-            counted: 0,
-            since: MonoTime::ZERO,
-            rate_hz: 0.0,
-            drops: 0,
-            not_shown: 0,
-        };
+        let bus = |interface: &String| LiveBus { interface: interface.clone(), ..LiveBus::default() };
         let buses = settings.gateway.buses.iter().map(|described| bus(&described.interface)).collect();
         let databases = settings.dbcs.iter().map(|dbc| &dbc.database).collect();
         Self { reader: FrameReader::new(settings), databases, rows: BTreeMap::new(), buses }

@@ -6,7 +6,8 @@ use std::process::ExitCode;
 use std::thread::sleep;
 use std::time::Duration;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::failure::Failure;
 use super::messages;
@@ -15,6 +16,7 @@ use crate::report::history::entry_text;
 use crate::report::schema;
 use crate::report::status::text;
 use gateway_base::diagnostics::Level;
+use gateway_base::names::variant;
 use gateway_core::gateway::history::HistoryRequest;
 
 pub(super) const HELP: &str = "\
@@ -52,32 +54,15 @@ pub(super) struct StatusArgs {
     #[arg(long, conflicts_with_all = ["json", "watch"])]
     schema: bool,
     /// Print what has changed in the last hours, oldest first; with a LEVEL, changes of this level or worse
-    #[arg(long, value_name = "LEVEL", num_args = 0..=1, require_equals = true, default_missing_value = "OK")]
-    history: Option<HistoryLevel>,
+    #[arg(long, value_name = "LEVEL", num_args = 0..=1, require_equals = true, default_missing_value = "OK", value_parser = level())]
+    history: Option<Level>,
     /// Print twice a second until Ctrl-C, and wait for a gateway that has ended
     #[arg(long)]
     watch: bool,
 }
 
-/// The lowest level of the changes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum HistoryLevel {
-    #[value(name = "OK")]
-    Ok,
-    #[value(name = "WARN")]
-    Warn,
-    #[value(name = "ERROR")]
-    Error,
-}
-
-impl From<HistoryLevel> for Level {
-    fn from(level: HistoryLevel) -> Self {
-        match level {
-            HistoryLevel::Ok => Self::Ok,
-            HistoryLevel::Warn => Self::Warn,
-            HistoryLevel::Error => Self::Error,
-        }
-    }
+fn level() -> impl TypedValueParser<Value = Level> {
+    PossibleValuesParser::new(["OK", "WARN", "ERROR"]).try_map(|name| variant(&name).ok_or("not a level"))
 }
 
 pub(super) fn run(args: &StatusArgs) -> Result<ExitCode, Failure> {
@@ -87,7 +72,7 @@ pub(super) fn run(args: &StatusArgs) -> Result<ExitCode, Failure> {
         return Ok(ExitCode::SUCCESS);
     }
     if let Some(level) = args.history {
-        return history(args, level.into());
+        return history(args, level);
     }
     let mut client = match StatusClient::connect(&args.socket) {
         Ok(client) => client,

@@ -125,45 +125,41 @@ impl FileKind {
     pub fn mismatch(self, content: &[u8]) -> Option<(String, &'static str)> {
         let candidates = Self::candidates(content);
         let found = candidates.first().filter(|_| !candidates.contains(&self))?;
-        Some((format!("this is {}, not {}", found.with_article(), self.with_article()), found.place()))
+        let ((found, place), (expected, _)) = (found.texts(), self.texts());
+        Some((format!("this is {found}, not {expected}"), place))
     }
 
-    /// The kind as people call it.
-    fn with_article(self) -> &'static str {
+    /// The kind as people call it, and the place where such a file belongs, as advice.
+    fn texts(self) -> (&'static str, &'static str) {
         match self {
-            Self::Gateway => "a gateway configuration",
-            Self::Profile => "a vehicle profile",
-            Self::Drive => "a drive of the turn signal decider",
-            Self::Scenario => "a scenario of traffic lights",
-            Self::Country => "a file of a country's rules",
-            Self::Map => "a map",
-            Self::Dbc => "a DBC file",
-            Self::Arxml => "an AUTOSAR description (ARXML)",
-            Self::Recording => "a recording of CAN frames",
-            Self::Other(looks) => looks.name,
-        }
-    }
-
-    /// The place where a file of this kind belongs, as advice.
-    fn place(self) -> &'static str {
-        match self {
-            Self::Gateway => "give it with --config",
-            Self::Profile => "give it with --profile, or name it in a gateway configuration: profile = \"…\"",
-            Self::Drive => "run it with `signal-gateway decide`",
-            Self::Scenario => "run it with `signal-gateway lights`",
-            Self::Country => "name it in [turn_signal]: country = \"….toml\"",
-            Self::Map => {
-                "check it with `signal-gateway check`; drives and configurations name it with the key map"
+            Self::Gateway => ("a gateway configuration", "give it with --config"),
+            Self::Profile => (
+                "a vehicle profile",
+                "give it with --profile, or name it in a gateway configuration: profile = \"…\"",
+            ),
+            Self::Drive => ("a drive of the turn signal decider", "run it with `signal-gateway decide`"),
+            Self::Scenario => ("a scenario of traffic lights", "run it with `signal-gateway lights`"),
+            Self::Country => {
+                ("a file of a country's rules", "name it in [turn_signal]: country = \"….toml\"")
             }
-            Self::Dbc => {
+            Self::Map => (
+                "a map",
+                "check it with `signal-gateway check`; drives and configurations name it with the key map",
+            ),
+            Self::Dbc => (
+                "a DBC file",
                 "a vehicle profile names it: [bus.<name>] dbc = \"….dbc\"; `signal-gateway profiles show demo_vehicle` \
-                 prints an example"
-            }
-            Self::Arxml => "a vehicle profile names it: [bus.<name>] dbc = \"….arxml\"",
-            Self::Recording => {
-                "give it as the LOG of `signal-gateway check`, `identify`, `decode` or `replay`"
-            }
-            Self::Other(looks) => looks.remedy,
+                 prints an example",
+            ),
+            Self::Arxml => (
+                "an AUTOSAR description (ARXML)",
+                "a vehicle profile names it: [bus.<name>] dbc = \"….arxml\"",
+            ),
+            Self::Recording => (
+                "a recording of CAN frames",
+                "give it as the LOG of `signal-gateway check`, `identify`, `decode` or `replay`",
+            ),
+            Self::Other(looks) => (looks.name, looks.remedy),
         }
     }
 }

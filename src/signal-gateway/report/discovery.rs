@@ -13,7 +13,20 @@ const WIDE: usize = 80;
 
 /// What the driver is asked to do, in a line of a terminal of that width.
 pub fn request(mark: DriverMark, width: usize) -> &'static str {
-    if width < WIDE { short_request(mark) } else { long_request(mark) }
+    let (short, long) = match mark {
+        DriverMark::Quiet => ("HANDS OFF  touch nothing", "HANDS OFF  touch nothing: pedals, lever, wheel"),
+        DriverMark::Left => {
+            ("LEFT       indicate, leave on", "LEFT       indicate LEFT now, all the way, and leave it on")
+        }
+        DriverMark::Right => {
+            ("RIGHT      indicate, leave on", "RIGHT      indicate RIGHT now, all the way, and leave it on")
+        }
+        DriverMark::Hazard => {
+            ("HAZARD     press, leave on", "HAZARD     press the HAZARD button now, and leave it on")
+        }
+        DriverMark::Off => ("OFF        all off again", "OFF        everything off again"),
+    };
+    if width < WIDE { short } else { long }
 }
 
 /// What the driver is asked to do, and the action that comes next, in a line of a terminal of that width.
@@ -22,26 +35,6 @@ pub fn request_and_next(mark: DriverMark, next: Option<DriverAction>, width: usi
     let Some(next) = next else { return request.to_owned() };
     let room = if width < WIDE { 30 } else { 60 };
     format!("{request:<room$}next: {}", next.to_string().to_uppercase())
-}
-
-fn short_request(mark: DriverMark) -> &'static str {
-    match mark {
-        DriverMark::Quiet => "HANDS OFF  touch nothing",
-        DriverMark::Left => "LEFT       indicate, leave on",
-        DriverMark::Right => "RIGHT      indicate, leave on",
-        DriverMark::Hazard => "HAZARD     press, leave on",
-        DriverMark::Off => "OFF        all off again",
-    }
-}
-
-fn long_request(mark: DriverMark) -> &'static str {
-    match mark {
-        DriverMark::Quiet => "HANDS OFF  touch nothing: pedals, lever, wheel",
-        DriverMark::Left => "LEFT       indicate LEFT now, all the way, and leave it on",
-        DriverMark::Right => "RIGHT      indicate RIGHT now, all the way, and leave it on",
-        DriverMark::Hazard => "HAZARD     press the HAZARD button now, and leave it on",
-        DriverMark::Off => "OFF        everything off again",
-    }
 }
 
 /// A bar for the time left, with whole seconds: `■■■□□ 3 s`.
