@@ -20,7 +20,7 @@ mod settings;
 #[cfg(test)]
 mod tests;
 
-pub use settings::{Confusion, FaultError, FaultSettings, MAX_LATENCY, Spells};
+pub use settings::{Confusion, FaultError, FaultSettings, Spells};
 
 /// The faults of a channel at work.
 #[derive(Debug, Clone)]

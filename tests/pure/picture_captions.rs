@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use signal_gateway::report::palette;
+use traffic_lights::bulb::Color;
 
 use super::performance_pictures;
 
@@ -318,7 +319,8 @@ fn every_picture_of_a_document_has_a_sentence_that_is_checked() {
 
 #[test]
 fn pictures_have_the_colours_of_the_palette_alone() {
-    let known: Vec<_> = palette::all().flat_map(|paint| [paint.light, paint.dark]).collect();
+    let edges = Color::ALL.into_iter().map(|color| palette::Lamp::of(color).edge);
+    let known: Vec<_> = palette::paints().chain(edges).flat_map(|paint| [paint.light, paint.dark]).collect();
     let mut count = 0;
     for entry in fs::read_dir(project().join("docs/pictures")).unwrap() {
         let path = entry.unwrap().path();

@@ -81,12 +81,6 @@ pub enum ControllerState {
     Stopped,
 }
 
-impl ControllerState {
-    /// All states in the order of their declaration.
-    pub const ALL: [Self; 6] =
-        [Self::ErrorActive, Self::Warning, Self::Passive, Self::BusOff, Self::Restarted, Self::Stopped];
-}
-
 // As `ip -details link` shows them.
 display_by_name!(ControllerState);
 

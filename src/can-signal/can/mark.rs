@@ -21,9 +21,6 @@ pub enum DriverMark {
 }
 
 impl DriverMark {
-    /// All marks in the order of their declaration.
-    pub const ALL: [Self; 5] = [Self::Quiet, Self::Left, Self::Right, Self::Hazard, Self::Off];
-
     /// Returns the mark with this name, in upper or lower case; `None` when there is none.
     pub fn from_name(name: &str) -> Option<Self> {
         variant(&name.to_ascii_lowercase())

@@ -103,11 +103,14 @@ mod tests {
         ];
         let counters =
             proptest::option::of(any::<(u16, u16)>().prop_map(|(tx, rx)| ErrorCounters { tx, rx }));
-        let controller = (prop::sample::select(&ControllerState::ALL), counters, any::<Option<u32>>());
+        let states = &["error-active", "error-warning", "error-passive", "bus-off", "restarted", "stopped"];
+        let state = prop::sample::select(states).prop_map(|name| variant::<ControllerState>(name).unwrap());
+        let controller = (state, counters, any::<Option<u32>>());
         prop_oneof![
             link.prop_map(LogNote::Link),
             any::<u32>().prop_map(LogNote::Drops),
-            prop::sample::select(&DriverMark::ALL).prop_map(LogNote::Mark),
+            prop::sample::select(&["quiet", "left", "right", "hazard", "off"])
+                .prop_map(|name| LogNote::Mark(variant(name).unwrap())),
             controller.prop_map(|(state, counters, restart_ms)| {
                 LogNote::Controller(ControllerReport { state, counters, restart_ms })
             }),

@@ -39,11 +39,6 @@ pub enum StalkPosition {
 }
 
 impl StalkPosition {
-    /// State that a latched stalk in this position requests.
-    pub fn latched(self) -> TurnCode {
-        self.detent().map_or(TurnCode::Off, |(side, _)| side.code())
-    }
-
     fn detent(self) -> Option<(Side, Detent)> {
         match self {
             Self::Idle => None,

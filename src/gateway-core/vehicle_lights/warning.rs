@@ -51,11 +51,6 @@ pub struct Contradiction {
 }
 
 impl Warnings {
-    /// True if there is any irregularity.
-    pub fn any(self) -> bool {
-        self != Self::default()
-    }
-
     /// Message of each warning; `source_name` names a source by its position, `unavailable` describes the
     /// reason why a source is unavailable.
     pub fn messages<'a>(

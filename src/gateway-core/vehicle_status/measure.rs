@@ -78,9 +78,6 @@ impl StatusReport {
 }
 
 impl Measure {
-    /// All measured values, in the order of the reports.
-    pub const ALL: [Self; 3] = [Self::Speed, Self::HeadingRate, Self::TireAngle];
-
     /// How it is shown.
     pub const fn row(self) -> &'static MeasureRow {
         match self {

@@ -57,11 +57,6 @@ pub enum StatusReason {
 }
 
 impl StatusReason {
-    /// True for a permitted sleep of the bus, which is no failure.
-    pub fn is_sleep(self) -> bool {
-        matches!(self, Self::Signal(reason) if reason.is_sleep())
-    }
-
     /// Kind of failure; `None` for a reason that is none.
     pub fn failure(self) -> Option<FaultKind> {
         match self {

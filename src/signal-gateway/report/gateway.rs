@@ -173,7 +173,8 @@ impl fmt::Display for Event {
 /// Finds the changes in a stream of outputs.
 #[derive(Debug, Clone, Default)]
 pub struct Changes {
-    reports: BTreeMap<&'static str, String>,
+    /// The published reports by name, each with the name of its constant.
+    pub reports: BTreeMap<&'static str, String>,
     statuses: BTreeMap<String, (Level, String)>,
 }
 
@@ -201,16 +202,6 @@ impl Changes {
                 commanded(*is_news, "would send", frame)
             }
         }
-    }
-
-    /// The report on the turn topic, by the name of its constant; `None` while there is none.
-    pub fn turn(&self) -> Option<&str> {
-        self.reports.get("turn_indicators").map(String::as_str)
-    }
-
-    /// The report on the hazard topic, by the name of its constant; `None` while there is none.
-    pub fn hazard(&self) -> Option<&str> {
-        self.reports.get("hazard_lights").map(String::as_str)
     }
 
     /// Takes the text of a report, and the state whose change is an event; `None` when it is withdrawn.

@@ -4,15 +4,12 @@ use std::time::Duration;
 
 use crate::bulb::Color;
 
-/// The longest latency and jitter; it bounds the number of delayed messages.
-pub const MAX_LATENCY: Duration = Duration::from_secs(60);
-
 /// The faults of a channel; none by default. `config` checks the ranges of single settings.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FaultSettings {
     /// Seed of the random draws.
     pub seed: u64,
-    /// Mean time from sending to arrival, at most [`MAX_LATENCY`].
+    /// Mean time from sending to arrival, at most 60 s.
     pub latency: Duration,
     /// Largest difference of a message's latency from the mean, at most the latency. All values in between
     /// are equally likely. Messages do not overtake each other.

@@ -20,7 +20,6 @@ pub struct MessageKey {
 pub struct Capture {
     tracks: BTreeMap<MessageKey, FrameTrack>,
     frames: usize,
-    dropped: u64,
     span: Option<(MonoTime, MonoTime)>,
 }
 
@@ -34,7 +33,7 @@ pub struct FrameTrack {
 
 /// Number of gaps from which a pause is distinguished from a message that is sent on change.
 const MANY_GAPS: usize = 40;
-/// Largest number of frames, half an hour of a busy bus; further ones are only counted.
+/// Largest number of frames, half an hour of a busy bus; further ones are left out.
 const MAX_FRAMES: usize = 4_000_000;
 
 impl Capture {
@@ -43,7 +42,6 @@ impl Capture {
         let (first, _) = *self.span.get_or_insert((at, at));
         self.span = Some((first, at));
         if self.frames == MAX_FRAMES {
-            self.dropped += 1;
             return;
         }
         self.frames += 1;
@@ -72,11 +70,6 @@ impl Capture {
     /// Returns the number of messages.
     pub fn messages(&self) -> usize {
         self.tracks.len()
-    }
-
-    /// Returns the number of frames beyond the largest number.
-    pub fn dropped(&self) -> u64 {
-        self.dropped
     }
 
     /// Returns the times of the first and the last frame; `None` without a frame.
@@ -126,11 +119,6 @@ impl FrameTrack {
     /// Returns the length of the shortest frame in bytes.
     pub fn shortest(&self) -> usize {
         self.changes.iter().map(|(_, frame)| frame.data().len()).min().unwrap_or(0)
-    }
-
-    /// Returns true if it has CAN FD frames.
-    pub fn is_fd(&self) -> bool {
-        self.changes.iter().any(|(_, frame)| frame.is_fd())
     }
 
     /// Returns the median and the longest time between two frames; `None` for fewer than three frames.

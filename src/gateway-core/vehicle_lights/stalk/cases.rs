@@ -189,9 +189,3 @@ fn gap_up_to_max_gap_is_bridged_and_longer_one_resets() {
     assert_eq!(gap(100), [(5000, None), (5100, Some(Left))]);
     assert_eq!(gap(101), [(5000, None), (6101, Some(Off))]);
 }
-
-#[test]
-fn latched_stalk_requests_its_position() {
-    let shown = [Idle, LeftHalf, LeftFull, RightHalf, RightFull].map(StalkPosition::latched);
-    assert_eq!(shown, [Off, Left, Left, Right, Right]);
-}

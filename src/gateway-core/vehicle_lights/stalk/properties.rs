@@ -153,8 +153,9 @@ proptest! {
             let now = MonoTime::from_nanos(nanos);
             latest = latest.max(now);
             stalk.observe(position, now);
-            left |= position.is_some_and(|position| position.latched() == TurnCode::Left);
-            right |= position.is_some_and(|position| position.latched() == TurnCode::Right);
+            let side = position.and_then(StalkPosition::detent).map(|(side, _)| side.code());
+            left |= side == Some(TurnCode::Left);
+            right |= side == Some(TurnCode::Right);
             prop_assert!(left || stalk.state() != Some(TurnCode::Left));
             prop_assert!(right || stalk.state() != Some(TurnCode::Right));
             prop_assert_eq!(stalk.state().is_some(), position.is_some());

@@ -140,11 +140,6 @@ impl AlarmSet {
         Self(self.0 & ((1 << (Alarm::WheelsContradict as u8 + 1)) - (1 << first)))
     }
 
-    /// True if no alarm is on.
-    pub fn is_empty(self) -> bool {
-        self.0 == 0
-    }
-
     /// Those that concern the report on steering, or (false) the one on velocity.
     #[must_use]
     pub fn of_steering(self, is_steering: bool) -> Self {

@@ -187,13 +187,8 @@ impl Lamp {
     }
 }
 
-/// All paints; edges of lamps have no variable.
-pub fn all() -> impl Iterator<Item = Paint> {
-    paints().chain(Color::ALL.into_iter().map(|color| Lamp::of(color).edge))
-}
-
 /// All paints with a variable of their own.
-fn paints() -> impl Iterator<Item = Paint> {
+pub fn paints() -> impl Iterator<Item = Paint> {
     let meanings = MEANINGS.into_iter().flat_map(|meaning| [meaning.fill, meaning.on, meaning.text]);
     let lamps = Color::ALL.into_iter().map(|color| Lamp::of(color).fill);
     SURROUNDINGS.into_iter().chain(meanings).chain(lamps).chain([LAMP_DARK, LAMP_OFF])

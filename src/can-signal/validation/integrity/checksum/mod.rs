@@ -130,11 +130,6 @@ impl Checksum {
         fits
     }
 
-    /// Returns the smallest number of bytes in a frame that has the field.
-    pub fn needed_length(&self) -> usize {
-        self.field_bytes.end
-    }
-
     /// Returns the algorithm of the checksum.
     pub fn rule(&self) -> &ChecksumRule {
         &self.rule

@@ -110,11 +110,6 @@ impl E2e {
         (0, self.profile.header().last_counter)
     }
 
-    /// Returns the length of the message in bytes.
-    pub fn length(&self) -> usize {
-        self.length
-    }
-
     fn write_header(&self, counter: u32, length: usize, data: &mut [u8]) {
         let (layout, header) = (self.profile.header(), &mut data[self.offset..]);
         write(counter.into(), &layout.counter, header);

@@ -32,7 +32,7 @@ fn frame(data: &[u8]) -> Frame {
 }
 
 fn protected(e2e: &E2e, counter: u32) -> Vec<u8> {
-    let mut data = vec![0; e2e.length()];
+    let mut data = vec![0; e2e.length];
     assert!(e2e.protect(counter, &mut data));
     data
 }
