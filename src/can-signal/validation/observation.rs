@@ -8,11 +8,19 @@ use serde::{Deserialize, Serialize};
 
 use super::integrity::window::E2eState;
 use super::integrity::{IntegrityChecker, IntegrityCounts, Reject, RejectKind};
-use super::meaning::Meaning;
 use super::senders::{SenderConflict, Senders};
-use super::table::{BoundMessage, BoundSignal, MessageIndex, Role, SignalIndex, SignalTable};
+use super::table::{BoundMessage, BoundSignal, MessageIndex, SignalIndex, SignalTable};
 use crate::can::{Bus, BusIndex, ControllerState, Frame, LinkState, ReceiveTime, source_address};
 use gateway_base::time::{MonoTime, Now, WallStamp, deadline_after};
+
+/// An interruption of a bus, after which some of what was received over it no longer counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Interruption {
+    /// The link was lost: nothing counts.
+    LinkLost,
+    /// The bus was silent: event messages do not count, since a change may have been sent meanwhile.
+    Silence,
+}
 
 /// Reason why a signal has no valid value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -101,22 +109,6 @@ pub enum Arrival {
     News,
     /// It repeats valid values; only their receive time changes.
     Repetition,
-}
-
-/// A signal, read and checked at one moment.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reading<T> {
-    /// The signal has a valid value.
-    Observed {
-        /// Meaning of the raw value.
-        meaning: Meaning<T>,
-        /// Raw value of the signal.
-        raw: i128,
-        /// Receive time of its frame.
-        received: ReceiveTime,
-    },
-    /// No valid value, with the reason.
-    Missing(MissingReason),
 }
 
 /// The last value of a signal.
@@ -298,11 +290,7 @@ impl Observations {
         let outcome = state.senders.frame_arrived(sender, now);
         // What one sender counted or sent says nothing of another.
         if outcome != Ok(false) {
-            state.forget(&mut self.last);
-            state.last_reject = None;
-            if let Some(checker) = &mut state.checker {
-                checker.forget();
-            }
+            state.begin_again(&mut self.last);
         }
         if outcome.is_err() {
             state.counts.frames += 1;
@@ -310,42 +298,20 @@ impl Observations {
         outcome.map(drop)
     }
 
-    /// Discards what was received over a bus whose link was lost.
-    pub fn forget_bus(&mut self, table: &SignalTable, bus: BusIndex) {
+    /// Discards what does not outlast an interruption of its bus.
+    pub fn forget(&mut self, table: &SignalTable, bus: BusIndex, by: Interruption) {
         for (state, message) in self.messages.iter_mut().zip(&table.messages) {
-            if message.bus == bus {
-                state.forget(&mut self.last);
-                state.senders.forget();
-                state.last_reject = None;
-                if let Some(checker) = &mut state.checker {
-                    checker.forget();
+            if message.bus != bus {
+                continue;
+            }
+            match by {
+                Interruption::LinkLost => {
+                    state.begin_again(&mut self.last);
+                    state.senders.forget();
                 }
+                Interruption::Silence if message.timing.is_event() => state.forget(&mut self.last),
+                Interruption::Silence => {}
             }
-        }
-    }
-
-    /// Discards the event messages of a bus that was silent, during which a change may have been sent.
-    pub fn forget_events(&mut self, table: &SignalTable, bus: BusIndex) {
-        for (state, message) in self.messages.iter_mut().zip(&table.messages) {
-            if message.bus == bus && message.timing.is_event() {
-                state.forget(&mut self.last);
-            }
-        }
-    }
-
-    /// Reads and checks one signal.
-    pub fn read<T: Copy>(
-        &self,
-        table: &SignalTable,
-        role: &Role<T>,
-        buses: &[Bus],
-        now: MonoTime,
-    ) -> Reading<T> {
-        match self.valid(table, role.signal, buses, now) {
-            Ok(Observation { raw, received }) => {
-                Reading::Observed { meaning: role.values.meaning(raw), raw, received }
-            }
-            Err(reason) => Reading::Missing(reason),
         }
     }
 
@@ -424,6 +390,15 @@ impl Observations {
 }
 
 impl MessageState {
+    /// Forgets all but the counts, as for a sender of which nothing was received yet.
+    fn begin_again(&mut self, last: &mut [Option<Observation>]) {
+        self.forget(last);
+        self.last_reject = None;
+        if let Some(checker) = &mut self.checker {
+            checker.forget();
+        }
+    }
+
     fn forget(&mut self, last: &mut [Option<Observation>]) {
         self.latest = None;
         for signal in &self.signals {

@@ -112,10 +112,21 @@ pub struct Received<'a> {
     pub buses: &'a [Bus],
 }
 
+/// The signals and messages of a flow.
+pub type ReceivedSnapshot = (Vec<SignalSnapshot>, Vec<MessageSnapshot>);
+
 impl Received<'_> {
-    /// All signals in the order of the table; `texts` gives the meanings of a raw value, none where it is a
-    /// plain number.
-    pub fn signals(
+    /// All signals and messages in the order of the table; `texts` gives the meanings of a raw value, none
+    /// where it is a plain number.
+    pub fn snapshot(
+        self,
+        now: MonoTime,
+        texts: impl Fn(SignalIndex, i128) -> Vec<ValueText>,
+    ) -> ReceivedSnapshot {
+        (self.signals(now, texts).collect(), self.messages().collect())
+    }
+
+    fn signals(
         self,
         now: MonoTime,
         texts: impl Fn(SignalIndex, i128) -> Vec<ValueText>,
@@ -143,8 +154,7 @@ impl Received<'_> {
         })
     }
 
-    /// All messages in the order of the table.
-    pub fn messages(self) -> impl Iterator<Item = MessageSnapshot> {
+    fn messages(self) -> impl Iterator<Item = MessageSnapshot> {
         self.table.messages.iter().enumerate().map(move |(index, message)| {
             let index = MessageIndex(index);
             let counts = self.observations.counts(index);

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::catalogue;
 use super::display::{missing_reason_message, raw_text};
 use super::meaning::Meaning;
-use super::observation::{MissingReason, Observations, Reading};
+use super::observation::{MissingReason, Observation, Observations};
 use super::table::{Role, SignalIndex, SignalTable};
 use crate::can::{Bus, ReceiveTime};
 use gateway_base::diagnostics::MessagePart;
@@ -76,15 +76,23 @@ impl Observations {
         buses: &[Bus],
         now: MonoTime,
     ) -> Result<(T, ReceiveTime), Unusable> {
-        let signal = role.signal;
-        match self.read(table, role, buses, now) {
-            Reading::Missing(reason) => Err(Unusable::Absent(signal, reason)),
-            Reading::Observed { meaning, raw, received } => match meaning {
-                Meaning::Defined(value) => Ok((value, received)),
-                Meaning::NotAvailable => Err(Unusable::NotAvailable(signal, raw)),
-                Meaning::Undefined => Err(Unusable::Undefined(signal, raw)),
-                Meaning::Fault => Err(Unusable::Fault(signal, raw)),
-            },
+        let absent = |reason| Unusable::Absent(role.signal, reason);
+        let Observation { raw, received } = self.valid(table, role.signal, buses, now).map_err(absent)?;
+        Ok((role.defined(raw)?, received))
+    }
+}
+
+impl<T: Copy> Role<T> {
+    /// The value that a raw value stands for.
+    ///
+    /// # Errors
+    /// The reason why it may not be used.
+    pub fn defined(&self, raw: i128) -> Result<T, Unusable> {
+        match self.values.meaning(raw) {
+            Meaning::Defined(value) => Ok(value),
+            Meaning::NotAvailable => Err(Unusable::NotAvailable(self.signal, raw)),
+            Meaning::Undefined => Err(Unusable::Undefined(self.signal, raw)),
+            Meaning::Fault => Err(Unusable::Fault(self.signal, raw)),
         }
     }
 }

@@ -20,8 +20,7 @@ use super::settings::{CommandBinding, CommandSettings, CommandSource, ModeFrom, 
 use super::stale_message_filter::StaleMessageFilter;
 use super::{Reported, Turn};
 use can_signal::can::{Bus, BusIndex, CanId, ControllerState, Frame, LinkState};
-use can_signal::validation::meaning::Meaning;
-use can_signal::validation::observation::{Observations, Reading};
+use can_signal::validation::observation::{Interruption, Observations};
 use gateway_base::time::timer_table::TimerTable;
 use gateway_base::time::{MonoTime, Now, WallStamp, deadline_after};
 
@@ -232,14 +231,9 @@ impl CommandFlow {
             .map_or(FrameOrigin::Vehicle, |(output, _)| output.sender.classify_frame(frame, now.mono))
     }
 
-    /// Forgets what was received on a bus.
-    pub fn forget_bus(&mut self, bus: BusIndex) {
-        self.observations.forget_bus(&self.binding.table, bus);
-    }
-
-    /// Forgets the event messages of a bus that was silent.
-    pub fn forget_events(&mut self, bus: BusIndex) {
-        self.observations.forget_events(&self.binding.table, bus);
+    /// Forgets what does not outlast an interruption of a bus.
+    pub fn forget(&mut self, bus: BusIndex, by: Interruption) {
+        self.observations.forget(&self.binding.table, bus, by);
     }
 
     /// Returns true if all frames after [`CommandInput::Stop`] have been sent.
@@ -395,8 +389,8 @@ impl CommandFlow {
     fn driver_overrides(&mut self, buses: &[Bus], now: MonoTime) -> Grants {
         let mut overrides = Grants::default();
         for (signal, last) in self.binding.driver.iter().zip(&mut self.driver_signals) {
-            let reading = self.observations.read(&self.binding.table, &signal.role, buses, now);
-            if let Reading::Observed { meaning: Meaning::Defined(is_override), .. } = reading {
+            let table = &self.binding.table;
+            if let Ok((is_override, _)) = self.observations.defined(table, &signal.role, buses, now) {
                 *last = is_override;
             }
             overrides.turn |= *last && signal.overrides.turn;

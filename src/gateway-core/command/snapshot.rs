@@ -12,7 +12,7 @@ use super::settings::CommandSource;
 use super::status::FunctionView;
 use crate::control_mode::ControlMode;
 use can_signal::can::Bus;
-use can_signal::validation::snapshot::{MessageSnapshot, Received, SignalSnapshot, UsedBy};
+use can_signal::validation::snapshot::{Received, ReceivedSnapshot, UsedBy};
 use gateway_base::diagnostics::{Level, MessagePart};
 use gateway_base::names::{display_by_name, variant};
 use gateway_base::time::{MonoTime, millis};
@@ -101,14 +101,10 @@ pub struct SentMessageSnapshot {
 
 impl CommandFlow {
     /// The signals and messages that are received for commands.
-    pub fn received_snapshot(
-        &self,
-        buses: &[Bus],
-        now: MonoTime,
-    ) -> (Vec<SignalSnapshot>, Vec<MessageSnapshot>) {
+    pub fn received_snapshot(&self, buses: &[Bus], now: MonoTime) -> ReceivedSnapshot {
         let (table, observations) = (&self.binding.table, &self.observations);
         let received = Received { used_by: UsedBy::Command, table, observations, buses };
-        (received.signals(now, |_, _| Vec::new()).collect(), received.messages().collect())
+        received.snapshot(now, |_, _| Vec::new())
     }
 
     /// The present state.

@@ -326,8 +326,7 @@ impl Gateway {
         let mut is_news = effect != Effect::Repetition;
         match effect {
             Effect::Repetition | Effect::News => {}
-            Effect::EventsForgotten(bus) => commands.forget_events(bus),
-            Effect::BusForgotten(bus) => commands.forget_bus(bus),
+            Effect::Forgotten(bus, by) => commands.forget(bus, by),
         }
         if let CanInput::Frame { bus, frame, stamp } = input {
             is_news |= commands.handle_frame(*bus, frame, *stamp, now);

@@ -14,7 +14,7 @@ use crate::vehicle_status::gear::Gear;
 use crate::vehicle_status::{PublishedStatus, VehicleStatus};
 use can_signal::can::bus_status;
 use can_signal::can::{Bus, BusFinding, BusIndex, BusSnapshot, CanInput, Frame, IdMatch, IdTable, LinkState};
-use can_signal::validation::observation::Arrival;
+use can_signal::validation::observation::{Arrival, Interruption};
 use can_signal::validation::table::{BoundMessage, MessageIndex};
 use gateway_base::diagnostics::{RateMeter, Status};
 use gateway_base::time::timer_table::TimerTable;
@@ -81,10 +81,8 @@ pub(super) enum Effect {
     Repetition,
     /// Something is known now that was not before.
     News,
-    /// Likewise, and the values of event messages are gone: the bus was silent before this frame.
-    EventsForgotten(BusIndex),
-    /// Everything received on the bus is gone: its link is lost.
-    BusForgotten(BusIndex),
+    /// Also, and values of the bus are gone that do not outlast its interruption.
+    Forgotten(BusIndex, Interruption),
 }
 
 /// The state of the vehicle as the decider takes it.
@@ -164,12 +162,7 @@ impl Perception {
             CanInput::Frame { bus, ref frame, stamp } => return self.handle_frame(bus, frame, stamp, now),
             CanInput::Link { bus, state } => {
                 if known.set_link(state) {
-                    self.lights.forget_bus(bus);
-                    self.status.forget_bus(bus);
-                    if let Some(lights) = &mut self.traffic_lights {
-                        lights.reception.forget_bus(bus);
-                    }
-                    return Some(Effect::BusForgotten(bus));
+                    return Some(self.forget(bus, Interruption::LinkLost));
                 }
             }
             CanInput::Drops { lost, .. } => known.frames_dropped(lost, now.mono),
@@ -203,13 +196,7 @@ impl Perception {
         if is_revived || is_news {
             self.unsettled = Unsettled::BOTH;
         }
-        if is_revived {
-            self.lights.forget_events(bus);
-            self.status.forget_events(bus);
-            if let Some(lights) = &mut self.traffic_lights {
-                lights.reception.forget_events(bus);
-            }
-        }
+        let forgotten = is_revived.then(|| self.forget(bus, Interruption::Silence));
         if route.is_life_sign && self.lights.observe(bus, frame, was_alive, now.mono) {
             (self.unsettled, is_news) = (Unsettled::BOTH, true);
         }
@@ -227,11 +214,16 @@ impl Perception {
             lights.reception.frame_arrived(message, frame, stamp, &self.buses, now);
             is_news = true;
         }
-        Some(match (is_revived, is_news) {
-            (true, _) => Effect::EventsForgotten(bus),
-            (false, true) => Effect::News,
-            (false, false) => Effect::Repetition,
-        })
+        Some(forgotten.unwrap_or(if is_news { Effect::News } else { Effect::Repetition }))
+    }
+
+    fn forget(&mut self, bus: BusIndex, by: Interruption) -> Effect {
+        self.lights.forget(bus, by);
+        self.status.forget(bus, by);
+        if let Some(lights) = &mut self.traffic_lights {
+            lights.reception.forget(bus, by);
+        }
+        Effect::Forgotten(bus, by)
     }
 
     /// Brings all flows up to now and hands their outputs to `emit`; gives the statuses of flows that have

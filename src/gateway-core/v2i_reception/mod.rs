@@ -14,9 +14,10 @@ mod status;
 
 use binding::{BoundGroup, CyclingMessage, V2iBinding, V2iSource, V2iStates};
 use can_signal::can::{Bus, BusIndex, Frame, ReceiveTime};
-use can_signal::validation::meaning::Meaning;
-use can_signal::validation::observation::{MissingReason, Observation, Observations};
+use can_signal::validation::observation::{Interruption, Observation, Observations};
 use can_signal::validation::table::{MessageIndex, Role, SignalIndex};
+use can_signal::validation::unusable::Unusable;
+use derive_more::From;
 use gateway_base::time::{MonoTime, Now, WallStamp, deadline_after};
 use traffic_lights::bulb::BulbSet;
 use traffic_lights::engine::LightObservation;
@@ -39,22 +40,17 @@ impl From<ValidState> for LightObservation {
 }
 
 /// The reason why a group has no valid state. Raw values follow their signals.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, From)]
 pub enum InvalidReason {
-    /// No valid value of this signal was received.
-    Absent(SignalIndex, MissingReason),
+    /// A signal has no value that may be used.
+    #[from]
+    Signal(Unusable),
     /// The message is received, but without this group since the start or since an interruption.
     NotReceived,
     /// The message is received, but without this group for longer than its limit.
     NotReceivedAgain,
     /// A status signal reports that the states cannot be used.
-    Unusable(SignalIndex, i128),
-    /// The unit reports that the state is not available.
-    NotAvailable(SignalIndex, i128),
-    /// The unit reports a fault.
-    Fault(SignalIndex, i128),
-    /// The profile gives this value no meaning.
-    Undefined(SignalIndex, i128),
+    StatesUnusable(SignalIndex, i128),
 }
 
 /// The state of one group for diagnostics.
@@ -71,8 +67,8 @@ impl InvalidReason {
     /// undefined value, a fault and a unit that sends nothing are not.
     pub fn is_bad(self) -> bool {
         match self {
-            Self::NotReceived | Self::NotReceivedAgain | Self::NotAvailable(..) => false,
-            Self::Absent(..) | Self::Unusable(..) | Self::Fault(..) | Self::Undefined(..) => true,
+            Self::NotReceived | Self::NotReceivedAgain | Self::Signal(Unusable::NotAvailable(..)) => false,
+            Self::Signal(_) | Self::StatesUnusable(..) => true,
         }
     }
 }
@@ -224,14 +220,9 @@ impl V2iReception {
         }
     }
 
-    /// Forgets all that was received on a bus. Call [`Self::settle`] afterwards.
-    pub fn forget_bus(&mut self, bus: BusIndex) {
-        self.observations.forget_bus(&self.binding.table, bus);
-    }
-
-    /// Forgets the event messages of a bus that was silent. Call [`Self::settle`] afterwards.
-    pub fn forget_events(&mut self, bus: BusIndex) {
-        self.observations.forget_events(&self.binding.table, bus);
+    /// Forgets what does not outlast an interruption of a bus.
+    pub fn forget(&mut self, bus: BusIndex, by: Interruption) {
+        self.observations.forget(&self.binding.table, bus, by);
     }
 
     /// Evaluates the states of all groups now and returns the changes.
@@ -248,7 +239,8 @@ impl V2iReception {
             }
             settled.news |=
                 before.is_none_or(|before| (content(before), before.err()) != (content(state), state.err()));
-            let undefined = |state: State| matches!(state, Err(InvalidReason::Undefined(..)));
+            let undefined =
+                |state: State| matches!(state, Err(InvalidReason::Signal(Unusable::Undefined(..))));
             counts.undefined += u64::from(undefined(state) && !before.is_some_and(undefined));
         }
         settled
@@ -332,21 +324,13 @@ fn last_observation(
     (binding, observations, buses, now): Context<'_>,
     signal: SignalIndex,
 ) -> Result<Observation, InvalidReason> {
-    observations.valid(&binding.table, signal, buses, now).map_err(|why| InvalidReason::Absent(signal, why))
+    let last = observations.valid(&binding.table, signal, buses, now);
+    last.map_err(|reason| Unusable::Absent(signal, reason).into())
 }
 
 /// Checks that a status signal with this value lets the states be used.
 fn usable(role: &Role<bool>, raw: i128) -> Result<(), InvalidReason> {
-    if defined(role, raw)? { Ok(()) } else { Err(InvalidReason::Unusable(role.signal, raw)) }
-}
-
-fn defined<T: Copy>(role: &Role<T>, raw: i128) -> Result<T, InvalidReason> {
-    match role.values.meaning(raw) {
-        Meaning::Defined(value) => Ok(value),
-        Meaning::NotAvailable => Err(InvalidReason::NotAvailable(role.signal, raw)),
-        Meaning::Fault => Err(InvalidReason::Fault(role.signal, raw)),
-        Meaning::Undefined => Err(InvalidReason::Undefined(role.signal, raw)),
-    }
+    if role.defined(raw)? { Ok(()) } else { Err(InvalidReason::StatesUnusable(role.signal, raw)) }
 }
 
 /// Returns the state of a group by the values of its signals.
@@ -355,13 +339,13 @@ fn state_of(
     received: ReceiveTime,
     raw: impl Fn(SignalIndex) -> Result<i128, InvalidReason>,
 ) -> State {
-    let bulbs = defined(&group.state, raw(group.state.signal)?)?;
+    let bulbs = group.state.defined(raw(group.state.signal)?)?;
     let confidence = match &group.confidence {
         None => 1.0,
         Some(confidence) => {
             let signal = confidence.role.signal;
             let raw = raw(signal)?;
-            confidence.of(raw).ok_or(InvalidReason::Undefined(signal, raw))?
+            confidence.of(raw).ok_or(Unusable::Undefined(signal, raw))?
         }
     };
     Ok(ValidState { bulbs, confidence, received })

@@ -2,18 +2,14 @@
 
 use super::V2iReception;
 use can_signal::can::Bus;
-use can_signal::validation::snapshot::{MessageSnapshot, Received, SignalSnapshot, UsedBy};
+use can_signal::validation::snapshot::{Received, ReceivedSnapshot, UsedBy};
 use gateway_base::time::MonoTime;
 
 impl V2iReception {
     /// Returns the signals and messages of the V2X unit.
-    pub fn received_snapshot(
-        &self,
-        buses: &[Bus],
-        now: MonoTime,
-    ) -> (Vec<SignalSnapshot>, Vec<MessageSnapshot>) {
+    pub fn received_snapshot(&self, buses: &[Bus], now: MonoTime) -> ReceivedSnapshot {
         let Self { binding, observations, .. } = self;
         let received = Received { used_by: UsedBy::V2i, table: &binding.table, observations, buses };
-        (received.signals(now, |_, _| Vec::new()).collect(), received.messages().collect())
+        received.snapshot(now, |_, _| Vec::new())
     }
 }

@@ -3,10 +3,9 @@
 use super::catalogue::{self, V2I_TRAFFIC_LIGHTS};
 use super::{GroupFinding, InvalidReason, V2iReception, ValidState};
 use can_signal::can::Bus;
-use can_signal::validation::catalogue as signals;
-use can_signal::validation::display::{missing_reason_message, raw_text};
+use can_signal::validation::display::raw_text;
 use can_signal::validation::integrity::IntegrityCounts;
-use can_signal::validation::table::{MessageIndex, SignalIndex};
+use can_signal::validation::table::MessageIndex;
 use gateway_base::diagnostics::{MessagePart, Status};
 use gateway_base::time::MonoTime;
 
@@ -63,15 +62,13 @@ impl V2iReception {
 
     fn invalid_message(&self, reason: InvalidReason, buses: &[Bus]) -> MessagePart {
         let table = &self.binding().table;
-        let name = |signal: SignalIndex| &table.signals[signal.0].name;
         match reason {
-            InvalidReason::Absent(signal, why) => missing_reason_message(table, buses, signal, why),
+            InvalidReason::Signal(reason) => reason.message(table, buses),
             InvalidReason::NotReceived => catalogue::not_received(),
             InvalidReason::NotReceivedAgain => catalogue::not_received_again(),
-            InvalidReason::Unusable(signal, raw) => catalogue::states_unusable(name(signal), raw_text(raw)),
-            InvalidReason::NotAvailable(signal, raw) => signals::not_available(name(signal), raw_text(raw)),
-            InvalidReason::Fault(signal, raw) => signals::fault(name(signal), raw_text(raw)),
-            InvalidReason::Undefined(signal, raw) => signals::undefined(name(signal), raw_text(raw)),
+            InvalidReason::StatesUnusable(signal, raw) => {
+                catalogue::states_unusable(&table.signals[signal.0].name, raw_text(raw))
+            }
         }
     }
 }

@@ -21,7 +21,7 @@ pub mod warning;
 use crate::vehicle_report::{Publish, ReportFlow, Step};
 use binding::{HazardBinding, HazardSource, LightsBinding, NamedSource, TurnBinding, TurnSource};
 use can_signal::can::{Bus, BusIndex, Frame};
-use can_signal::validation::observation::{Arrival, Observations};
+use can_signal::validation::observation::{Arrival, Interruption, Observations};
 use can_signal::validation::requirement::{RequirementStates, Unmet};
 use can_signal::validation::table::{MessageIndex, SignalIndex};
 use gateway_base::time::{MonoTime, Now, WallStamp};
@@ -160,15 +160,12 @@ impl VehicleLights {
         self.requirements.unmet()
     }
 
-    /// Discards what was received over a bus. Call [`Self::settle`] afterwards.
-    pub fn forget_bus(&mut self, bus: BusIndex) {
-        self.observations.forget_bus(&self.binding.table, bus);
-        self.requirements.forget_bus(&self.binding.requirements, bus);
-    }
-
-    /// Discards the event messages of a bus that was silent. Call [`Self::settle`] afterwards.
-    pub fn forget_events(&mut self, bus: BusIndex) {
-        self.observations.forget_events(&self.binding.table, bus);
+    /// Forgets what does not outlast an interruption of a bus.
+    pub fn forget(&mut self, bus: BusIndex, by: Interruption) {
+        self.observations.forget(&self.binding.table, bus, by);
+        if by == Interruption::LinkLost {
+            self.requirements.forget_bus(&self.binding.requirements, bus);
+        }
     }
 
     /// Evaluates both reports and returns the actions.

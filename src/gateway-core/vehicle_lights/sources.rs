@@ -12,7 +12,7 @@ use super::stalk::{MomentaryStalk, StalkPosition};
 use super::state::{HazardCode, Judged, Sides, StateMachine, TurnCode, UnavailableReason};
 use super::warning::{Contradiction, Fallback, LampWarning, Warnings};
 use can_signal::can::{Bus, ReceiveTime};
-use can_signal::validation::observation::{MissingReason, Observations, Reading};
+use can_signal::validation::observation::{MissingReason, Observations};
 use can_signal::validation::requirement::Unmet;
 use can_signal::validation::table::{Role, SignalIndex};
 use can_signal::validation::unusable::Unusable;
@@ -35,11 +35,7 @@ pub struct LightsContext<'a> {
 
 impl LightsContext<'_> {
     /// Reads and checks a signal.
-    pub fn read<T: Copy>(self, role: &Role<T>) -> Reading<T> {
-        self.observations.read(&self.binding.table, role, self.buses, self.now.mono)
-    }
-
-    fn judge<T: Copy>(self, role: &Role<T>) -> Judged<T> {
+    pub fn judge<T: Copy>(self, role: &Role<T>) -> Judged<T> {
         let table = &self.binding.table;
         Ok(self.observations.defined(table, role, self.buses, self.now.mono)?)
     }

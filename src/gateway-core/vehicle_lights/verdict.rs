@@ -11,10 +11,9 @@ use super::sources::{LightsContext, SourceMemory, SourceStates};
 use super::state::{HazardCode, Judged, TurnCode, UnavailableReason};
 use super::warning::Warnings;
 use can_signal::can::ReceiveTime;
-use can_signal::validation::meaning::Meaning;
-use can_signal::validation::observation::Reading;
 use can_signal::validation::requirement::Unmet;
 use can_signal::validation::table::SignalIndex;
+use can_signal::validation::unusable::Unusable;
 use gateway_base::names::variant_name;
 
 /// State of the turn indicators, `TurnIndicatorsReport.report` of Autoware.
@@ -153,11 +152,14 @@ fn turn_of(code: TurnCode) -> TurnIndicators {
 }
 
 fn with_faults<T: Copy>(context: LightsContext<'_>, state: Judged<T>, faults: &FaultBinding) -> Verdict<T> {
-    let is_on = |(index, fault): (usize, &FaultSignal)| match context.read(&fault.role) {
-        Reading::Observed { meaning: Meaning::Defined(true) | Meaning::Fault, raw, .. } => {
-            Some(ActiveFault { signal: fault.role.signal, raw, index })
-        }
-        Reading::Observed { .. } | Reading::Missing(_) => None,
+    let is_on = |(index, fault): (usize, &FaultSignal)| {
+        let is_on = match context.judge(&fault.role) {
+            Ok((is_on, _)) => is_on,
+            Err(reason) => matches!(reason, UnavailableReason::Signal(Unusable::Fault(..))),
+        };
+        let signal = fault.role.signal;
+        let raw = context.observations.last(signal).filter(|_| is_on)?.raw;
+        Some(ActiveFault { signal, raw, index })
     };
     let fault = faults.signals.iter().enumerate().find_map(is_on);
     let withheld = fault.is_some() && faults.on_fault == OnFault::Withhold;

@@ -25,7 +25,7 @@ use crate::control_mode::ControlMode;
 use crate::vehicle_report::{Publish, ReportFlow, StreamFlow};
 use binding::StatusBinding;
 use can_signal::can::{Bus, BusIndex, Frame, ReceiveTime};
-use can_signal::validation::observation::{Arrival, Observations};
+use can_signal::validation::observation::{Arrival, Interruption, Observations};
 use can_signal::validation::requirement::Unmet;
 use can_signal::validation::table::MessageIndex;
 use control_mode::ControlModeBinding;
@@ -132,11 +132,6 @@ impl VehicleStatus {
         &self.binding
     }
 
-    /// Last values of the bound signals.
-    pub fn observations(&self) -> &Observations {
-        &self.observations
-    }
-
     /// The control mode at `now`, whether or not its topic is published.
     ///
     /// # Errors
@@ -184,14 +179,9 @@ impl VehicleStatus {
         }
     }
 
-    /// Discards what was received over a bus. Call [`Self::settle`] afterwards.
-    pub fn forget_bus(&mut self, bus: BusIndex) {
-        self.observations.forget_bus(&self.binding.table, bus);
-    }
-
-    /// Discards the event messages of a bus that was silent. Call [`Self::settle`] afterwards.
-    pub fn forget_events(&mut self, bus: BusIndex) {
-        self.observations.forget_events(&self.binding.table, bus);
+    /// Forgets what does not outlast an interruption of a bus.
+    pub fn forget(&mut self, bus: BusIndex, by: Interruption) {
+        self.observations.forget(&self.binding.table, bus, by);
     }
 
     /// Evaluates all reports, hands the actions to `emit`, and calls `changed` with each report whose finding

@@ -7,7 +7,7 @@ use crate::report::text::escaped;
 use can_signal::can::{BusIndex, CanId, CanInput, Frame, LinkState};
 use can_signal::validation::display::{RoleTexts, raw_and_bits};
 use can_signal::validation::meaning::Meaning;
-use can_signal::validation::observation::{Observations, Unused};
+use can_signal::validation::observation::{Interruption, Observations, Unused};
 use can_signal::validation::table::{BoundMessage, BoundSignal, SignalIndex, SignalTable};
 use gateway_base::time::{Now, WallStamp};
 use gateway_core::vehicle_lights::binding::LightsBinding;
@@ -115,8 +115,8 @@ impl FrameReader {
     /// Updates the state of a link. After a lost link, earlier frames no longer count.
     pub(super) fn link(&mut self, bus: BusIndex, state: LinkState) {
         if state != LinkState::Up {
-            self.light_values.forget_bus(&self.lights.table, bus);
-            self.status_values.forget_bus(&self.status, bus);
+            self.light_values.forget(&self.lights.table, bus, Interruption::LinkLost);
+            self.status_values.forget(&self.status, bus, Interruption::LinkLost);
         }
     }
 

@@ -5,6 +5,7 @@ use can_signal::can::frame::{CanId, Frame};
 use can_signal::can::id_match::IdMatch;
 use can_signal::can::input::CanInput;
 use can_signal::can::link::{BusIndex, LinkState};
+use can_signal::validation::observation::Interruption;
 use can_signal::validation::table::MessageIndex;
 use gateway_base::diagnostics::{Level, Status};
 use gateway_base::time::MonoTime;
@@ -156,7 +157,7 @@ fn a_lost_link_removes_everything_and_brings_nothing_back() {
     let mut bench = Bench::started(RED);
     assert_eq!(bench.reception.valid_states().count(), 1);
     bench.buses[0].set_link(LinkState::Down);
-    bench.reception.forget_bus(BusIndex(0));
+    bench.reception.forget(BusIndex(0), Interruption::LinkLost);
     assert_eq!(bench.settle(10), ["-35101"]);
     bench.buses[0].set_link(LinkState::Up);
     bench.frame(20, "5A2 2 0|3@1=1");

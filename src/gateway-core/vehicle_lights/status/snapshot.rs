@@ -6,7 +6,7 @@ use crate::vehicle_lights::role_texts::texts;
 use crate::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use crate::vehicle_report::{ReportFlow, ReportSnapshot};
 use can_signal::can::Bus;
-use can_signal::validation::snapshot::{MessageSnapshot, Received, SignalSnapshot, UsedBy};
+use can_signal::validation::snapshot::{Received, ReceivedSnapshot, UsedBy};
 use gateway_base::time::MonoTime;
 
 impl VehicleLights {
@@ -21,15 +21,10 @@ impl VehicleLights {
     }
 
     /// The signals and messages of the lights.
-    pub fn received_snapshot(
-        &self,
-        buses: &[Bus],
-        now: MonoTime,
-    ) -> (Vec<SignalSnapshot>, Vec<MessageSnapshot>) {
+    pub fn received_snapshot(&self, buses: &[Bus], now: MonoTime) -> ReceivedSnapshot {
         let (table, observations) = (&self.binding.table, &self.observations);
         let received = Received { used_by: UsedBy::VehicleLights, table, observations, buses };
-        let signals = received.signals(now, |signal, raw| texts(&self.binding, signal, raw));
-        (signals.collect(), received.messages().collect())
+        received.snapshot(now, |signal, raw| texts(&self.binding, signal, raw))
     }
 
     fn report_snapshot<T: Copy + PartialEq>(

@@ -12,7 +12,7 @@ use crate::vehicle_status::role_texts::StatusTexts;
 use crate::vehicle_status::velocity::Velocity;
 use crate::vehicle_status::{StatusReport, VehicleStatus};
 use can_signal::can::Bus;
-use can_signal::validation::snapshot::{MessageSnapshot, Received, SignalSnapshot, UsedBy};
+use can_signal::validation::snapshot::{Received, ReceivedSnapshot, UsedBy};
 use gateway_base::time::{MonoTime, WallStamp};
 
 /// A door and its state.
@@ -114,16 +114,11 @@ impl VehicleStatus {
     }
 
     /// The signals and messages of the status.
-    pub fn received_snapshot(
-        &self,
-        buses: &[Bus],
-        now: MonoTime,
-    ) -> (Vec<SignalSnapshot>, Vec<MessageSnapshot>) {
+    pub fn received_snapshot(&self, buses: &[Bus], now: MonoTime) -> ReceivedSnapshot {
         let (table, observations) = (&self.binding.table, &self.observations);
         let received = Received { used_by: UsedBy::VehicleStatus, table, observations, buses };
         let texts = StatusTexts::of(&self.binding);
-        let signals = received.signals(now, |signal, raw| texts.texts(signal, raw));
-        (signals.collect(), received.messages().collect())
+        received.snapshot(now, |signal, raw| texts.texts(signal, raw))
     }
 
     fn report_snapshot<T>(
