@@ -33,6 +33,20 @@ macro_rules! display_by_name {
 }
 pub use display_by_name;
 
+/// Implements `name` by [`variant_name`].
+#[macro_export]
+macro_rules! named_by_variant {
+    ($($type:ty),+) => {$(
+        impl $type {
+            /// Returns the name of the variant, as serde writes it.
+            pub fn name(self) -> &'static str {
+                $crate::names::variant_name(&self)
+            }
+        }
+    )+};
+}
+pub use named_by_variant;
+
 #[cfg(test)]
 mod tests {
     use super::*;

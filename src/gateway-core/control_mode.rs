@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use gateway_base::names::variant_name;
+use gateway_base::names::named_by_variant;
 use turn_signal::light_command::Numbered;
 
 /// Control mode of the vehicle, as in `ControlModeReport.mode`.
@@ -27,12 +27,7 @@ pub enum ControlMode {
     NotReady = 6,
 }
 
-impl ControlMode {
-    /// Returns the name of the constant in the `.msg` file.
-    pub fn name(self) -> &'static str {
-        variant_name(&self)
-    }
-}
+named_by_variant!(ControlMode);
 
 impl Numbered for ControlMode {
     const ALL: &'static [Self] = &[

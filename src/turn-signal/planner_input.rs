@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::route::Segment;
 use crate::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
-use gateway_base::names::variant_name;
+use gateway_base::names::named_by_variant;
 use gateway_base::time::WallStamp;
 use lanelet2_map::geometry::Pose;
 use lanelet2_map::lane_network::LaneId;
@@ -159,6 +159,8 @@ pub struct OperationMode {
     pub is_in_transition: bool,
 }
 
+named_by_variant!(FactorTopic);
+
 impl FactorTopic {
     /// Every module, in the order of the variants.
     pub const ALL: [Self; 8] = [
@@ -171,11 +173,6 @@ impl FactorTopic {
         Self::ExternalRequestLaneChangeRight,
         Self::GoalPlanner,
     ];
-
-    /// Returns the last part of the topic's name.
-    pub fn name(self) -> &'static str {
-        variant_name(&self)
-    }
 
     /// Returns the topic's name in a folder, in which each module has its topic.
     pub fn in_folder(self, folder: &str) -> String {

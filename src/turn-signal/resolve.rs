@@ -11,7 +11,7 @@ use super::section::{Distances, Section};
 use super::side::Side;
 use super::subject::SignalSubject;
 use crate::light_command::TurnCommand;
-use gateway_base::names::{display_by_name, variant_name};
+use gateway_base::names::{display_by_name, named_by_variant};
 use lanelet2_map::geometry::path::PathFrame;
 
 /// The source of a record, in the order that settles equal starts.
@@ -26,14 +26,11 @@ pub enum CandidateSource {
     Manoeuvre,
 }
 
+named_by_variant!(CandidateSource);
+
 impl CandidateSource {
     /// All of them, in order.
     pub const ALL: [Self; 3] = [Self::Intersection, Self::Roundabout, Self::Manoeuvre];
-
-    /// Returns the name in reports, diagnostics and drives.
-    pub fn name(self) -> &'static str {
-        variant_name(&self)
-    }
 }
 
 /// The records to choose from.

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::light_command::TurnCommand;
-use gateway_base::names::variant_name;
+use gateway_base::names::named_by_variant;
 
 /// A side of the vehicle.
 #[derive(
@@ -32,12 +32,9 @@ impl TurnCommand {
     }
 }
 
-impl Side {
-    /// Returns the name as it stands in a sentence.
-    pub fn name(self) -> &'static str {
-        variant_name(&self)
-    }
+named_by_variant!(Side);
 
+impl Side {
     /// Returns the opposite side.
     pub const fn opposite(self) -> Self {
         match self {

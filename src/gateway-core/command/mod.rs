@@ -10,7 +10,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use gateway_base::names::variant_name;
+use gateway_base::names::named_by_variant;
 
 pub mod allow_list;
 pub mod arbitration;
@@ -46,12 +46,7 @@ pub enum Turn {
     Right,
 }
 
-impl Turn {
-    /// Returns the name in texts.
-    pub fn name(self) -> &'static str {
-        variant_name(&self)
-    }
-}
+named_by_variant!(Turn);
 
 /// The state of the vehicle's lights as the gateway reports it; `None` while a report is withheld.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

@@ -1,15 +1,18 @@
 //! State of a light source, or the reason why it is unavailable.
 
 use derive_more::From;
+use serde::Serialize;
 
 use can_signal::can::ReceiveTime;
 use can_signal::validation::requirement::Unmet;
 use can_signal::validation::table::SignalIndex;
 use can_signal::validation::unusable::{FaultKind, Unusable};
+use gateway_base::names::named_by_variant;
 use gateway_base::time::MonoTime;
 
 /// State of the turn indicators.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum TurnCode {
     /// No indicator is on.
     Off,
@@ -21,17 +24,9 @@ pub enum TurnCode {
     Both,
 }
 
-impl TurnCode {
-    /// Name in texts, e.g. `left`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Off => "off",
-            Self::Left => "left",
-            Self::Right => "right",
-            Self::Both => "both",
-        }
-    }
+named_by_variant!(TurnCode);
 
+impl TurnCode {
     /// The state in which these sides are on.
     pub fn from_sides(Sides { left, right }: Sides) -> Self {
         match (left, right) {

@@ -19,7 +19,7 @@ use can_signal::validation::display::raw_text;
 use can_signal::validation::table::SignalIndex;
 use can_signal::validation::unusable::FaultKind;
 use gateway_base::diagnostics::{MessagePart, Status, texts};
-use gateway_base::names::variant_name;
+use gateway_base::names::named_by_variant;
 use gateway_base::time::MonoTime;
 
 /// Diagnostic task of a report.
@@ -32,12 +32,7 @@ pub enum Task {
     HazardLights,
 }
 
-impl Task {
-    /// Name of the task.
-    pub fn name(self) -> &'static str {
-        variant_name(&self)
-    }
-}
+named_by_variant!(Task);
 
 /// Condition of a report for diagnostics: unavailable, faulty or both, with irregularities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -14,7 +14,7 @@ use can_signal::can::ReceiveTime;
 use can_signal::validation::requirement::Unmet;
 use can_signal::validation::table::SignalIndex;
 use can_signal::validation::unusable::Unusable;
-use gateway_base::names::variant_name;
+use gateway_base::names::named_by_variant;
 
 /// State of the turn indicators, `TurnIndicatorsReport.report` of Autoware.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
@@ -38,19 +38,7 @@ pub enum HazardLights {
     Enable,
 }
 
-impl TurnIndicators {
-    /// Name of the constant in the `.msg` file.
-    pub fn name(self) -> &'static str {
-        variant_name(&self)
-    }
-}
-
-impl HazardLights {
-    /// Name of the constant in the `.msg` file.
-    pub fn name(self) -> &'static str {
-        variant_name(&self)
-    }
-}
+named_by_variant!(TurnIndicators, HazardLights);
 
 /// A fault signal that reports a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,7 +7,7 @@ use super::state::{Judged, StatusContext, StatusReason};
 use can_signal::can::ReceiveTime;
 use can_signal::validation::table::Role;
 use can_signal::validation::unusable::Unusable;
-use gateway_base::names::variant_name;
+use gateway_base::names::named_by_variant;
 
 /// Most doors of a vehicle.
 pub const MAX_DOORS: usize = 16;
@@ -34,15 +34,12 @@ pub enum DoorState {
     Closing = 5,
 }
 
+named_by_variant!(DoorState);
+
 impl DoorState {
     /// All states.
     pub const ALL: [Self; 6] =
         [Self::Unknown, Self::NotAvailable, Self::Opened, Self::Closed, Self::Opening, Self::Closing];
-
-    /// Name of the constant in the `.msg` file.
-    pub fn name(self) -> &'static str {
-        variant_name(&self)
-    }
 }
 
 /// A door of the vehicle.

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::state::{Judged, StatusContext, StatusReason};
 use can_signal::validation::table::{Role, SignalIndex};
-use gateway_base::names::variant_name;
+use gateway_base::names::named_by_variant;
 use gateway_base::time::{MonoTime, deadline_after};
 
 /// The engaged gear, as in `GearReport.report`. `NONE` (0) is not among them, since it must never be
@@ -62,6 +62,8 @@ pub enum Gear {
     Low2 = 24,
 }
 
+named_by_variant!(Gear);
+
 impl Gear {
     /// Returns all gears.
     pub fn all() -> impl Iterator<Item = Self> {
@@ -87,11 +89,6 @@ impl Gear {
         ];
         let others = [Self::Reverse, Self::Reverse2, Self::Park, Self::Low, Self::Low2];
         std::iter::once(Self::Neutral).chain(FORWARD).chain(others)
-    }
-
-    /// Name of the constant in the `.msg` file.
-    pub fn name(self) -> &'static str {
-        variant_name(&self)
     }
 
     /// The direction in which the engine moves the vehicle: 1 forward, −1 backward; `None` in neutral and

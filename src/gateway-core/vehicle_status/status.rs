@@ -22,7 +22,7 @@ use can_signal::validation::display::raw_text;
 use can_signal::validation::table::SignalIndex;
 use can_signal::validation::unusable::FaultKind;
 use gateway_base::diagnostics::{MessagePart, Status, texts};
-use gateway_base::names::variant_name;
+use gateway_base::names::named_by_variant;
 use gateway_base::time::MonoTime;
 
 /// A report on the vehicle's status. Its name is that of its diagnostic task.
@@ -41,12 +41,9 @@ pub enum StatusReport {
     Doors,
 }
 
-impl StatusReport {
-    /// Name of the diagnostic task.
-    pub fn name(self) -> &'static str {
-        variant_name(&self)
-    }
+named_by_variant!(StatusReport);
 
+impl StatusReport {
     /// The reports that a profile describes, in their order.
     pub fn of(binding: &StatusBinding) -> impl Iterator<Item = Self> + use<> {
         let described = [

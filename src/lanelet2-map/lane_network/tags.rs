@@ -2,7 +2,9 @@
 
 use super::TurnDirection;
 use crate::osm::Tags;
-use gateway_base::names::{variant, variant_name};
+use gateway_base::names::{named_by_variant, variant};
+
+named_by_variant!(TurnDirection);
 
 impl TurnDirection {
     /// Returns the direction that a value of the tag `turn_direction` names.
@@ -13,11 +15,6 @@ impl TurnDirection {
     /// Returns the value of the tag when it names no direction; tags are exact, so `Left` does not.
     pub(super) fn unknown(value: Option<&str>) -> Option<String> {
         value.filter(|_| Self::from_tag(value) == Self::None).map(str::to_owned)
-    }
-
-    /// Returns the value of the tag; `none` without one.
-    pub fn name(self) -> &'static str {
-        variant_name(&self)
     }
 }
 

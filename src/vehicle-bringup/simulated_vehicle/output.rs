@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use can_signal::can::{BusIndex, ErrorFrame, Frame};
-use gateway_base::names::variant_name;
+use gateway_base::names::named_by_variant;
 use gateway_core::command::Turn;
 use gateway_core::vehicle_lights::state::TurnCode;
 
@@ -82,9 +82,4 @@ pub enum Who {
     Driver,
 }
 
-impl Who {
-    /// Returns the name in text and JSON.
-    pub fn name(self) -> &'static str {
-        variant_name(&self)
-    }
-}
+named_by_variant!(Who);

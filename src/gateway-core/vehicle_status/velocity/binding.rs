@@ -2,9 +2,12 @@
 
 use std::time::Duration;
 
+use serde::Serialize;
+
 use crate::vehicle_status::plausibility::STANDING_MPS;
 use crate::vehicle_status::quantity::Quantity;
 use can_signal::validation::table::{Role, SignalIndex};
+use gateway_base::names::named_by_variant;
 
 /// Names of the wheels in the order in which they are bound.
 pub const WHEELS: [&str; 4] = ["front left", "front right", "rear left", "rear right"];
@@ -84,7 +87,8 @@ pub struct SpeedSignal {
 }
 
 /// What a signal says of the direction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Motion {
     /// The vehicle moves forward.
     Forward,
@@ -94,6 +98,8 @@ pub enum Motion {
     Standstill,
 }
 
+named_by_variant!(Motion);
+
 impl Motion {
     /// Returns the motion of a vehicle with this speed; slower than 0.1 m/s, as Autoware has it, it stands
     /// still.
@@ -102,15 +108,6 @@ impl Motion {
             speed if speed.abs() < STANDING_MPS => Self::Standstill,
             speed if speed < 0.0 => Self::Backward,
             _ => Self::Forward,
-        }
-    }
-
-    /// Name in texts.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Forward => "forward",
-            Self::Backward => "backward",
-            Self::Standstill => "standstill",
         }
     }
 }

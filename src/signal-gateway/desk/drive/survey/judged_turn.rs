@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::config::drive::DriveFile;
-use gateway_base::names::variant_name;
+use gateway_base::names::named_by_variant;
 use lanelet2_map::geometry::Point;
 use lanelet2_map::geometry::polyline::{length_m, nearest};
 use lanelet2_map::geometry::required_end::required_end;
@@ -31,14 +31,11 @@ pub enum SignalFault {
     Flickering,
 }
 
+named_by_variant!(SignalFault);
+
 impl SignalFault {
     /// All faults, in the order of reports.
     pub const ALL: [Self; 4] = [Self::Missed, Self::Short, Self::Opposite, Self::Flickering];
-
-    /// What it is called.
-    pub fn name(self) -> &'static str {
-        variant_name(&self)
-    }
 }
 
 /// The side to which a lanelet turns, and the flaw of the map if its tag does not say so.
