@@ -219,20 +219,8 @@ impl Shift<'_> {
 impl ShiftOutcome {
     /// Returns whether upstream does not judge the shift again.
     pub const fn ignore(&self) -> bool {
-        match self.verdict {
-            ShiftVerdict::Backwards
-            | ShiftVerdict::TooEarly
-            | ShiftVerdict::SwervingIsSilent
-            | ShiftVerdict::Signalled => false,
-            ShiftVerdict::OffPath
-            | ShiftVerdict::TooSmall
-            | ShiftVerdict::NearlyDone
-            | ShiftVerdict::NoLane
-            | ShiftVerdict::HatchedSide
-            | ShiftVerdict::StaysInLane
-            | ShiftVerdict::StandsBeforeReturn
-            | ShiftVerdict::NearBound => true,
-        }
+        use ShiftVerdict::{Backwards, Signalled, SwervingIsSilent, TooEarly};
+        !matches!(self.verdict, Backwards | TooEarly | SwervingIsSilent | Signalled)
     }
 }
 

@@ -90,15 +90,9 @@ pub struct Heard {
 impl Heard {
     /// Counts an input.
     pub fn take(&mut self, input: &CanInput) {
-        match input {
-            CanInput::Frame { .. } => self.frames += 1,
-            CanInput::ErrorFrame { error, .. } if !error.is_recovery() => self.error_frames += 1,
-            CanInput::ErrorFrame { .. }
-            | CanInput::Link { .. }
-            | CanInput::Drops { .. }
-            | CanInput::Controller { .. }
-            | CanInput::BadRecords { .. } => {}
-        }
+        self.frames += u64::from(matches!(input, CanInput::Frame { .. }));
+        self.error_frames +=
+            u64::from(matches!(input, CanInput::ErrorFrame { error, .. } if !error.is_recovery()));
     }
 
     /// Returns true if this rate is right or wrong beyond doubt.

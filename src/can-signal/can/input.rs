@@ -70,13 +70,6 @@ impl CanInput {
 
     /// Returns the receive time of a frame; `None` for other events, which happen when they are read.
     pub fn stamp(&self) -> Option<WallStamp> {
-        match *self {
-            Self::Frame { stamp, .. } => Some(stamp),
-            Self::Link { .. }
-            | Self::Drops { .. }
-            | Self::ErrorFrame { .. }
-            | Self::Controller { .. }
-            | Self::BadRecords { .. } => None,
-        }
+        if let Self::Frame { stamp, .. } = *self { Some(stamp) } else { None }
     }
 }

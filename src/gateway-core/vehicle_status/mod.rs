@@ -216,36 +216,31 @@ impl VehicleStatus {
         let tire = plausible_tire(binding, tire, self.plausibility.alarms(), context);
         for task in &mut self.tasks {
             let report = task.report();
-            let finding = match report {
+            let (output, finding) = match report {
                 StatusReport::Velocity => {
                     let step = self.velocity.update(velocity.state.ok(), now.mono);
-                    emit_some(step, VehicleStatusOutput::Velocity, &mut emit);
-                    velocity.finding
+                    (step.map(VehicleStatusOutput::Velocity), velocity.finding)
                 }
                 StatusReport::Steering => {
                     let step = self.steering.update(tire.state.ok(), now.mono);
-                    emit_some(step, VehicleStatusOutput::Steering, &mut emit);
-                    tire.finding
+                    (step.map(VehicleStatusOutput::Steering), tire.finding)
                 }
                 StatusReport::Gear => {
                     let step = self.gear.update(stamped(gear.state), now.mono);
-                    emit_some(step, VehicleStatusOutput::Gear, &mut emit);
-                    gear.finding
+                    (step.map(VehicleStatusOutput::Gear), gear.finding)
                 }
                 StatusReport::ControlMode => {
-                    let Verdict { state, finding } =
-                        control_mode_verdict(binding.control_mode.as_ref(), context);
-                    let step = self.control_mode.update(stamped(state), now.mono);
-                    emit_some(step, VehicleStatusOutput::ControlMode, &mut emit);
-                    finding
+                    let mode = control_mode_verdict(binding.control_mode.as_ref(), context);
+                    let step = self.control_mode.update(stamped(mode.state), now.mono);
+                    (step.map(VehicleStatusOutput::ControlMode), mode.finding)
                 }
                 StatusReport::Doors => {
-                    let Verdict { state, finding } = doors_verdict(&binding.doors, context);
-                    let step = self.doors.update(stamped(state), now.mono);
-                    emit_some(step, VehicleStatusOutput::Doors, &mut emit);
-                    finding
+                    let doors = doors_verdict(&binding.doors, context);
+                    let step = self.doors.update(stamped(doors.state), now.mono);
+                    (step.map(VehicleStatusOutput::Doors), doors.finding)
                 }
             };
+            output.into_iter().for_each(&mut emit);
             if task.update(finding, binding, context) {
                 changed(report);
             }
@@ -274,16 +269,6 @@ fn streamed(binding: &StatusBinding) -> Vec<MessageIndex> {
     messages.sort_unstable();
     messages.dedup();
     messages
-}
-
-fn emit_some<T>(
-    step: Option<T>,
-    output: impl Fn(T) -> VehicleStatusOutput,
-    emit: &mut impl FnMut(VehicleStatusOutput),
-) {
-    if let Some(step) = step {
-        emit(output(step));
-    }
 }
 
 fn stamped<T>(state: Judged<T>) -> Option<(T, WallStamp)> {

@@ -212,17 +212,10 @@ impl Decoder {
     /// that the gateway rejects, the reason comes first: `(stamp) can0 128 BODY REJECTED: wrong checksum:
     /// 0x1, not 0x2`. Fails only if `out` does.
     pub fn print(&mut self, input: &CanInput, now: Now, out: &mut dyn Write) -> io::Result<()> {
-        let (bus, frame, stamp) = match input {
-            CanInput::Frame { bus, frame, stamp } => (*bus, frame, *stamp),
-            CanInput::Link { bus, state } => {
-                self.reader.link(*bus, *state);
-                return Ok(());
-            }
-            CanInput::Drops { .. }
-            | CanInput::ErrorFrame { .. }
-            | CanInput::Controller { .. }
-            | CanInput::BadRecords { .. } => return Ok(()),
-        };
+        if let CanInput::Link { bus, state } = *input {
+            self.reader.link(bus, state);
+        }
+        let CanInput::Frame { bus, ref frame, stamp } = *input else { return Ok(()) };
         let Some(interface) = self.interfaces.get(usize::from(bus.0)) else { return Ok(()) };
         let Some(ReadFrame { message, outcome }) = self.reader.read(bus, frame, stamp, now) else {
             return Ok(());

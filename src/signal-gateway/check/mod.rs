@@ -123,19 +123,17 @@ fn old_stamps(settings: &Settings) -> Option<String> {
 }
 
 fn missed_flashes(lights: &LightsBinding) -> Vec<String> {
-    let note = |named: &NamedSource<TurnSource>| match &named.source {
-        TurnSource::Lamps { pair, resolution: Resolution::ShortFlashesMayFallBetween, .. } => {
-            let [left, right] =
-                [&pair.left, &pair.right].map(|role| &lights.table.signals[role.signal.0].name);
-            Some(format!(
-                "{left} and {right}: frames are further apart than the shortest legal flash, which may fall \
-                 between them unseen"
-            ))
-        }
-        TurnSource::Lamps { .. }
-        | TurnSource::Enumerated { .. }
-        | TurnSource::Pair { .. }
-        | TurnSource::Stalk { .. } => None,
+    let note = |named: &NamedSource<TurnSource>| {
+        let TurnSource::Lamps { pair, resolution: Resolution::ShortFlashesMayFallBetween, .. } =
+            &named.source
+        else {
+            return None;
+        };
+        let [left, right] = [&pair.left, &pair.right].map(|role| &lights.table.signals[role.signal.0].name);
+        Some(format!(
+            "{left} and {right}: frames are further apart than the shortest legal flash, which may fall \
+             between them unseen"
+        ))
     };
     lights.turn.sources().iter().filter_map(note).collect()
 }

@@ -6,6 +6,7 @@ use std::io;
 use super::decode::{FrameReader, ReadFrame, ReadSignal};
 use crate::config::Settings;
 use crate::replay::{RecordedInput, Replay};
+use crate::report::seconds;
 use crate::report::timeline::{CausingFrame, Curve, Group, Lane, Timeline, Tone};
 use can_signal::can::{BusIndex, CanInput, Frame, LinkState, link_text};
 use can_signal::validation::display::raw_and_bits;
@@ -364,12 +365,6 @@ const fn tone_of(state: RawState) -> Tone {
         RawState::Off => Tone::Off,
         RawState::Other => Tone::Plain,
     }
-}
-
-/// Converts to seconds, exact to the nanosecond for 104 days.
-#[allow(clippy::cast_precision_loss)]
-fn seconds(at: MonoTime) -> f64 {
-    at.as_nanos() as f64 / 1e9
 }
 
 #[cfg(test)]

@@ -112,14 +112,10 @@ impl Reports {
 
     fn take(&mut self, gateway: &mut Gateway, at: MonoTime) {
         while let Some(output) = gateway.poll_output() {
+            let Output::VehicleLights(output) = output else { continue };
             match output {
-                Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step)) => self.turn = step.value(),
-                Output::VehicleLights(VehicleLightsOutput::HazardLights(step)) => self.hazard = step.value(),
-                Output::VehicleStatus(_)
-                | Output::TrafficLights(_)
-                | Output::TurnSignal(_)
-                | Output::Command(_)
-                | Output::Diagnostics { .. } => {}
+                VehicleLightsOutput::TurnIndicators(step) => self.turn = step.value(),
+                VehicleLightsOutput::HazardLights(step) => self.hazard = step.value(),
             }
         }
         let state = match (self.hazard, self.turn) {

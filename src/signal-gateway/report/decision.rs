@@ -50,17 +50,9 @@ fn junction(remark: &JunctionRemark) -> Value {
 }
 
 fn candidate(evaluated: &EvaluatedCandidate) -> Value {
-    let lost = match evaluated.outcome {
-        CandidateOutcome::LostTo { source, case } => Some((source, case)),
-        CandidateOutcome::Absent
-        | CandidateOutcome::NoSide
-        | CandidateOutcome::NotFinite
-        | CandidateOutcome::NotReached
-        | CandidateOutcome::Passed
-        | CandidateOutcome::WaitsForJunction
-        | CandidateOutcome::Finished
-        | CandidateOutcome::Won => None,
-    };
+    let outcome = evaluated.outcome;
+    let lost =
+        if let CandidateOutcome::LostTo { source, case } = outcome { Some((source, case)) } else { None };
     let (lost_to, lost_by) = lost.unzip();
     let distances = |distances: Distances| {
         json!({

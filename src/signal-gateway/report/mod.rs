@@ -97,6 +97,6 @@ fn joined(mut object: Value, more: Value) -> Value {
 
 /// Seconds of a time line, exact to the nanosecond for 104 days.
 #[allow(clippy::cast_precision_loss)]
-fn seconds(at: MonoTime) -> f64 {
+pub(crate) fn seconds(at: MonoTime) -> f64 {
     at.as_nanos() as f64 / 1e9
 }

@@ -166,15 +166,8 @@ impl DriveSimulation {
 }
 
 fn change_of(kind: &PlanKind) -> Option<RouteLaneChange> {
-    match kind {
-        PlanKind::LaneChange { side, from_m, to_m, .. } => {
-            Some(RouteLaneChange { side: *side, from_m: *from_m, to_m: *to_m })
-        }
-        PlanKind::Avoidance(_)
-        | PlanKind::PullOut { .. }
-        | PlanKind::PullOver { .. }
-        | PlanKind::SideShift(_) => None,
-    }
+    let PlanKind::LaneChange { side, from_m, to_m, .. } = *kind else { return None };
+    Some(RouteLaneChange { side, from_m, to_m })
 }
 
 fn refused(route: &RoutePlan, reason: impl Into<String>, remedy: &str) -> Refused {

@@ -9,6 +9,7 @@ use crate::config::reading::{Fields, Keywords, LocatedText, Value};
 use can_signal::can::MAX_DATA;
 use can_signal::dbc::model::{Message, Number};
 use can_signal::validation::integrity::Protection;
+use gateway_base::time::millis;
 use gateway_core::command::allow_list::AllowList;
 use gateway_core::command::message::{CommandMessage, Enable, HazardPart, Idle, SendTiming, TurnPart};
 use gateway_core::command::patch::Patch;
@@ -288,10 +289,6 @@ fn button_rules(fields: Fields<'_>, timing: SendTiming) -> PushButtonSettings {
 fn within(fields: &Fields<'_>, key: &'static str, default: u64, range: RangeInclusive<u64>) -> Duration {
     let default = Duration::from_millis(default.clamp(*range.start(), *range.end()));
     fields.millis(key, range).unwrap_or(default)
-}
-
-fn millis(time: Duration) -> u64 {
-    u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
 }
 
 /// The counter of a command counts every frame.
