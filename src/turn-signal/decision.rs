@@ -82,10 +82,7 @@ impl Basis {
 impl Decision {
     /// Returns the resolution of the candidates, if they were evaluated.
     pub const fn resolution(&self) -> Option<&Resolution> {
-        match &self.basis {
-            Basis::Candidates(resolution) => Some(resolution),
-            Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) | Basis::PathGenerator(_) => None,
-        }
+        if let Basis::Candidates(resolution) = &self.basis { Some(resolution) } else { None }
     }
 
     /// Returns each candidate with its outcome, in the order that settles equal starts; empty unless

@@ -53,10 +53,7 @@ pub enum EnumOrUnknown<T> {
 impl<T> EnumOrUnknown<T> {
     /// Returns the value, if the message defines it.
     pub fn known(self) -> Option<T> {
-        match self {
-            Self::Known(value) => Some(value),
-            Self::Unknown(_) => None,
-        }
+        if let Self::Known(value) = self { Some(value) } else { None }
     }
 }
 

@@ -74,10 +74,7 @@ pub enum Timing {
 impl Timing {
     /// Returns the longest silence during which the values stay valid; `None` = unlimited.
     pub fn timeout(self) -> Option<Duration> {
-        match self {
-            Self::Cyclic { timeout } | Self::EventCyclic { timeout } => Some(timeout),
-            Self::Event => None,
-        }
+        if let Self::Cyclic { timeout } | Self::EventCyclic { timeout } = self { Some(timeout) } else { None }
     }
 
     /// Returns true if the message is sent on change, so that a silent bus may hide a change.

@@ -103,10 +103,7 @@ pub struct DriverSign {
 impl CommandSettings {
     /// Returns the longest time for which a control mode of the topic holds; `None` if it comes from signals.
     pub fn mode_timeout(&self) -> Option<Duration> {
-        match self.mode_from {
-            ModeFrom::Topic { timeout } => Some(timeout),
-            ModeFrom::Signal => None,
-        }
+        if let ModeFrom::Topic { timeout } = self.mode_from { Some(timeout) } else { None }
     }
 }
 

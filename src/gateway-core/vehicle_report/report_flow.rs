@@ -25,10 +25,7 @@ pub enum Step<T> {
 impl<T: Copy> Step<T> {
     /// The value to publish; `None` when the report is withdrawn.
     pub fn value(self) -> Option<T> {
-        match self {
-            Self::Publish(value, _) => Some(value),
-            Self::Withdraw => None,
-        }
+        if let Self::Publish(value, _) = self { Some(value) } else { None }
     }
 }
 

@@ -108,10 +108,7 @@ struct TapeClock {
 impl RecordedInput {
     /// Returns the input of a bus; `None` for a sample.
     pub fn can(&self) -> Option<&CanInput> {
-        match self {
-            Self::Can(input) => Some(input),
-            Self::Sample(_) => None,
-        }
+        if let Self::Can(input) = self { Some(input) } else { None }
     }
 
     /// Returns the input as the gateway takes it; `None` for a sample that is none, such as a call of the

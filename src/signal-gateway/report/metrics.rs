@@ -82,13 +82,13 @@ impl Collector for Metrics {
             .diagnostics
             .iter()
             .map(|status| ([("task", status.task.as_str())], number(status.level)));
-        writer.gauges("status_level", "Level of a diagnostic status: 0 OK, 1 WARN, 2 ERROR", None, levels)?;
+        writer.gauges("status_level", "Level of a diagnostic status: 0 OK, 1 WARN, 2 ERROR", levels)?;
         let remedies = snapshot.diagnostics.iter().filter_map(|status| {
             let (remedy, document) = (status.remedy.as_deref()?, status.document.as_deref()?);
             Some(([("task", status.task.as_str()), ("remedy", remedy), ("document", document)], 1.0))
         });
         let help = "1 for a diagnostic status that is not OK, with what to do and where it is documented";
-        writer.gauges("status_remedy", help, None, remedies)?;
+        writer.gauges("status_remedy", help, remedies)?;
         snapshot.process.as_ref().map_or(Ok(()), |process| writer.process(process))
     }
 }
@@ -100,6 +100,15 @@ struct Writer<'a>(DescriptorEncoder<'a>);
 
 impl Writer<'_> {
     fn gauges<'a, const N: usize>(
+        &mut self,
+        name: &str,
+        help: &str,
+        samples: impl IntoIterator<Item = Sample<'a, N, f64>>,
+    ) -> fmt::Result {
+        self.measures(name, help, None, samples)
+    }
+
+    fn measures<'a, const N: usize>(
         &mut self,
         name: &str,
         help: &str,
@@ -143,12 +152,7 @@ impl Writer<'_> {
         let reports: Vec<(&str, Option<&str>, FailureCounts)> =
             turn.into_iter().chain(hazard).chain(status).collect();
         let published = reports.iter().map(|(name, value, _)| ([("report", *name)], flag(value.is_some())));
-        self.gauges(
-            "report_published",
-            "1 while a report is published, 0 while it is withheld",
-            None,
-            published,
-        )?;
+        self.gauges("report_published", "1 while a report is published, 0 while it is withheld", published)?;
         let states = reports.iter().flat_map(|(name, value, _)| {
             let states = match *name {
                 "turn_indicators" => vec!["DISABLE", "ENABLE_LEFT", "ENABLE_RIGHT"],
@@ -162,12 +166,7 @@ impl Writer<'_> {
                 .into_iter()
                 .map(move |state| ([("report", *name), ("state", state)], flag(*value == Some(state))))
         });
-        self.gauges(
-            "report_state",
-            "1 for the state that a report has, 0 for every other one",
-            None,
-            states,
-        )?;
+        self.gauges("report_state", "1 for the state that a report has, 0 for every other one", states)?;
         let failures = reports.iter().flat_map(|(name, _, failures)| {
             let kinds = [
                 ("unknown", failures.unknown),
@@ -183,7 +182,7 @@ impl Writer<'_> {
         for (measure, value) in status.measures() {
             let MeasureRow { metric, metric_unit, metric_help, .. } = measure.row();
             let unit = Unit::Other((*metric_unit).to_owned());
-            self.gauges(metric, metric_help, Some(&unit), [([], value)])?;
+            self.measures(metric, metric_help, Some(&unit), [([], value)])?;
         }
         let doors = status.doors.iter().filter_map(|report| report.published.as_ref()).flatten();
         let states = doors.flat_map(|door| {
@@ -191,7 +190,7 @@ impl Writer<'_> {
                 ([("door", door.name.as_str()), ("state", state.name())], flag(door.state == *state))
             })
         });
-        self.gauges("door_state", "1 for the state that a door has, 0 for every other one", None, states)
+        self.gauges("door_state", "1 for the state that a door has, 0 for every other one", states)
     }
 
     fn signals(&mut self, snapshot: &Snapshot) -> fmt::Result {
@@ -206,9 +205,9 @@ impl Writer<'_> {
             })
         };
         let valid = signals().map(|(labels, signal)| (labels, flag(signal.missing.is_none())));
-        self.gauges("signal_valid", "1 while a signal has a valid value", None, valid)?;
+        self.gauges("signal_valid", "1 while a signal has a valid value", valid)?;
         let ages = signals().filter_map(|(labels, signal)| Some((labels, seconds(signal.age_ms?))));
-        self.gauges("signal_age", "Time since a signal was received", Some(&Unit::Seconds), ages)?;
+        self.measures("signal_age", "Time since a signal was received", Some(&Unit::Seconds), ages)?;
         let messages = || {
             snapshot.messages.iter().map(|message| {
                 let labels = [
@@ -239,11 +238,11 @@ impl Writer<'_> {
             labels.zip(buses)
         };
         let up = each().map(|(labels, bus)| (labels, flag(bus.link == LinkState::Up)));
-        self.gauges("bus_link_up", "1 while the link of a bus is up", None, up)?;
+        self.gauges("bus_link_up", "1 while the link of a bus is up", up)?;
         let receiving = each().map(|(labels, bus)| (labels, flag(bus.is_receiving())));
-        self.gauges("bus_receiving", "1 while frames of the vehicle profile are received", None, receiving)?;
+        self.gauges("bus_receiving", "1 while frames of the vehicle profile are received", receiving)?;
         let load = each().filter_map(|(labels, bus)| Some((labels, bus.traffic?.load_percent? / 100.0)));
-        self.gauges("bus_load_ratio", "Estimated share of the time in which a bus is busy", None, load)?;
+        self.gauges("bus_load_ratio", "Estimated share of the time in which a bus is busy", load)?;
         for Count { metric, help, value, .. } in counts::BUS {
             self.counters(metric, help, each().map(|(labels, bus)| (labels, value(bus))))?;
         }
@@ -271,7 +270,7 @@ impl Writer<'_> {
         let channels = || snapshot.traffic_lights.iter().flat_map(|lights| &lights.channels);
         let lights =
             channels().map(|channel| ([("channel", channel.channel.name())], f64::from(channel.lights)));
-        self.gauges("traffic_lights", "Traffic lights with a known state", None, lights)?;
+        self.gauges("traffic_lights", "Traffic lights with a known state", lights)?;
         let rejected = channels().map(|channel| ([("channel", channel.channel.name())], channel.rejected));
         self.counters(
             "traffic_light_rejected_inputs",
@@ -295,7 +294,7 @@ impl Writer<'_> {
             .encode_descriptor("build", "Build of the gateway", None, MetricType::Info)?
             .encode_info(&labels)?;
         let uptime = [([], seconds(process.uptime_ms))];
-        self.gauges("uptime", "Time since the start of the gateway", Some(&Unit::Seconds), uptime)?;
+        self.measures("uptime", "Time since the start of the gateway", Some(&Unit::Seconds), uptime)?;
         if let Some(black_box) = &process.black_box {
             self.counters("black_box_written", "Black-box recordings written", [([], black_box.written)])?;
             self.counters(
@@ -309,11 +308,11 @@ impl Writer<'_> {
             self.counters("log_dropped_lines", "Log lines lost", [([], log.dropped)])?;
         }
         let Some(ros) = &process.ros else { return Ok(()) };
-        self.gauges("ros_up", "1 while the network side of ROS 2 works", None, [([], flag(ros.is_up))])?;
+        self.gauges("ros_up", "1 while the network side of ROS 2 works", [([], flag(ros.is_up))])?;
         self.counters("ros_restarts", "Times that the network side was replaced", [([], ros.restarts)])?;
         self.counters("ros_write_errors", "Samples that could not be written", [([], ros.write_errors)])?;
         let memory = ros.memory_bytes.map(|bytes| ([], float(bytes)));
-        self.gauges("ros_memory", "Memory of the network process", Some(&Unit::Bytes), memory)?;
+        self.measures("ros_memory", "Memory of the network process", Some(&Unit::Bytes), memory)?;
         let topics = ros
             .written
             .iter()
@@ -325,17 +324,11 @@ impl Writer<'_> {
         self.gauges(
             "ros_topic_peers",
             "Readers of a topic that is written, writers of one that is read",
-            None,
             peers,
         )?;
         let others =
             ros.written.iter().map(|topic| ([("topic", topic.name.as_str())], float(topic.other_writers)));
-        self.gauges(
-            "ros_topic_other_writers",
-            "Writers of other nodes on a topic that is written",
-            None,
-            others,
-        )
+        self.gauges("ros_topic_other_writers", "Writers of other nodes on a topic that is written", others)
     }
 }
 
