@@ -25,28 +25,26 @@ WAIT_MS = 150_000
 
 # The decider gets its inputs over ROS 2, which is not here: a decision of it is added to what the gateway sends.
 DECIDER = {
-    "role": "command", "level": "OK", "message": "LEFT: left turn on 111", "route": "0" * 31 + "1", "odometry_age_ms": 20,
-    "cycles": 1200, "changes": 4, "turn_agreement_percent": 98.2, "hazard_agreement_percent": None,
-    "signal_agreement_percent": None, "last_wrong_signal": None,
-    "decision": None,
-}
-DECISION = {
-    "turn": "left", "reason": "basis: candidates · winner: intersection · rule A2 · hazard lights: off",
+    "level": "OK", "message": "LEFT: left turn on 111", "turn": "LEFT",
+    "decision": "turn LEFT, hazard DISABLE: left turn on 111, rule A2",
     "candidates": [
-        {"subject": "left turn on 111", "turn": "left", "outcome": "won", "has_won": True, "distances_m": [-12.5, 48.2, 5.0, 40.0]},
-        {"subject": "lane change", "turn": "right", "outcome": "desired start not reached", "has_won": False,
-         "distances_m": [30.0, 90.0, 55.0, 90.0]},
+        {"subject": "left turn on 111", "turn": "LEFT", "outcome": "won", "has_won": True, "distances_m": [-12.5, 48.2, 5.0, 40.0],
+         "stretch": "on from -12 m to 48 m, required from 5 m"},
+        {"subject": "lane change", "turn": "RIGHT", "outcome": "desired start not reached", "has_won": False,
+         "distances_m": [30.0, 90.0, 55.0, 90.0], "stretch": "on from 30 m to 90 m, required from 55 m"},
     ],
     "remarks": ["lane change right: approaching, 55 m"],
+    "facts": [{"name": "role", "text": "command"}, {"name": "basis", "text": "candidates"}, {"name": "route", "text": "0" * 31 + "1"},
+              {"name": "odometry", "text": "20 ms old"}, {"name": "agreement with Autoware, turn", "text": "98.2 %"}],
 }
 ADD_TO_EVENTS = """
 const Plain = EventSource;
 window.EventSource = class extends Plain {
   addEventListener(type, listener) {
     super.addEventListener(type, type !== "message" ? listener : (event) => {
-      const snapshot = JSON.parse(event.data);
-      [snapshot.decider, snapshot.view.decision] = %s;
-      listener({ data: JSON.stringify(snapshot) });
+      const view = JSON.parse(event.data);
+      view.decider = %s;
+      listener({ data: JSON.stringify(view) });
     });
   }
 };
@@ -295,10 +293,10 @@ def every_look(browser, url, pictures, axe):
     for scheme in ("light", "dark"):
         for width, height in ((1280, 900), (390, 844)):
             page = new_page(browser, viewport={"width": width, "height": height}, color_scheme=scheme)
-            page.add_init_script(ADD_TO_EVENTS % json.dumps([DECIDER, DECISION]))
+            page.add_init_script(ADD_TO_EVENTS % json.dumps(DECIDER))
             page.goto(url)
             expect(page.locator(".candidates li")).to_have_count(2)
-            expect(page.locator(".decided")).to_contain_text("left")
+            expect(page.locator(".decided.left")).to_contain_text("LEFT")
             required = page.locator(".stretch.required").first
             assert required.evaluate("stretch => stretch.offsetLeft > stretch.parentElement.querySelector('.ego').offsetLeft")
             expect(page.locator("#car-text")).to_have_text("turning left")

@@ -62,7 +62,14 @@ const CAPTIONS: &[Caption] = &[
             let lit = format!("fill=\"{}\" font-weight=\"bold\">◀━━━</text>", palette::AMBER.dark);
             assert_eq!(picture.svg.matches(&lit).count(), 2);
             assert!(!picture.svg.contains("━━━▶"));
-            picture.has(&["demo · Demo vehicle", "ENABLE_LEFT", "1 turn left", "trust", "published"]);
+            picture.has(&[
+                "demo · Demo vehicle",
+                "ENABLE_LEFT",
+                "1 turn left",
+                "trust",
+                "controller",
+                "report",
+            ]);
         },
     },
     Caption {

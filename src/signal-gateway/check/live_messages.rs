@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use super::decode::{FrameReader, ReadFrame, ReadSignal};
 use crate::config::Settings;
+use crate::report::gateway_view::{BusView, GatewayView};
 use crate::report::terminal::message_table::MessageRow;
-use crate::report::terminal::picture::{BusLine, Picture};
 use can_signal::can::{BusIndex, CanId, CanInput, Frame, LinkState};
 use can_signal::dbc::model::{Database, Message, Number, Signal};
 use gateway_base::diagnostics::Level;
@@ -97,9 +97,9 @@ impl<'a> LiveMessages<'a> {
     }
 
     /// Returns the state of the buses at `now`.
-    pub fn picture(&mut self, now: MonoTime) -> Picture {
+    pub fn picture(&mut self, now: MonoTime) -> GatewayView {
         let buses = self.buses.iter_mut().map(|bus| bus.line(now)).collect();
-        Picture { buses, ..Picture::default() }
+        GatewayView { buses, ..GatewayView::default() }
     }
 
     /// Returns a row for each identifier, ordered by bus and identifier.
@@ -190,7 +190,7 @@ impl MessageState<'_> {
 }
 
 impl LiveBus {
-    fn line(&mut self, now: MonoTime) -> BusLine {
+    fn line(&mut self, now: MonoTime) -> BusView {
         let time = now.since(self.since);
         if time >= RATE_TIME {
             self.rate_hz = f64::from(std::mem::take(&mut self.counted)) / time.as_secs_f64();
@@ -201,14 +201,9 @@ impl LiveBus {
             0 => String::new(),
             frames => format!(", {frames} frames of more than {MAX_ROWS} identifiers not shown"),
         };
-        BusLine {
-            name: self.interface.clone(),
-            state: link + &more,
-            level: if self.link == Some(LinkState::Up) { Level::Ok } else { Level::Error },
-            rate_hz: self.rate_hz,
-            load_percent: None,
-            drops: self.drops,
-        }
+        let level = if self.link == Some(LinkState::Up) { Level::Ok } else { Level::Error };
+        let bus = BusView::plain(self.interface.clone(), level, &(link + &more), self.rate_hz);
+        BusView { drops: self.drops, ..bus }
     }
 }
 

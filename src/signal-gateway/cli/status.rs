@@ -12,6 +12,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use super::failure::Failure;
 use super::messages;
 use crate::io::snapshots::client::{ClientError, StatusClient};
+use crate::report::gateway_view::GatewayView;
 use crate::report::history::entry_text;
 use crate::report::schema;
 use crate::report::status::text;
@@ -89,7 +90,11 @@ pub(super) fn run(args: &StatusArgs) -> Result<ExitCode, Failure> {
         };
         if !messages::options().quiet {
             print(
-                &if args.json { line } else { text(&snapshot, messages::layout(&io::stdout()).width) },
+                &if args.json {
+                    line
+                } else {
+                    text(&GatewayView::of(&snapshot), messages::layout(&io::stdout()).width)
+                },
                 args,
             )?;
         }

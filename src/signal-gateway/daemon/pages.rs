@@ -21,8 +21,8 @@ use super::history::SharedHistory;
 use crate::io::http::Connection;
 use crate::io::snapshots::feed::SnapshotSource;
 use crate::process_status::snapshot::Snapshot;
+use crate::report::gateway_view::GatewayView;
 use crate::report::live_page;
-use crate::report::live_view::Feed;
 use crate::report::metrics::{CLASSIC, OPENMETRICS, classic, openmetrics};
 use crate::report::page::Page;
 use crate::report::timeline::{Group, OpenedAt};
@@ -154,11 +154,11 @@ async fn metrics(State(mut sources): State<Sources>, headers: HeaderMap) -> Resp
 }
 
 fn feed_json(snapshot: &Snapshot) -> String {
-    serde_json::to_string(&Feed::new(snapshot)).unwrap_or_default()
+    serde_json::to_string(&GatewayView::of(snapshot)).unwrap_or_default()
 }
 
-/// A snapshot as an event every [`EVENT_INTERVAL`]. A client that is slow gets fewer of them, each of them
-/// present when it is taken.
+/// What is shown of a snapshot as an event every [`EVENT_INTERVAL`]. A client that is slow gets fewer of
+/// them, each of them present when it is taken.
 async fn events(State(sources): State<Sources>, Extension(connection): Extension<Connection>) -> Response {
     if !connection.begin_stream() {
         return (StatusCode::SERVICE_UNAVAILABLE, "too many streams\n").into_response();

@@ -12,7 +12,7 @@ use crate::io::precise_timer::PreciseTimer;
 use crate::io::ros::inbox::Arrival;
 use crate::io::systemd::Supervisor;
 use crate::process_status::snapshot::Snapshot;
-use crate::report::status::headline;
+use crate::report::gateway_view::GatewayView;
 
 /// Shortest interval from one status line of the service manager to the next.
 const LINE_INTERVAL: Duration = Duration::from_secs(1);
@@ -90,7 +90,7 @@ impl Service {
 
     /// Announces that start-up or a reload is done, with a status line.
     pub(super) fn ready(&mut self, snapshot: &Snapshot) {
-        self.line = headline(snapshot);
+        self.line = GatewayView::of(snapshot).headline();
         self.next_line = Instant::now() + LINE_INTERVAL;
         self.supervisor.ready(&self.line);
     }
@@ -104,7 +104,7 @@ impl Service {
     pub(super) fn show(&mut self, snapshot: &Snapshot) {
         if self.is_line_due() {
             self.next_line = Instant::now() + LINE_INTERVAL;
-            let line = headline(snapshot);
+            let line = GatewayView::of(snapshot).headline();
             if line != self.line {
                 self.supervisor.status(&line);
                 self.line = line;

@@ -10,15 +10,13 @@ pub(super) struct Count<T> {
     pub(super) metric: &'static str,
     /// Help of its metric.
     pub(super) help: &'static str,
-    /// Its name on the page and in the status text, which show it only where it has one.
+    /// Its name on the page and in the status text, which show it where it has one and is not 0.
     pub(super) label: Option<&'static str>,
-    /// True if the page leaves it out while it is 0.
-    pub(super) only_if_any: bool,
     pub(super) value: fn(&T) -> u64,
 }
 
 const fn row<T>(metric: &'static str, help: &'static str, value: fn(&T) -> u64) -> Count<T> {
-    Count { metric, help, label: None, only_if_any: false, value }
+    Count { metric, help, label: None, value }
 }
 
 const fn shown<T>(
@@ -27,7 +25,7 @@ const fn shown<T>(
     help: &'static str,
     value: fn(&T) -> u64,
 ) -> Count<T> {
-    Count { metric, help, label: Some(label), only_if_any: false, value }
+    Count { metric, help, label: Some(label), value }
 }
 
 pub(super) const BUS: [Count<BusSnapshot>; 6] = [
@@ -36,12 +34,9 @@ pub(super) const BUS: [Count<BusSnapshot>; 6] = [
     shown("bus_error_frames", "error frames", "Error frames", |bus| bus.error_frames),
     shown("bus_link_losses", "link losses", "Times that the link was lost", |bus| bus.link_losses),
     shown("bus_controller_bus_off", "bus-offs", "Times that the controller went bus-off", |bus| bus.bus_offs),
-    Count {
-        only_if_any: true,
-        ..shown("bus_bad_records", "unreadable records", "Unreadable records of a recording", |bus| {
-            bus.bad_records
-        })
-    },
+    shown("bus_bad_records", "unreadable records", "Unreadable records of a recording", |bus| {
+        bus.bad_records
+    }),
 ];
 
 pub(super) const FUNCTION: [Count<FunctionSnapshot>; 3] = [

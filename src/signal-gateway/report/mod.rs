@@ -10,13 +10,13 @@
 //! | [`lights`] | a scenario of traffic lights |
 //! | [`vehicle`] | events and frames of a simulated vehicle |
 //! | [`view`] | what happens while a command runs: lines, log records, or the next one |
-//! | [`terminal`] | the present state, on a terminal |
-//! | [`live_page`] | the same in a browser |
-//! | [`live_view`] | the levels, words and sentences of both |
-//! | [`metrics`] | the same for Prometheus |
+//! | [`gateway_view`] | everything that a person is shown of the present state |
+//! | [`terminal`] | that on a terminal |
+//! | [`live_page`] | that in a browser |
+//! | [`status`] | that as text |
+//! | [`metrics`] | the present state for Prometheus |
 //! | [`schema`] | JSON Schemas of the status and of the page's feed |
 //! | [`story`] | captions and the summary of the demo |
-//! | [`status`] | the present state of a running gateway |
 //! | [`timeline`] | a recording: states over time, each with the frame behind it |
 //! | [`refusal`] | problems of a configuration, with pictures of their places |
 //! | [`text`] | counts, names and paths in texts |
@@ -33,10 +33,10 @@ pub mod decision;
 pub mod discovery;
 pub mod drive;
 pub mod gateway;
+pub mod gateway_view;
 pub mod history;
 pub mod lights;
 pub mod live_page;
-pub mod live_view;
 pub mod metrics;
 pub mod page;
 pub mod palette;

@@ -4,7 +4,7 @@ use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema};
 use serde_json::Value;
 
-use super::live_view::Feed;
+use super::gateway_view::GatewayView;
 use crate::process_status::snapshot::Snapshot;
 use gateway_core::gateway::history::HistoryEntry;
 
@@ -15,7 +15,7 @@ pub fn status() -> Value {
 
 /// Returns the schema of an event of the live page.
 pub fn feed() -> Value {
-    schema::<Feed<'_>>()
+    schema::<GatewayView>()
 }
 
 /// Returns the schema of a line of `status --history --json`.

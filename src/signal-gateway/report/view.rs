@@ -10,6 +10,7 @@ use crate::io::output_queue::{Loss, Losses, OutputQueue};
 use crate::io::process_log;
 use crate::process_status::snapshot::Snapshot;
 use crate::report::gateway::{Changes, Event, JsonTimeline};
+use crate::report::gateway_view::GatewayView;
 use crate::report::history::line_text;
 use crate::report::text::escaped;
 use gateway_base::diagnostics::Level;
@@ -176,7 +177,7 @@ impl View {
     /// Shows the present state, where there is a live view.
     pub fn snapshot(&mut self, at: MonoTime, snapshot: Snapshot) {
         if let Destination::Terminal(view) = &mut self.destination {
-            view.snapshot(at, snapshot);
+            view.show(at, move || GatewayView::of(&snapshot));
         }
     }
 

@@ -10,7 +10,7 @@ use signal_gateway::config::{Overrides, load};
 use signal_gateway::io::ros::messages::diagnostic_status;
 use signal_gateway::process_status::catalogue::sections;
 use signal_gateway::process_status::log::LogState;
-use signal_gateway::report::terminal::picture::Picture;
+use signal_gateway::report::gateway_view::GatewayView;
 use signal_gateway::report::{metrics, status};
 
 use super::document;
@@ -63,17 +63,19 @@ fn the_same_remedy_is_in_diagnostics_status_page_terminal_and_metrics() {
     let message = diagnostic_status("gw", turn, "car");
     let last: Vec<_> = message.values.iter().rev().take(2).map(|pair| (&*pair.key, &*pair.value)).collect();
     assert_eq!(last, [("document", document), ("remedy", remedy)]);
-    // As JSON, which the live page draws too.
+    // As JSON.
     let snapshot = desk.snapshot();
     let json = serde_json::to_value(&snapshot).unwrap();
     let listed = json["diagnostics"].as_array().unwrap();
     let listed = listed.iter().find(|status| status["task"] == "turn_indicators").unwrap();
     assert_eq!((&listed["remedy"], &listed["document"]), (&remedy.into(), &document.into()));
     // As text.
-    let text = status::text(&snapshot, None);
+    let view = GatewayView::of(&snapshot);
+    let text = status::text(&view, None);
     assert!(text.contains(&format!("→ {remedy}\n")) && text.contains(&format!("→ {document}\n")), "{text}");
-    // In the terminal.
-    assert_eq!(Picture::of(&snapshot).functions[0].remedy, remedy);
+    // On the live page and in the terminal.
+    assert_eq!(view.reports[0].remedy, remedy);
+    assert_eq!(view.diagnostics, snapshot.diagnostics);
     // For alerts.
     let series = format!(
         "signal_gateway_status_remedy{{task=\"turn_indicators\",remedy=\"{remedy}\",document=\"{document}\"}} 1"

@@ -20,7 +20,7 @@ use signal_gateway::process_status::log::LogState;
 use signal_gateway::process_status::snapshot::{Build, ProcessSnapshot, Snapshot};
 use signal_gateway::replay::{Replay, Routes};
 use signal_gateway::report::gateway::Changes;
-use signal_gateway::report::live_view::Feed;
+use signal_gateway::report::gateway_view::GatewayView;
 
 fn settings() -> Settings {
     load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap()
@@ -132,30 +132,23 @@ fn snapshots_and_events_are_valid_by_the_shipped_schemas() {
     let wrong = serde_json::json!({ "schema": "2" });
     assert!(status.0.validate(&wrong, status.1).is_err() && feed.0.validate(&wrong, feed.1).is_err());
     let mut replay = replay();
-    let (mut steps, mut checked, mut lines) = (0, 0, BTreeSet::new());
+    let (mut steps, mut checked, mut messages) = (0, 0, BTreeSet::new());
     while replay.step().unwrap() {
         while replay.poll_output().is_some() {}
         steps += 1;
         if steps % 100 == 0 {
             let snapshot = snapshot(&replay);
             status.check(&snapshot);
-            let event = Feed::new(&snapshot);
+            let event = GatewayView::of(&snapshot);
             feed.check(&event);
-            lines.extend(reported_lines(&serde_json::to_value(&event).unwrap()));
+            messages.extend(event.reports.into_iter().map(|report| report.message));
             checked += 1;
         }
     }
     assert!(checked > 5, "{checked}");
     // The kind of a failure is said once.
-    assert!(lines.iter().any(|line| line.starts_with("hardware fault: ")), "{lines:?}");
-    assert!(!lines.iter().any(|line| line.matches("hardware fault").count() > 1), "{lines:?}");
-}
-
-/// The lines of the tiles that show what is reported.
-fn reported_lines(event: &serde_json::Value) -> Vec<String> {
-    let reports = event["view"]["reports"].as_array().unwrap();
-    let lines = reports.iter().flat_map(|report| report["reported"]["lines"].as_array().unwrap());
-    lines.map(|line| line.as_str().unwrap().to_owned()).collect()
+    assert!(messages.iter().any(|text| text.starts_with("hardware fault: ")), "{messages:?}");
+    assert!(!messages.iter().any(|text| text.matches("hardware fault").count() > 1), "{messages:?}");
 }
 
 #[test]

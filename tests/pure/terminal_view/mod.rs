@@ -1,5 +1,6 @@
 //! The live view in each state and width, as text: `tests/pure/terminal_view/*.txt` are what the terminal
-//! shows. `UPDATE_DOCS=1 cargo test --test pure terminal_view` writes them anew: look at what has changed.
+//! shows, and below it what `status` prints of the same view.
+//! `UPDATE_DOCS=1 cargo test --test pure terminal_view` writes them anew: look at what has changed.
 
 mod messages;
 mod svg;
@@ -18,10 +19,13 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::Color;
 use signal_gateway::config::files::{DEMO_CONFIG, Embedded};
 use signal_gateway::config::{Overrides, load};
-use signal_gateway::process_status::snapshot::{ProcessSnapshot, RosSnapshot, TopicSnapshot};
+use signal_gateway::process_status::snapshot::{Build, ProcessSnapshot, RosSnapshot, TopicSnapshot};
+use signal_gateway::report::gateway_view::{
+    ChannelView, Fact, GatewayView, Lamp, LightView, LightsView, Mark, RawView, ReportView, Value,
+};
+use signal_gateway::report::status;
 use signal_gateway::report::terminal::draw::draw;
 use signal_gateway::report::terminal::line_text;
-use signal_gateway::report::terminal::picture::{Function, Lamp, Mark, More, Picture};
 use signal_gateway::report::terminal::view_model::{KeyRequest, Keys, Model};
 use traffic_lights::bulb::Color::{Green, Red};
 use traffic_lights::bulb::{Bulb, BulbShape, BulbStatus};
@@ -39,6 +43,11 @@ struct Drive {
     process: Option<ProcessSnapshot>,
 }
 
+fn process() -> ProcessSnapshot {
+    let build = Build { version: "1.2.3".to_owned(), ..Build::default() };
+    ProcessSnapshot { vehicle: "Demo vehicle".to_owned(), pid: 42, build, ..ProcessSnapshot::default() }
+}
+
 impl Drive {
     fn new() -> Self {
         let settings = load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap().gateway;
@@ -48,7 +57,7 @@ impl Drive {
         Self {
             gateway: VirtualGateway::new(settings),
             model: Model { title: "run · Demo vehicle".to_owned(), has_color: true, ..Model::default() },
-            process: Some(ProcessSnapshot { ros, ..ProcessSnapshot::default() }),
+            process: Some(ProcessSnapshot { ros, ..process() }),
         }
     }
 
@@ -73,7 +82,7 @@ impl Drive {
             Some(process) => snapshot.with_process(process, &[]),
             None => snapshot,
         };
-        self.model.show(Picture::of(&snapshot));
+        self.model.show(GatewayView::of(&snapshot));
         self
     }
 
@@ -113,7 +122,10 @@ fn check(name: &str, drive: &Drive) -> String {
 
 pub(in crate::pure) fn check_model(name: &str, model: &Model) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/pure/terminal_view/{name}.txt"));
-    let shown = SIZES.map(|size| text(model, size)).join("\n");
+    let mut shown = SIZES.map(|size| text(model, size)).join("\n");
+    if model.messages.is_none() {
+        shown += &format!("\nstatus\n{}", status::text(&model.picture, Some(100)));
+    }
     if std::env::var_os("UPDATE_DOCS").is_some() {
         std::fs::write(&path, &shown).unwrap();
     }
@@ -162,8 +174,8 @@ fn report_that_is_withheld_shows_its_reason_and_no_direction() {
     let invalid = check("invalid", &Drive::left().pass(3_000, Some(5), Some(0)));
     let stale = check("stale", &Drive::left().pass(3_000, None, Some(0)));
     for (view, reason, broken) in [
-        (invalid, "invalid", "turn    ✓ ───── ✓ ───── – ───── ✗       ·"),
-        (stale, "is stale", "turn    ✓ ───── ✗       ·       ·       ·"),
+        (invalid, "invalid", "turn    ✓ ── – ──────── ✓ ──── – ──── ✓ ─ ✗     ·"),
+        (stale, "is stale", "turn    ✓ ── – ──────── ✓ ──── – ──── ✗   ·     ·"),
     ] {
         assert!(
             view.contains("not published") && view.contains("withheld") && view.contains(reason),
@@ -174,20 +186,22 @@ fn report_that_is_withheld_shows_its_reason_and_no_direction() {
 }
 
 #[test]
-fn bus_that_is_down_or_off_breaks_the_chain_at_the_link() {
+fn bus_that_is_down_or_off_breaks_the_chain_at_link_or_controller() {
     let down = Drive::left().input(CanInput::Link { bus: BUS, state: LinkState::Down });
     let down = check("link_down", &down.pass(500, None, None));
     let off = Drive::left().input(CanInput::ErrorFrame { bus: BUS, error: ErrorFrame::new(0x40, &[]) });
     let off = check("bus_off", &off.pass(1_500, None, None));
-    for (view, state) in [(down, "link down"), (off, "bus-off")] {
-        assert!(view.contains("turn    ✗       ·") && view.contains(state), "{view}");
+    for (view, state, broken) in
+        [(down, "link down", "turn    ✗    ·          ·"), (off, "bus-off", "turn    ✓ ── ✗          ·")]
+    {
+        assert!(view.contains(broken) && view.contains(state), "{view}");
     }
 }
 
 #[test]
 fn network_and_start_are_shown_as_they_are() {
     let mut off = Drive::left();
-    off.process = Some(ProcessSnapshot::default());
+    off.process = Some(process());
     let off = check("without_ros", &off.pass(100, Some(1), Some(0)));
     let mut lines = off.lines().filter(|line| line.contains("ROS 2"));
     assert!(lines.all(|line| line.ends_with(" off")) && off.contains("ROS 2"), "{off}");
@@ -286,8 +300,9 @@ fn address_of_the_page_is_in_the_footer() {
 #[test]
 fn what_there_is_no_room_for_is_counted() {
     let mut model = Model::default();
-    let light = |id: usize| (format!("light {id}"), More::Text("red".to_owned()));
-    model.show(Picture { more: (0..40).map(light).collect(), ..Picture::default() });
+    let light = |id: usize| Fact { name: format!("light {id}"), text: "red".to_owned() };
+    let lights = LightsView { channels: Vec::new(), controllers: (0..40).map(light).collect() };
+    model.show(GatewayView { traffic_lights: Some(lights), ..GatewayView::default() });
     let shown = text(&model, SIZES[1]);
     let visible = (0..40).filter(|id| shown.contains(&format!("light {id} "))).count();
     assert!(shown.contains(&format!("… {} more", 40 - visible)), "{shown}");
@@ -295,15 +310,15 @@ fn what_there_is_no_room_for_is_counted() {
 
 #[test]
 fn vehicle_says_in_full_who_decides() {
-    let function = Function {
+    let function = ReportView {
         name: "turn",
-        values: [None, Some("right (command)".to_owned()), Some("○ ●".to_owned())],
         mark: Mark::Right,
-        ..Function::default()
+        reported: Value::new(None, "right (command)"),
+        raw: vec![RawView { value: "○ ●".to_owned(), ..RawView::default() }],
+        ..ReportView::default()
     };
     let mut model = Model { keys: Keys::Driver, ..Model::default() };
-    let titles = ["commanded", "lights", "lamps"];
-    model.show(Picture { titles, functions: vec![function], ..Picture::default() });
+    model.show(GatewayView { reports: vec![function], ..GatewayView::default() });
     for size in SIZES {
         let shown = text(&model, size);
         assert!(shown.contains("right (command) ○ ●") && shown.contains("h hazard"), "{shown}");
@@ -313,16 +328,23 @@ fn vehicle_says_in_full_who_decides() {
 #[test]
 fn lamps_of_traffic_lights_have_their_own_colours_and_words() {
     let bulb = |color, shape| Bulb { color, status: BulbStatus::SolidOn, shape };
-    let state = More::Bulbs(vec![bulb(Green, BulbShape::Left), bulb(Red, BulbShape::Circle)]);
+    let light = LightView {
+        name: "11".to_owned(),
+        groups: vec![1],
+        bulbs: vec![bulb(Green, BulbShape::Left), bulb(Red, BulbShape::Circle)],
+        text: "green left, red".to_owned(),
+    };
+    let (name, counts) = ("conventional".to_owned(), "1 light".to_owned());
     let mut model = Model { has_color: true, ..Model::default() };
-    let phase = More::Text("stop, then go".to_owned());
-    let more = vec![("11 conventional".to_owned(), state), ("main road".to_owned(), phase)];
+    let phase = Fact { name: "main road".to_owned(), text: "stop, then go".to_owned() };
+    let channels = vec![ChannelView { name, counts, lights: vec![light] }];
+    let lights = LightsView { channels, controllers: vec![phase] };
     model.caption =
         "the camera loses light 11: what it detects is unknown, what the light shows is not".to_owned();
-    model.show(Picture { more, ..Picture::default() });
+    model.show(GatewayView { traffic_lights: Some(lights), ..GatewayView::default() });
     for (width, height) in SIZES {
         let shown = text(&model, (width, height));
-        for part in ["● green left  ● red", "stop, then go", "is not"] {
+        for part in ["conventional 11", "● green left  ● red", "stop, then go", "is not"] {
             assert!(shown.contains(part), "{part}: {shown}");
         }
     }

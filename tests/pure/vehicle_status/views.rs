@@ -8,8 +8,7 @@ use serde_json::{Value, json};
 use signal_gateway::config::Settings;
 use signal_gateway::process_status::snapshot::Snapshot;
 use signal_gateway::replay::{Replay, Routes};
-use signal_gateway::report::live_view::Feed;
-use signal_gateway::report::terminal::picture::Picture;
+use signal_gateway::report::gateway_view::GatewayView;
 use signal_gateway::report::terminal::view_model::Model;
 use signal_gateway::report::{metrics, status};
 
@@ -52,9 +51,9 @@ fn row<'a>(text: &'a str, name: &str) -> &'a str {
 
 #[test]
 fn status_text_has_each_report_with_its_unit() {
-    let driving = status::text(&snapshot_at(DRIVING_MS), None);
+    let driving = status::text(&GatewayView::of(&snapshot_at(DRIVING_MS)), None);
     let expected = [
-        ("velocity", "10.00 m/s, 5.00°/s from speedometer"),
+        ("velocity", "10.00 m/s, 5.00°/s, from speedometer"),
         ("steering", "2.00°"),
         ("gear", "DRIVE"),
         ("control_mode", "AUTONOMOUS"),
@@ -64,13 +63,13 @@ fn status_text_has_each_report_with_its_unit() {
     for (name, value) in expected {
         assert!(row(&driving, name).starts_with(value), "{name}: {driving}");
     }
-    let unknown = status::text(&snapshot_at(UNKNOWN_MS), None);
+    let unknown = status::text(&GatewayView::of(&snapshot_at(UNKNOWN_MS)), None);
     for name in ["velocity", "steering", "gear", "control_mode"] {
         assert!(row(&unknown, name).starts_with("withheld"), "{name}: {unknown}");
     }
     let doors = row(&unknown, "doors");
     assert!(doors.starts_with("front left NOT_AVAILABLE, front right CLOSED"), "{doors}");
-    let headline = status::headline(&snapshot_at(DRIVING_MS));
+    let headline = GatewayView::of(&snapshot_at(DRIVING_MS)).headline();
     assert_eq!(headline, "OK: turn DISABLE, hazard DISABLE, gear DRIVE, control mode AUTONOMOUS");
 }
 
@@ -108,11 +107,11 @@ fn metrics_have_si_units_in_their_names_and_no_value_while_none_is_published() {
 
 #[test]
 fn page_has_a_tile_and_the_way_from_the_wire_for_each_report() {
-    let feed = |ms| serde_json::to_value(Feed::new(&snapshot_at(ms))).unwrap();
+    let feed = |ms| serde_json::to_value(GatewayView::of(&snapshot_at(ms))).unwrap();
     let parked = feed(PARKED_MS);
     let tiles = |feed: &Value| -> Vec<(Value, Value)> {
-        let reports = feed["view"]["vehicle_status"].as_array().unwrap();
-        reports.iter().map(|report| (report["title"].clone(), report["reported"]["value"].clone())).collect()
+        let reports = feed["vehicle_status"].as_array().unwrap();
+        reports.iter().map(|report| (report["title"].clone(), report["reported"]["text"].clone())).collect()
     };
     let expected = [
         ("Velocity", "0.00 m/s, 0.00°/s"),
@@ -124,13 +123,13 @@ fn page_has_a_tile_and_the_way_from_the_wire_for_each_report() {
     let expected: Vec<_> = expected.iter().map(|(title, value)| (json!(title), json!(value))).collect();
     assert_eq!(tiles(&parked), expected);
     let unknown = feed(UNKNOWN_MS);
-    let gear = &unknown["view"]["vehicle_status"][2];
+    let gear = &unknown["vehicle_status"][2];
     assert_eq!(
-        (&gear["reported"]["value"], &gear["reported"]["level"]),
+        (&gear["reported"]["text"], &gear["reported"]["level"]),
         (&json!("withheld"), &json!("ERROR"))
     );
     let steps: Vec<_> = gear["steps"].as_array().unwrap().iter().map(|step| &step["name"]).collect();
-    assert_eq!(steps, ["Link", "Controller", "Frames", "Integrity", "Age", "Meaning", "Report"]);
+    assert_eq!(steps, ["Link", "Controller", "Frames", "Checks", "Age", "Value", "Report"]);
     assert_eq!(gear["commanded"], Value::Null);
 }
 
@@ -138,7 +137,7 @@ fn page_has_a_tile_and_the_way_from_the_wire_for_each_report() {
 fn terminal_shows_the_status_beside_the_car() {
     for (name, ms) in [("status_driving", DRIVING_MS), ("status_unknown", UNKNOWN_MS)] {
         let mut model = Model { title: "run · Bench".to_owned(), has_color: true, ..Model::default() };
-        model.show(Picture::of(&snapshot_at(ms)));
+        model.show(GatewayView::of(&snapshot_at(ms)));
         let shown = check_model(name, &model);
         assert!(shown.contains("Control mode"), "{shown}");
     }

@@ -36,14 +36,6 @@ const keyed = (list, items, keyOf, make, update) => {
 
 // Texts.
 const toneOf = (level) => level?.toLowerCase() ?? "none";
-const ageText = (ms) => {
-  if (ms === null || ms === undefined) return "";
-  if (ms < 1000) return `${Math.round(ms)} ms`;
-  const seconds = ms / 1000;
-  if (seconds < 60) return `${seconds.toFixed(1)} s`;
-  const minutes = Math.floor(seconds / 60);
-  return minutes < 60 ? `${minutes} min ${Math.floor(seconds % 60)} s` : `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
-};
 const clock = (date) => date.toTimeString().slice(0, 8);
 const twoDigits = (number) => String(number).padStart(2, "0");
 const day = (date) => `${date.getFullYear()}-${twoDigits(date.getMonth() + 1)}-${twoDigits(date.getDate())}`;
@@ -76,28 +68,8 @@ const pairs = (entries) => {
 };
 
 // The car. A side is on, off, or unknown: a report that is withheld may be anything.
-const sidesOf = (turn, hazard) => {
-  const isUnknown = (report) => Boolean(report) && report.published === null;
-  const side = (name) => {
-    if (hazard?.published === "ENABLE" || turn?.published === name) return "on";
-    return isUnknown(turn) || isUnknown(hazard) ? "unknown" : "off";
-  };
-  return turn || hazard ? [side("ENABLE_LEFT"), side("ENABLE_RIGHT")] : ["unknown", "unknown"];
-};
-const stateOf = (snapshot) => {
-  const { turn_indicators: turn, hazard_lights: hazard } = snapshot;
-  if (hazard?.published === "ENABLE") return "hazard";
-  if (turn && turn.published === null) return "withheld";
-  if (turn?.published === "ENABLE_LEFT") return "left";
-  if (turn?.published === "ENABLE_RIGHT") return "right";
-  return hazard && hazard.published === null ? "withheld" : "off";
-};
-const CAPTIONS = {
-  hazard: "hazard lights on", left: "turning left", right: "turning right", off: "lights off",
-  withheld: "not known: the report is withheld",
-};
-const drawCar = (snapshot) => {
-  const [left, right] = sidesOf(snapshot.turn_indicators, snapshot.hazard_lights);
+const drawCar = (view) => {
+  const [left, right] = view.lamps.map((lamp) => (lamp === "flashing" ? "on" : lamp));
   setClass(by("car-left"), `side ${left}`);
   setClass(by("car-right"), `side ${right}`);
   document.querySelectorAll(".lamp").forEach((lamp) => {
@@ -109,14 +81,14 @@ const drawCar = (snapshot) => {
     if (animation.animationName === "blink" && animation.startTime !== 0) animation.startTime = 0;
   }
   // Left is positive, which is against the clock. Unknown wheels are straight, and dashed.
-  const steering = snapshot.vehicle_status.steering;
+  const steering = view.vehicle_status.find(({ key }) => key === "steering");
   by("wheels").setAttribute("display", steering ? "inline" : "none");
-  const degrees = -(steering?.published ?? 0) * 180 / Math.PI;
+  const degrees = -(view.steering_deg ?? 0);
   document.querySelectorAll(".wheel.front").forEach((wheel) => {
-    setClass(wheel, `wheel front ${steering?.published === null ? "unknown" : "known"}`);
+    setClass(wheel, `wheel front ${view.steering_deg === null ? "unknown" : "known"}`);
     wheel.setAttribute("transform", `rotate(${degrees.toFixed(1)})`);
   });
-  setText(by("car-text"), CAPTIONS[stateOf(snapshot)]);
+  setText(by("car-text"), view.caption);
 };
 
 // Bulbs of a traffic light, by colour, letter and shape.
@@ -125,9 +97,6 @@ const SHAPES = {
   cross: "✕", unknown: "?",
 };
 const LETTERS = { red: "R", yellow: "Y", green: "G", white: "W", unknown: "?" };
-const bulbText = ({ color, status, shape }) => [color, status === "solidOn" ? "" : status.replace("solidOff", "off"),
-  ["circle", "unknown"].includes(shape) ? "" : shape].filter(Boolean).join(" ");
-const bulbsText = (list) => list.map(bulbText).join(", ") || "dark";
 const bulbs = (list) => {
   if (!list.length) return [element("span", "bulb dark", "")];
   return list.map(({ color, status, shape }) => element("span", `bulb ${color} ${status}`, SHAPES[shape] ?? LETTERS[color] ?? "?"));

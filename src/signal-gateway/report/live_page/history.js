@@ -18,32 +18,27 @@ const forget = (at) => {
   }
 };
 
-const REPORT_TONES = { DISABLE: "off", ENABLE: "hazard", ENABLE_LEFT: "left", ENABLE_RIGHT: "right" };
-const MEASURED = ["velocity", "steering"];
-const failuresOf = ({ failures: { unknown, invalid, hardware_fault: fault } }) => unknown + invalid + fault;
-const remember = (snapshot, at) => {
+// What is measured changes all the time.
+const LANES = { withheld: ["error"], measured: ["ok", "published"], named: ["plain"] };
+const remember = (view, at) => {
   const counts = {};
-  for (const view of allReports(snapshot)) {
-    const { key, title } = view;
-    const report = reportOf(snapshot, key);
-    counts[key] = failuresOf(report);
+  for (const report of allReports(view)) {
+    const { key, title, mark, reported, message, commanded, last_failure: last } = report;
+    counts[key] = report.failure_count;
     const label = `${title}, report`;
-    // One that began and ended between two snapshots was seen by its counter only.
-    if (failures && failures.pid === snapshot.process?.pid && counts[key] > failures.counts[key] && report.published !== null && report.last_failure) {
-      begin(label, Math.max(at - report.last_failure.age_ms, at - 200), "error", report.last_failure.text);
+    // One that began and ended between two events was seen by its counter only.
+    if (failures && failures.pid === view.process?.pid && counts[key] > failures.counts[key] && mark !== "withheld" && last) {
+      begin(label, Math.max(at - last.age_ms, at - 200), "error", last.text);
     }
-    if (report.published === null) begin(label, at, "error", report.withheld ?? "withheld");
-    // What is measured changes all the time.
-    else if (MEASURED.includes(key)) begin(label, at, "ok", "published");
-    else begin(label, at, REPORT_TONES[report.published] ?? "plain", view.reported.value);
-    const command = snapshot.commands?.[key];
-    if (command) begin(`${title}, command`, at, command.requested ?? "none", command.requested ?? view.commanded.value);
+    const [tone, text] = LANES[mark] ?? [mark];
+    begin(label, at, tone, text ?? (mark === "withheld" ? message : reported.text));
+    if (commanded?.level) begin(`${title}, command`, at, commanded.text, commanded.text);
   }
-  failures = { pid: snapshot.process?.pid, counts };
-  const turn = snapshot.view.decision?.turn;
-  if (turn) begin("Decider", at, turn.replace(" ", "-"), turn);
-  for (const bus of snapshot.view.buses) begin(`Bus ${bus.name}`, at, toneOf(bus.level), bus.state);
-  begin("All statuses", at, toneOf(snapshot.level), snapshot.level);
+  failures = { pid: view.process?.pid, counts };
+  const turn = view.decider?.turn;
+  if (turn) begin("Decider", at, TURN_TONES[turn], turn);
+  for (const bus of view.buses) begin(`Bus ${bus.name}`, at, toneOf(bus.level), bus.state);
+  begin("All statuses", at, toneOf(view.level), view.level);
 };
 
 // Begins a gap in all lanes.
@@ -90,9 +85,9 @@ const announce = (text) => {
     waiting = [];
   }, 1000);
 };
-const announceChanges = (snapshot) => {
-  const present = [["state", CAPTIONS[stateOf(snapshot)]], ["level", `all statuses: ${snapshot.level}`]];
-  for (const bus of snapshot.view.buses) present.push([`bus ${bus.name}`, `bus ${bus.name}: ${bus.state}`]);
+const announceChanges = (view) => {
+  const present = [["state", view.caption], ["level", `all statuses: ${view.level}`]];
+  for (const bus of view.buses) present.push([`bus ${bus.name}`, `bus ${bus.name}: ${bus.state}`]);
   for (const [key, text] of present) {
     if (spoken.has(key) && spoken.get(key) !== text) announce(text);
     spoken.set(key, text);

@@ -1,5 +1,5 @@
-//! The live page: one document with its style and its script, which shows the snapshots of a stream of
-//! events.
+//! The live page: one document with its style and its script, which shows the present state of a
+//! gateway, as a stream of events has it.
 
 use crate::report::page::Page;
 use crate::report::palette;

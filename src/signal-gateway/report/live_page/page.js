@@ -1,11 +1,11 @@
-// The connection: a stream of snapshots. What is shown is marked as old as soon as none came for a while.
+// The connection: a stream of what is shown of each moment. What is shown is marked as old as soon as none came for a while.
 const EVENTS = "/events";
 const SILENCE_MS = 2_000;
 const LAG_MS = 3_000;
 const AGAIN_MS = 2_000;
 let source = null;
 let again = 0;
-let lastAt = null; // performance.now() of the last snapshot
+let lastAt = null; // performance.now() of the last event
 let lastClock = null; // its time of day
 let offset = null; // least difference between our clock and the process's
 let pid = null;
@@ -15,22 +15,22 @@ let isOld = false;
 let pastAt = 0; // performance.now() of the last drawing of the history
 
 let shown = null;
-const show = (snapshot) => {
-  shown = snapshot;
-  drawHeader(snapshot);
-  drawCar(snapshot);
-  drawReports(snapshot);
-  drawStatus(snapshot);
-  drawTrust(snapshot);
-  drawBuses(snapshot);
-  drawDecider(snapshot);
-  drawLights(snapshot);
-  drawDiagnostics(snapshot);
+const show = (view) => {
+  shown = view;
+  drawHeader(view);
+  drawCar(view);
+  drawReports(view);
+  drawStatus(view);
+  drawTrust(view);
+  drawBuses(view);
+  drawDecider(view);
+  drawLights(view);
+  drawDiagnostics(view);
 };
 
-// Time by which a snapshot is later than the fastest one was: a slow network or browser.
-const lagOf = (snapshot, at) => {
-  const process = snapshot.process;
+// Time by which an event is later than the fastest one was: a slow network or browser.
+const lagOf = (view, at) => {
+  const process = view.process;
   if (!process) return 0;
   if (process.pid !== pid) [pid, offset] = [process.pid, null];
   const difference = at - process.uptime_ms;
@@ -62,24 +62,24 @@ const markPresent = () => {
 
 const take = (event) => {
   const at = performance.now();
-  const snapshot = JSON.parse(event.data);
+  const view = JSON.parse(event.data);
   const before = pid;
-  const lag = lagOf(snapshot, at);
+  const lag = lagOf(view, at);
   if (before !== null && before !== pid) {
     note("WARN", `the gateway was restarted: process ${pid} in place of ${before}`);
     nextChange = null;
   }
   [lastAt, lastClock] = [at, new Date()];
   if (lag > LAG_MS) {
-    markOld("OLD VALUES", `The connection is slow: the values below are ${ageText(lag)} old`);
+    markOld("OLD VALUES", `The connection is slow: the values below are ${Math.round(lag / 1000)} s old`);
     return;
   }
   markPresent();
-  remember(snapshot, at);
-  announceChanges(snapshot);
-  followHistory(snapshot);
+  remember(view, at);
+  announceChanges(view);
+  followHistory(view);
   if (!isPaused) {
-    show(snapshot);
+    show(view);
     drawTimeline(at);
     if (pastEnd === null && at - pastAt > 1_000) {
       pastAt = at;

@@ -19,7 +19,7 @@ let pastEnd = null; // its end; null while it goes with the present
 const gatewayNow = () => Date.now() + clockOffset;
 const timeOf = (change) => change.stamp_ns / 1e6;
 
-// One request after the other. What fails is asked for again with a later snapshot.
+// One request after the other. What fails is asked for again with a later event.
 const ask = (parameters, take) => {
   underWay += 1;
   asking = asking.then(async () => {
@@ -77,10 +77,10 @@ const forgetOldest = () => {
   for (const item of [...by("history").children]) if (item.dataset.key && Number(item.dataset.key) <= kept) item.remove();
   isComplete = false;
 };
-const followHistory = (snapshot) => {
-  const process = snapshot.process;
+const followHistory = (view) => {
+  const process = view.process;
   if (!process || underWay > 0) return;
-  writtenNow = process.black_box?.written ?? 0;
+  writtenNow = process.written_recordings;
   if (nextChange === null || changes.length === 0 || writtenNow !== recordings) askNewest();
   else if (process.next_change > nextChange) askNewer();
   else if (process.next_change < nextChange) askNewest();
@@ -137,6 +137,8 @@ const note = (level, text) => {
 };
 
 // The lanes: each report, the gateway itself, and each status that was not OK all the time.
+const REPORT_TONES = { DISABLE: "off", ENABLE: "hazard", ENABLE_LEFT: "left", ENABLE_RIGHT: "right" };
+const MEASURED = ["velocity", "steering"];
 const toneOfChange = ({ kind, level, subject, text }) => {
   if (kind === "report_withdrawn") return "error";
   if (kind !== "report_published") return toneOf(level);

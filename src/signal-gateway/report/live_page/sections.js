@@ -1,67 +1,61 @@
-// The sections, each of a snapshot.
-const reportOf = (snapshot, key) => snapshot[key] ?? snapshot.vehicle_status[key];
-const allReports = (snapshot) => [...snapshot.view.reports, ...snapshot.view.vehicle_status];
+// The sections, each of what is shown of a moment.
+const allReports = (view) => [...view.reports, ...view.vehicle_status];
 
 const cell = (title, tile) => {
   const lines = tile.lines.map((line) => element("p", "more", line));
-  return element("div", `cell ${toneOf(tile.level)}`, element("h4", "", title), element("p", "value", tile.value), ...lines);
+  return element("div", `cell ${toneOf(tile.level)}`, element("h4", "", title), element("p", "value", tile.text), ...lines);
 };
+const reportedCell = (title, { reported, message }) => cell(title, { ...reported, lines: [message, ...reported.lines] });
 const rawCell = (report) => {
   const made = element("div", "cell raw", element("h4", "", "Raw"));
   for (const signal of report.raw) {
     const value = element("p", "value", signal.value, " ", element("span", "meaning", signal.meaning));
-    const age = signal.age.replaceAll(" ", "\u00a0");
+    const age = signal.age && `${signal.age} old`.replaceAll(" ", "\u00a0");
     made.append(value, element("p", "more", element("code", "", signal.name), age && ` · ${age}`));
     if (signal.missing) made.append(element("p", "more", signal.missing));
   }
   return made;
 };
-const drawReports = (snapshot) => {
-  keyed(by("reports"), snapshot.view.reports, ({ key }) => key, ({ title }) => {
+const drawReports = (view) => {
+  keyed(by("reports"), view.reports, ({ key }) => key, ({ title }) => {
     return element("article", "report", element("h3", "", title), element("div", "cells"));
   }, (article, report) => {
-    replace(article.lastChild, [cell("Commanded", report.commanded), cell("Reported", report.reported), rawCell(report)]);
+    replace(article.lastChild, [cell("Commanded", report.commanded), reportedCell("Reported", report), rawCell(report)]);
   });
 };
-const drawStatus = (snapshot) => {
-  const reports = snapshot.view.vehicle_status;
+const drawStatus = (view) => {
+  const reports = view.vehicle_status;
   setHidden(by("status"), !reports.length);
   keyed(by("status"), reports, ({ key }) => key, () => element("div"), (place, report) => {
-    replace(place, [cell(report.title, report.reported)]);
+    replace(place, [reportedCell(report.title, report)]);
   });
 };
 
-// The steps from the wire to the report; the first that fails is the reason.
-const drawTrust = (snapshot) => {
-  keyed(by("chains"), allReports(snapshot), ({ key }) => key, ({ title }) => {
+// The steps from the wire to the report; the one that failed is the reason.
+const OUTCOMES = { passed: "ok", partial: "warn", failed: "error", absent: "none", not_reached: "none" };
+const drawTrust = (view) => {
+  keyed(by("chains"), allReports(view), ({ key }) => key, ({ title }) => {
     return element("article", "", element("h3", "", title), element("ol", "chain"), element("p", "more"));
   }, (article, report) => {
     const [, chain, more] = article.children;
-    replace(chain, report.steps.map(({ name, level, text }) =>
-      element("li", toneOf(level), badge(toneOf(level), name), element("span", "why", text))));
+    replace(chain, report.steps.map(({ name, outcome, text }) =>
+      element("li", OUTCOMES[outcome], badge(OUTCOMES[outcome], name), element("span", "why", text))));
     setText(more, report.failures);
   });
 };
 
-const drawBuses = (snapshot) => {
-  keyed(by("bus-list"), snapshot.buses, (bus) => bus.name, (bus) => {
+const factPairs = (facts) => pairs(facts.map(({ name, text }) => [name, text]));
+const drawBuses = (view) => {
+  keyed(by("bus-list"), view.buses, (bus) => bus.name, (bus) => {
     const load = element("div", "load", element("div"));
     load.setAttribute("aria-hidden", "true");
-    return element("article", "card", element("h3", "", `${bus.name} (${bus.interface})`), element("div", "badges"), load, element("div"));
+    return element("article", "card", element("h3", "", bus.name), element("div", "badges"), load, element("div"));
   }, (card, bus) => {
     const [, badges, load, facts] = card.children;
-    const view = snapshot.view.buses.find(({ name }) => name === bus.name);
-    replace(badges, view.badges.map(({ level, name }) => badge(toneOf(level), name)));
-    const percent = bus.traffic?.load_percent ?? null;
-    setHidden(load, percent === null);
-    load.firstChild.style.width = `${Math.min(percent ?? 0, 100)}%`;
-    replace(facts, [pairs([
-      ["bound frames", `${bus.rate_hz.toFixed(1)} /s`],
-      ["all frames", bus.traffic && `${bus.traffic.rate_hz.toFixed(0)} /s`],
-      ["load", percent === null ? null : `${percent.toFixed(1)} %`],
-      ["silent for", view.silence],
-      ...view.counts.map(({ label, count }) => [label, String(count)]),
-    ])]);
+    replace(badges, bus.badges.map(({ level, text }) => badge(toneOf(level), text)));
+    setHidden(load, bus.load_percent === null);
+    load.firstChild.style.width = `${Math.min(bus.load_percent ?? 0, 100)}%`;
+    replace(facts, [factPairs(bus.facts)]);
   });
 };
 
@@ -80,17 +74,16 @@ const strip = (candidates) => {
     const distances = candidate.distances_m;
     if (distances) {
       const [desiredStart, desiredEnd, requiredStart, requiredEnd] = distances;
-      const side = candidate.turn.replace(" ", "-");
+      const side = TURN_TONES[candidate.turn];
       track.append(stretch(`desired ${side}`, desiredStart, desiredEnd), stretch(`required ${side}`, requiredStart, requiredEnd));
     }
     const ego = element("div", "ego");
     ego.style.left = `${share(0) * 100}%`;
     track.append(ego);
     track.setAttribute("aria-hidden", "true");
-    const where = distances ? `on from ${distances[0].toFixed(0)} m to ${distances[1].toFixed(0)} m, required from ${distances[2].toFixed(0)} m` : "";
     return element("li", candidate.has_won ? "won" : "",
       element("p", "", element("strong", "", candidate.subject), ` ${candidate.turn} · ${candidate.outcome}`),
-      track, element("p", "more", where));
+      track, element("p", "more", candidate.stretch));
   });
   const marks = [-20, 0, 20, 40, 60, 80, 100].map((metres) => {
     const mark = element("span", [0, 40, 80].includes(metres) ? "tick" : "tick minor", metres === 0 ? "vehicle" : `${metres} m`);
@@ -101,62 +94,48 @@ const strip = (candidates) => {
   axis.setAttribute("aria-hidden", "true");
   return [axis, element("ol", "candidates", ...rows)];
 };
-const DECISION_SIGNS = { left: "◀", right: "▶" };
-const drawDecider = (snapshot) => {
-  const decider = snapshot.decider;
+const TURN_SIGNS = { LEFT: "◀", RIGHT: "▶" };
+const TURN_TONES = { LEFT: "left", RIGHT: "right", DISABLE: "off", NO_COMMAND: "no-command" };
+const drawDecider = (view) => {
+  const decider = view.decider;
   setHidden(by("decider"), !decider);
   if (!decider) return;
-  const decision = snapshot.view.decision;
   const content = [];
-  if (decision) {
-    const sign = element("span", "sign", DECISION_SIGNS[decision.turn] ?? "");
+  if (decider.turn) {
+    const sign = element("span", "sign", TURN_SIGNS[decider.turn] ?? "");
     sign.setAttribute("aria-hidden", "true");
-    content.push(element("p", `decided ${decision.turn}`, sign, decision.turn), element("p", "more", decision.reason));
+    content.push(element("p", `decided ${TURN_TONES[decider.turn]}`, sign, decider.turn), element("p", "more", decider.decision));
   }
   content.push(element("p", "", badge(toneOf(decider.level), decider.message)));
-  if (decision?.candidates.length) content.push(...strip(decision.candidates));
-  if (decision?.remarks.length) content.push(element("ul", "", ...decision.remarks.map((text) => element("li", "", text))));
-  const agreement = (percent) => (percent === null ? null : `${percent.toFixed(1)} %`);
-  content.push(pairs([
-    ["role", decider.role], ["route", decider.route],
-    ["odometry", decider.odometry_age_ms === null ? "none" : `${ageText(decider.odometry_age_ms)} old`],
-    ["decisions changed", String(decider.changes)],
-    ["agreement with Autoware, turn", agreement(decider.turn_agreement_percent)],
-    ["agreement with Autoware, hazard", agreement(decider.hazard_agreement_percent)],
-    ["signals by the rules", agreement(decider.signal_agreement_percent)],
-    ["last wrong signal", decider.last_wrong_signal?.subject ?? null],
-  ]));
+  if (decider.candidates.length) content.push(...strip(decider.candidates));
+  if (decider.remarks.length) content.push(element("ul", "", ...decider.remarks.map((text) => element("li", "", text))));
+  content.push(factPairs(decider.facts));
   replace(by("decision"), content);
 };
 
-const drawLights = (snapshot) => {
-  const lights = snapshot.traffic_lights;
+const drawLights = (view) => {
+  const lights = view.traffic_lights;
   setHidden(by("lights"), !lights);
   if (!lights) return;
-  const channels = lights.channels.filter((channel) => channel.lights + channel.detected + channel.states.length > 0);
-  keyed(by("channels"), channels, (channel) => channel.channel, (channel) => {
+  keyed(by("channels"), lights.channels, (channel) => channel.name, (channel) => {
     const states = element("ul", "states");
     states.tabIndex = 0;
-    states.setAttribute("aria-label", `Lights of the channel ${channel.channel}`);
-    return element("article", "card", element("h3", "", channel.channel), element("p", "more"), states);
+    states.setAttribute("aria-label", `Lights of the channel ${channel.name}`);
+    return element("article", "card", element("h3", "", channel.name), element("p", "more"), states);
   }, (card, channel) => {
     const [, counts, states] = card.children;
-    const counted = ["dark", "unknown", "detected", "contradictory", "stale", "rejected"].filter((key) => channel[key] > 0);
-    setText(counts, [`${channel.lights} lights`, ...counted.map((key) => `${channel[key]} ${key}`)].join(", "));
-    keyed(states, channel.states, (light) => `${light.layer} ${light.id}`, () => element("li", "light", element("span", "head"), element("span")), (item, light) => {
+    setText(counts, channel.counts);
+    keyed(states, channel.lights, (light) => light.name, () => element("li", "light", element("span", "head"), element("span")), (item, light) => {
       const [head, text] = item.children;
       replace(head, bulbs(light.bulbs));
-      const layer = light.layer === "detected" ? ", detected" : "";
-      const confidence = light.confidence < 1 ? `, confidence ${light.confidence.toFixed(2)}` : "";
-      setText(text, `${light.id} (${light.groups.join(", ")}): ${bulbsText(light.bulbs)}${layer}${confidence}`);
+      setText(text, `${light.name} (${light.groups.join(", ")}): ${light.text}`);
     });
   });
-  const controllers = lights.controllers.map((controller) => `${controller.name}: ${controller.phase ?? "no phase yet"}`);
-  setText(by("lights-title"), `Traffic lights${controllers.length ? ` · ${controllers.join(", ")}` : ""}`);
+  setText(by("lights-title"), ["Traffic lights", ...lights.controllers.map(({ name, text }) => `${name}: ${text}`)].join(" · "));
 };
 
-const drawDiagnostics = (snapshot) => {
-  keyed(by("statuses"), snapshot.diagnostics, (status) => status.task, () =>
+const drawDiagnostics = (view) => {
+  keyed(by("statuses"), view.diagnostics, (status) => status.task, () =>
     element("details", "", element("summary", "", element("span", "level"), element("strong"), element("span"), element("span", "more")), element("div")),
   (item, status) => {
     const [summary, values] = item.children;
@@ -182,15 +161,9 @@ const drawOverall = (tone, text) => {
   const icon = `data:image/svg+xml,${encodeURIComponent(image)}`;
   if (by("icon").getAttribute("href") !== icon) by("icon").setAttribute("href", icon);
 };
-const drawHeader = (snapshot) => {
-  const build = snapshot.process;
-  setText(by("vehicle-name"), build?.vehicle ?? snapshot.node);
-  drawOverall(toneOf(snapshot.level), snapshot.level);
-  const ros = build?.ros;
-  const parts = build ? [`signal-gateway ${build.build.version}`, build.build.commit && `commit ${build.build.commit}`,
-    build.build.distribution && `ROS 2 ${build.build.distribution}`, `node ${snapshot.node}`, `process ${build.pid}`,
-    `running for ${ageText(Math.floor(build.uptime_ms / 1000) * 1000)}`,
-    ros ? `domain ${ros.domain_id}: ${ros.is_up ? "joined" : "not joined"}` : "ROS 2 off",
-    build.black_box && `${build.black_box.recordings} black-box recordings`] : [];
-  setText(by("build"), parts.filter(Boolean).join(" · "));
+const drawHeader = (view) => {
+  const process = view.process;
+  setText(by("vehicle-name"), process?.vehicle ?? view.node);
+  drawOverall(toneOf(view.level), view.level);
+  setText(by("build"), process ? [...process.about, `node ${view.node}`, `ROS 2: ${process.ros}`].join(" · ") : "");
 };

@@ -4,8 +4,8 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
 use super::ink::{DIM, Ink};
-use super::picture::Lamp;
 use super::view_model::Model;
+use crate::report::gateway_view::Lamp;
 use gateway_base::diagnostics::Level;
 
 /// Width of [`large`].
@@ -44,7 +44,7 @@ pub(super) fn large(model: &Model, ink: Ink) -> Vec<Line<'static>> {
             ])
         })
         .collect();
-    lines.push(headline(model, ink, LARGE_WIDTH.into()));
+    lines.push(caption(model, ink, LARGE_WIDTH.into()));
     lines
 }
 
@@ -63,7 +63,7 @@ pub(super) fn small(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>>
             Span::styled(right, right_style),
         ]),
         Line::raw(format!("{pad}      ╰─┴─────┴─╯")),
-        headline(model, ink, width),
+        caption(model, ink, width),
     ]
 }
 
@@ -79,7 +79,7 @@ fn arrow(lamp: Lamp, [full, hollow]: [&'static str; 2], model: &Model, ink: Ink)
     }
 }
 
-fn headline(model: &Model, ink: Ink, width: usize) -> Line<'static> {
+fn caption(model: &Model, ink: Ink, width: usize) -> Line<'static> {
     let lamps = model.picture.lamps;
     let style = if lamps.iter().any(|lamp| matches!(lamp, Lamp::Flashing | Lamp::Lit)) {
         ink.amber()
@@ -88,5 +88,5 @@ fn headline(model: &Model, ink: Ink, width: usize) -> Line<'static> {
     } else {
         Style::new()
     };
-    Line::styled(format!("{:^width$}", model.picture.headline), style)
+    Line::styled(format!("{:^width$}", model.picture.caption), style)
 }

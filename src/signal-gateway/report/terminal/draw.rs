@@ -10,12 +10,12 @@ use super::car;
 use super::draw_messages::draw_messages;
 use super::ink::{DIM, Ink};
 use super::parts::{bus_line, cut, draw_log, footer, header, lines_of};
-use super::picture::{Function, Mark, More, STAGES, Stage, StatusLine};
 use super::view_model::{Keys, Model, STRIP_MS};
+use crate::report::gateway_view::{GatewayView, Mark, Outcome, RawView, ReportView, Step, bulb_text};
 use crate::report::palette::{self, Lamp};
 use crate::report::text::wrapped;
 use gateway_base::diagnostics::Level;
-use traffic_lights::bulb::{Bulb, BulbShape, BulbStatus, Color as BulbColor};
+use traffic_lights::bulb::{Bulb, Color as BulbColor};
 
 /// The smallest terminal that the view is drawn on.
 const MIN_SIZE: (u16, u16) = (40, 12);
@@ -80,16 +80,20 @@ fn draw_state(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rect, min_re
         (car::small(model, ink, width), width)
     };
     let mut values = values(model, ink, values_width, is_wide);
-    if !model.picture.status.is_empty() {
+    if !model.picture.vehicle_status.is_empty() {
         values.push(Line::default());
         values.extend(
-            model.picture.status.iter().flat_map(|line| status_lines(line, ink, values_width, is_wide)),
+            model
+                .picture
+                .vehicle_status
+                .iter()
+                .flat_map(|report| status_lines(report, ink, values_width, is_wide)),
         );
     }
+    let more = more_lines(&model.picture, ink, width);
     // Without a vehicle there is neither a car nor a value.
-    let has_vehicle = !model.picture.functions.is_empty()
-        || !model.picture.status.is_empty()
-        || model.picture.more.is_empty();
+    let has_vehicle =
+        !model.picture.reports.is_empty() || !model.picture.vehicle_status.is_empty() || more.is_empty();
     let (car, values) = if has_vehicle { (car, values) } else { (Vec::new(), Vec::new()) };
     let [main_height, values_top] = match (lines_of(&car), lines_of(&values)) {
         (car, values) if is_wide => [car.max(values), 0],
@@ -111,8 +115,7 @@ fn draw_state(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rect, min_re
     };
     let buses = fit(model.picture.buses.iter().map(|bus| bus_line(bus, ink, width)).collect());
     let strip = fit(strip(model, ink, width));
-    let more = model.picture.more.iter().map(|(name, text)| more_line(name, text, ink, width));
-    let more = fit(more.collect());
+    let more = fit(more);
     // What is left separates the strip from the rest.
     let (before, after) = match (room, strip.is_empty()) {
         (0, _) | (_, true) => (0, 0),
@@ -159,8 +162,8 @@ fn caption(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
 /// The values of each function side by side, and below them how far they are trusted.
 fn values(model: &Model, ink: Ink, width: usize, is_wide: bool) -> Vec<Line<'static>> {
     let picture = &model.picture;
-    let reported = picture.functions.iter().filter_map(|function| function.values[1].as_ref());
-    let needed = reported.map(|text| text.chars().count() + 1).max().unwrap_or(0).min(MAX_REPORTED);
+    let reported = picture.reports.iter().map(|function| function.reported.text.chars().count() + 1);
+    let needed = reported.max().unwrap_or(0).min(MAX_REPORTED);
     let columns = if width < 60 { [10, needed.max(13)] } else { [12, needed.max(15)] };
     let last = width.saturating_sub(NAME + columns[0] + columns[1]);
     let row = |name: &str, values: [(String, Style); 3]| {
@@ -172,30 +175,35 @@ fn values(model: &Model, ink: Ink, width: usize, is_wide: bool) -> Vec<Line<'sta
             Span::styled(cut(&third.0, last), third.1),
         ])
     };
-    let mut lines = vec![row("", picture.titles.map(|title| (title.to_owned(), DIM)))];
-    for function in &picture.functions {
-        let [first, second, third] = &function.values;
-        let none = || "–".to_owned();
-        let styles = [Style::new(), mark_style(function.mark, ink), Style::new()];
-        let texts = [first, second, third].map(|value| value.clone().unwrap_or_else(none));
-        let [first, second, third] = texts;
-        lines.push(row(function.name, [(first, styles[0]), (second, styles[1]), (third, styles[2])]));
+    let titles = if picture.level.is_some() {
+        ["commanded", "reported", "raw"]
+    } else {
+        // A simulated vehicle.
+        ["commanded", "lights", "lamps"]
+    };
+    let mut lines = vec![row("", titles.map(|title| (title.to_owned(), DIM)))];
+    for function in &picture.reports {
+        let commanded = function.commanded.as_ref().map_or("–", |commanded| &commanded.text).to_owned();
+        let raw = function.raw.iter().map(RawView::text).collect::<Vec<_>>().join("  ");
+        let raw = if raw.is_empty() { "–".to_owned() } else { raw };
+        let reported = (function.reported.text.clone(), mark_style(function.mark, ink));
+        lines.push(row(function.name, [(commanded, Style::new()), reported, (raw, Style::new())]));
     }
-    if picture.functions.iter().any(|function| !function.stages.is_empty()) {
+    if let Some(ReportView { steps, .. }) = picture.reports.iter().find(|report| !report.steps.is_empty()) {
+        let widths = step_widths(steps, width);
+        let heads = steps.iter().zip(&widths).map(|(step, width)| {
+            let name = step.name.to_lowercase().chars().take(width - 1).collect::<String>();
+            format!("{name:<width$}")
+        });
+        let heads = format!("{:<NAME$}{}", "trust", heads.collect::<String>());
         lines.push(Line::default());
-        let names: String = STAGES.iter().map(|stage| format!("{stage:<8}")).collect();
-        lines.push(Line::styled(format!("{:<NAME$}{}", "trust", names.trim_end()), DIM));
-        lines.extend(picture.functions.iter().map(|function| stages_line(function, ink)));
+        lines.push(Line::styled(heads.trim_end().to_owned(), DIM));
+        lines.extend(picture.reports.iter().map(|function| steps_line(function, &widths, ink)));
     }
-    for function in &picture.functions {
-        let Some((level, reason)) = &function.reason else { continue };
-        let text = wrapped(&format!("{}: {reason}", function.name), Some(width.saturating_sub(3)), 0);
-        let indents = ["└ "].into_iter().chain(std::iter::repeat("  "));
-        lines.extend(
-            indents
-                .zip(text)
-                .map(|(indent, text)| Line::styled(format!("{indent}{text}"), ink.level(*level))),
-        );
+    for function in &picture.reports {
+        let text =
+            wrapped(&format!("{}: {}", function.name, function.message), Some(width.saturating_sub(3)), 0);
+        lines.extend(reason_lines(function, text, ink));
         lines.extend(remedy_line(&function.remedy, width).filter(|_| is_wide));
     }
     lines
@@ -203,17 +211,36 @@ fn values(model: &Model, ink: Ink, width: usize, is_wide: bool) -> Vec<Line<'sta
 
 /// A report of the status in a line, and what is wrong with it: in a line of its own if there is room for
 /// both.
-fn status_lines(status: &StatusLine, ink: Ink, width: usize, is_wide: bool) -> Vec<Line<'static>> {
-    let StatusLine { name, value, level, reason, remedy } = status;
-    let both = format!("{value}: {reason}");
-    let (value, reason) = if is_wide || reason.is_empty() { (value, reason.as_str()) } else { (&both, "") };
-    let style = if *level == Level::Ok { Style::new() } else { ink.level(*level) };
+fn status_lines(report: &ReportView, ink: Ink, width: usize, is_wide: bool) -> Vec<Line<'static>> {
+    let (name, value, level) = (report.name, &report.reported.text, bad_level(report));
+    let both = format!("{value}: {}", report.message);
+    let value = if level.is_none() || is_wide { value } else { &both };
+    let style = level.map_or(Style::new(), |level| ink.level(level));
     let room = width.saturating_sub(STATUS_NAME);
-    let line =
-        Line::from(vec![Span::raw(format!("{name:<STATUS_NAME$}")), Span::styled(cut(value, room), style)]);
-    let reason = (!reason.is_empty()).then(|| Line::styled(cut(&format!("└ {reason}"), width), style));
-    let remedy = remedy_line(remedy, width).filter(|_| is_wide);
-    [line].into_iter().chain(reason).chain(remedy).collect()
+    let mut lines = vec![Line::from(vec![
+        Span::raw(format!("{name:<STATUS_NAME$}")),
+        Span::styled(cut(value, room), style),
+    ])];
+    if is_wide {
+        lines.extend(reason_lines(report, vec![cut(&report.message, width.saturating_sub(2))], ink));
+        lines.extend(remedy_line(&report.remedy, width));
+    }
+    lines
+}
+
+/// What is wrong with a report, as these lines of text; none where it is simply published.
+fn reason_lines(report: &ReportView, text: Vec<String>, ink: Ink) -> Vec<Line<'static>> {
+    let Some(level) = bad_level(report) else { return Vec::new() };
+    let indents = ["└ "].into_iter().chain(std::iter::repeat("  "));
+    indents
+        .zip(text)
+        .map(|(indent, text)| Line::styled(format!("{indent}{text}"), ink.level(level)))
+        .collect()
+}
+
+/// The level of a report that is not simply published.
+fn bad_level(report: &ReportView) -> Option<Level> {
+    report.reported.level.filter(|level| *level > Level::Ok)
 }
 
 /// What to do about the line above; `None` if nothing is to be done, or without room for it.
@@ -222,33 +249,36 @@ fn remedy_line(remedy: &str, width: usize) -> Option<Line<'static>> {
         .then(|| Line::styled(cut(&format!("  → {remedy}"), width), DIM))
 }
 
-fn stages_line(function: &Function, ink: Ink) -> Line<'static> {
+/// Widths of the columns of the steps: all of each name where there is room, else its beginning.
+fn step_widths(steps: &[Step], width: usize) -> Vec<usize> {
+    let widths: Vec<_> = steps.iter().map(|step| step.name.len() + 1).collect();
+    let room = width.saturating_sub(NAME) + 1;
+    let is_wide = widths.iter().sum::<usize>() <= room;
+    if is_wide { widths } else { vec![(room / steps.len()).max(2); steps.len()] }
+}
+
+fn steps_line(function: &ReportView, widths: &[usize], ink: Ink) -> Line<'static> {
     let mut spans = vec![Span::raw(format!("{:<NAME$}", function.name))];
-    for (index, stage) in function.stages.iter().enumerate() {
-        let (mark, style) = match stage {
-            Stage::Passed => ("✓", ink.level(Level::Ok)),
-            Stage::Absent => ("–", DIM),
-            Stage::Failed => ("✗", ink.level(Level::Error)),
-            Stage::NotReached => ("·", DIM),
+    for (index, (step, width)) in function.steps.iter().zip(widths).enumerate() {
+        let (mark, style) = match step.outcome {
+            Outcome::Passed => ("✓", ink.level(Level::Ok)),
+            Outcome::Absent => ("–", DIM),
+            Outcome::Partial => ("!", ink.level(Level::Warn)),
+            Outcome::Failed => ("✗", ink.level(Level::Error)),
+            Outcome::NotReached => ("·", DIM),
         };
+        let is_end = matches!(step.outcome, Outcome::Failed | Outcome::NotReached);
+        let is_joined = !is_end && index + 1 < widths.len();
+        let joint = if is_joined { "─" } else { " " }.repeat(width.saturating_sub(3));
         spans.push(Span::styled(mark, style));
-        let is_last = index + 1 == function.stages.len();
-        let goes_on = !matches!(stage, Stage::Failed | Stage::NotReached);
-        let joint = if is_last {
-            ""
-        } else if goes_on {
-            " ───── "
-        } else {
-            "       "
-        };
-        spans.push(Span::styled(joint, DIM));
+        spans.push(Span::styled(format!(" {joint} "), DIM));
     }
     Line::from(spans)
 }
 
 fn mark_style(mark: Mark, ink: Ink) -> Style {
     match mark {
-        Mark::Nothing | Mark::Off => Style::new(),
+        Mark::Nothing | Mark::Measured | Mark::Named | Mark::Off => Style::new(),
         Mark::Left => ink.meaning(palette::LEFT),
         Mark::Right => ink.meaning(palette::RIGHT),
         Mark::Hazard => ink.meaning(palette::HAZARD),
@@ -258,7 +288,7 @@ fn mark_style(mark: Mark, ink: Ink) -> Style {
 
 /// The last minute, a row for each function.
 fn strip(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
-    let functions = &model.picture.functions;
+    let functions = &model.picture.reports;
     let columns = width.saturating_sub(NAME + 1);
     let Some((now, _)) = model.history.back().filter(|_| !functions.is_empty()) else { return Vec::new() };
     let start = now - STRIP_MS;
@@ -282,7 +312,7 @@ fn strip(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
             let shown = mark.unwrap_or(last);
             last = shown;
             let sign = match shown {
-                Mark::Nothing => " ",
+                Mark::Nothing | Mark::Measured | Mark::Named => " ",
                 Mark::Off => "─",
                 Mark::Left => palette::LEFT.sign,
                 Mark::Right => palette::RIGHT.sign,
@@ -300,15 +330,35 @@ fn strip(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
 /// Width of the names of further parts.
 const MORE_NAME: usize = 28;
 
-fn more_line(name: &str, more: &More, ink: Ink, width: usize) -> Line<'static> {
+/// The decider, the traffic lights and ROS 2, a line each.
+fn more_lines(view: &GatewayView, ink: Ink, width: usize) -> Vec<Line<'static>> {
+    let text = |text: &str| vec![(text.to_owned(), Style::new())];
+    let mut lines = Vec::new();
+    let mut add = |name: &str, parts| lines.push(more_line(name, parts, width));
+    if let Some(decider) = &view.decider {
+        add("decider", text(&decider.decision));
+    }
+    let lights = view.traffic_lights.as_ref();
+    for controller in lights.iter().flat_map(|lights| &lights.controllers) {
+        add(&controller.name, text(&controller.text));
+    }
+    for channel in lights.iter().flat_map(|lights| &lights.channels) {
+        for light in &channel.lights {
+            let lamps = light.bulbs.iter().map(|bulb| lamp_text(*bulb, ink));
+            let parts = if light.bulbs.is_empty() { text(&light.text) } else { lamps.collect() };
+            add(&format!("{} {}", channel.name, light.name), parts);
+        }
+    }
+    if let Some(process) = &view.process {
+        add("ROS 2", text(&process.ros));
+    }
+    lines
+}
+
+fn more_line(name: &str, parts: Vec<(String, Style)>, width: usize) -> Line<'static> {
     let name_width = if width < WIDE.0.into() { MORE_NAME - 8 } else { MORE_NAME };
     let room = width.saturating_sub(name_width + 2);
     let mut spans = vec![Span::styled(format!("  {:<name_width$}", cut(name, name_width - 1)), DIM)];
-    let parts = match more {
-        More::Text(text) => vec![(text.clone(), Style::new())],
-        More::Bulbs(bulbs) if bulbs.is_empty() => vec![("dark".to_owned(), Style::new())],
-        More::Bulbs(bulbs) => bulbs.iter().map(|bulb| lamp_text(*bulb, ink)).collect(),
-    };
     let mut used = 0;
     for (text, style) in parts {
         let text = cut(&text, room.saturating_sub(used));
@@ -318,17 +368,13 @@ fn more_line(name: &str, more: &More, ink: Ink, width: usize) -> Line<'static> {
     Line::from(spans)
 }
 
-/// `● green left` for the lamp `green solidOn left` of a traffic light, with its style. What most lamps are,
-/// a circle and steadily on, is left out.
+/// `● green left` for a lamp of a traffic light, with its style.
 fn lamp_text(bulb: Bulb, ink: Ink) -> (String, Style) {
-    if bulb.color == BulbColor::Unknown {
-        return ("? unknown  ".to_owned(), ink.level(Level::Warn));
-    }
-    let style = Lamp::of(bulb.color).terminal.map_or(Style::new(), |number| ink.terminal(number));
-    let status = (bulb.status != BulbStatus::SolidOn).then(|| bulb.status.name());
-    let shape = (bulb.shape != BulbShape::Circle).then(|| bulb.shape.name());
-    let words = ["●", bulb.color.name()].into_iter().chain(status).chain(shape);
-    (words.flat_map(|word| [word, " "]).collect::<String>() + " ", style)
+    let (sign, style) = match Lamp::of(bulb.color).terminal {
+        _ if bulb.color == BulbColor::Unknown => ("?", ink.level(Level::Warn)),
+        number => ("●", number.map_or(Style::new(), |number| ink.terminal(number))),
+    };
+    (format!("{sign} {}  ", bulb_text(&bulb)), style)
 }
 
 const TABLE_HELP: [&str; 12] = [
@@ -346,7 +392,7 @@ const TABLE_HELP: [&str; 12] = [
     "dim           no signal is bound, or silent",
 ];
 
-const HELP: [&str; 14] = [
+const HELP: [&str; 17] = [
     "q, Ctrl-C     end",
     "space         let the picture stand still",
     "↑ ↓ PgUp PgDn scroll the log; Home, End",
@@ -354,13 +400,16 @@ const HELP: [&str; 14] = [
     "",
     "◀ ▶ ▲         left, right, hazard lights",
     "─  ×          off; withheld, nothing published",
-    "✓ – ✗         passed; nothing to check; failed",
+    "✓ – !         passed; nothing to check; in part",
+    "✗ ·           failed; not reached",
     "",
-    "link          the interface and its controller",
-    "frame         the message is not overdue",
+    "link          the interface",
+    "controller    its CAN controller",
+    "frames        they are received from the bus",
     "checks        checksum and counter",
+    "age           the value is recent",
     "value         the profile gives it a meaning",
-    "published     it goes to ROS 2",
+    "report        it goes to ROS 2",
 ];
 
 /// Rows of [`HELP`] that concern a simulated vehicle as well.

@@ -2,7 +2,6 @@
 //!
 //! | module | what it is |
 //! |---|---|
-//! | [`picture`] | the state of a gateway, as it is shown |
 //! | [`vehicle`] | the state of a simulated vehicle |
 //! | [`message_table`] | the messages on the buses, in its place |
 //! | [`view_model`] | all that the view shows, and what its keys do |
@@ -18,7 +17,6 @@ mod draw_messages;
 mod ink;
 pub mod message_table;
 mod parts;
-pub mod picture;
 pub mod vehicle;
 pub mod view_model;
 
@@ -33,11 +31,10 @@ use anstream::adapter::strip_str;
 
 use self::draw::draw;
 use self::message_table::MessageRow;
-use self::picture::Picture;
 use self::view_model::{KeyRequest, Keys, Model};
 use super::text::escaped;
 use crate::io::terminal::{Screen, request_stop, restore};
-use crate::process_status::snapshot::Snapshot;
+use crate::report::gateway_view::GatewayView;
 use crate::report::text::clock_text;
 use gateway_base::diagnostics::Level;
 use gateway_base::time::MonoTime;
@@ -52,6 +49,9 @@ const MAX_WAITING: usize = 1024;
 /// Receives a line for the simulated vehicle.
 pub type DriverLine = Box<dyn Fn(&str) + Send>;
 
+/// Makes what is shown of a moment.
+type MakeView = Box<dyn FnOnce() -> GatewayView + Send>;
+
 /// A view that is up until this is dropped.
 pub struct TerminalView {
     messages: SyncSender<Message>,
@@ -63,8 +63,8 @@ pub struct TerminalView {
 enum Message {
     Line(Option<Level>, String),
     Earlier(Vec<(Level, String)>),
-    Snapshot(MonoTime, Box<Snapshot>),
-    Picture(Box<Picture>),
+    View(MonoTime, MakeView),
+    Picture(Box<GatewayView>),
     Messages(Vec<MessageRow>),
     Caption(String),
 }
@@ -107,14 +107,14 @@ impl TerminalView {
         Instant::now() >= self.next_picture
     }
 
-    /// Shows the state of a gateway at this time since its start.
-    pub fn snapshot(&mut self, at: MonoTime, snapshot: Snapshot) {
+    /// Shows the state of a gateway at this time since its start. The thread of the view calls `make`.
+    pub fn show(&mut self, at: MonoTime, make: impl FnOnce() -> GatewayView + Send + 'static) {
         self.next_picture = Instant::now() + FRAME_TIME;
-        self.send(Message::Snapshot(at, Box::new(snapshot)));
+        self.send(Message::View(at, Box::new(make)));
     }
 
     /// Shows another state from now on.
-    pub fn picture(&mut self, picture: Picture) {
+    pub fn picture(&mut self, picture: GatewayView) {
         self.next_picture = Instant::now() + FRAME_TIME;
         self.send(Message::Picture(Box::new(picture)));
     }
@@ -181,9 +181,9 @@ fn take(model: &mut Model, message: Message) {
                 model.add_line(Some(level), text);
             }
         }
-        Message::Snapshot(at, snapshot) => {
+        Message::View(at, make) => {
             model.at = Some(at.since(MonoTime::ZERO));
-            model.show(Picture::of(&snapshot));
+            model.show(make());
         }
         Message::Picture(picture) => model.show(*picture),
         Message::Messages(rows) => model.show_messages(rows),

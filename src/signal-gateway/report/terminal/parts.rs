@@ -7,8 +7,8 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph};
 
 use super::ink::{DIM, Ink};
-use super::picture::BusLine;
 use super::view_model::{Keys, Model};
+use crate::report::gateway_view::BusView;
 use crate::report::text::{clock_text, counted};
 use gateway_base::diagnostics::Level;
 
@@ -48,7 +48,7 @@ pub(super) fn header(model: &Model, ink: Ink, width: usize) -> Line<'static> {
     ])
 }
 
-pub(super) fn bus_line(bus: &BusLine, ink: Ink, width: usize) -> Line<'static> {
+pub(super) fn bus_line(bus: &BusView, ink: Ink, width: usize) -> Line<'static> {
     let is_narrow = width < WIDE;
     let name = if is_narrow { 14 } else { 22 };
     let mut spans = vec![
@@ -77,7 +77,7 @@ pub(super) fn bus_line(bus: &BusLine, ink: Ink, width: usize) -> Line<'static> {
     }
     let used: usize = spans.iter().map(Span::width).sum();
     let style = if bus.level == Level::Ok { Style::new() } else { ink.level(bus.level) };
-    spans.push(Span::styled(cut(&bus.state, width.saturating_sub(used)), style));
+    spans.push(Span::styled(cut(&bus.details(), width.saturating_sub(used)), style));
     Line::from(spans)
 }
 

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::picture::{BusLine, Function, Lamp, Mark, Picture};
+use crate::report::gateway_view::{BusView, GatewayView, Lamp, Mark, RawView, ReportView, Value};
 use can_signal::can::BusIndex;
 use gateway_base::diagnostics::Level;
 use gateway_base::time::{MonoTime, millis};
@@ -84,7 +84,7 @@ impl VehicleState {
     }
 
     /// The state at `now`.
-    pub fn picture(&self, now: MonoTime) -> Picture {
+    pub fn picture(&self, now: MonoTime) -> GatewayView {
         let (code, who) = self.lights;
         let (headline, turn_mark, hazard_mark) = match code {
             TurnCode::Off => ("off", Mark::Off, Mark::Off),
@@ -104,43 +104,35 @@ impl VehicleState {
             format!("{}{by}", headline.to_lowercase())
         };
         let hazard = if code == TurnCode::Both { format!("on{by}") } else { "off".to_owned() };
-        let function = |name, commanded: Option<&str>, lights, mark| Function {
+        let function = |name, commanded: Option<&str>, lights: String, mark| ReportView {
             name,
-            values: [commanded.map(str::to_owned), Some(lights), Some(lamps.clone())],
             mark,
-            ..Function::default()
+            commanded: commanded.map(|commanded| Value::new(None, commanded)),
+            reported: Value::new(None, lights),
+            raw: vec![RawView { value: lamps.clone(), ..RawView::default() }],
+            ..ReportView::default()
         };
         let commanded_hazard = self.hazard.map(|on| if on { "on" } else { "off" });
-        Picture {
+        GatewayView {
             stamp_ms: i64::try_from(millis(now.since(MonoTime::ZERO))).unwrap_or(i64::MAX),
-            level: None,
             lamps: self.lamps.map(|is_lit| if is_lit { Lamp::Lit } else { Lamp::Off }),
-            headline: headline.to_owned(),
-            titles: ["commanded", "lights", "lamps"],
-            functions: vec![
+            caption: headline.to_owned(),
+            reports: vec![
                 function("turn", self.turn.map(Turn::name), turn, turn_mark),
                 function("hazard", commanded_hazard, hazard, hazard_mark),
             ],
-            status: Vec::new(),
             buses: self.buses.iter().map(|bus| self.bus(bus)).collect(),
-            more: Vec::new(),
+            ..GatewayView::default()
         }
     }
 
-    fn bus(&self, bus: &SentFrames) -> BusLine {
+    fn bus(&self, bus: &SentFrames) -> BusView {
         let (level, state) = match (self.is_bus_off, bus.can_send) {
             (true, _) => (Level::Error, "bus-off"),
             (false, true) => (Level::Ok, "sends"),
             (false, false) => (Level::Error, "cannot send"),
         };
-        BusLine {
-            name: bus.name.clone(),
-            state: state.to_owned(),
-            level,
-            rate_hz: bus.rate_hz,
-            load_percent: None,
-            drops: 0,
-        }
+        BusView::plain(bus.name.clone(), level, state, bus.rate_hz)
     }
 }
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::message_table::{MessageRow, MessageTable};
-use super::picture::{Mark, Picture};
+use crate::report::gateway_view::{GatewayView, Mark};
 use gateway_base::diagnostics::Level;
 
 /// Span of the strip, ms.
@@ -36,7 +36,7 @@ pub struct Model {
     /// What happens at present, in a sentence; empty without one.
     pub caption: String,
     /// The present state, or the state at the moment of the pause.
-    pub picture: Picture,
+    pub picture: GatewayView,
     /// Messages on the buses, which are shown in place of the vehicle; `None` where they are not.
     pub messages: Option<MessageTable>,
     /// Past states within [`STRIP_MS`], oldest first: a stamp in ms, and the mark of each function.
@@ -81,7 +81,7 @@ pub enum KeyRequest {
 
 impl Model {
     /// Takes a new state, unless the picture stands still.
-    pub fn show(&mut self, picture: Picture) {
+    pub fn show(&mut self, picture: GatewayView) {
         if self.is_paused {
             return;
         }
@@ -90,7 +90,7 @@ impl Model {
         if self.history.back().is_some_and(|(last, _)| *last > at) {
             self.history.clear();
         }
-        self.history.push_back((at, picture.functions.iter().map(|function| function.mark).collect()));
+        self.history.push_back((at, picture.reports.iter().map(|function| function.mark).collect()));
         while self.history.front().is_some_and(|(first, _)| at - first > STRIP_MS) {
             self.history.pop_front();
         }

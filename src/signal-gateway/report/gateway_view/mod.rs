@@ -1,0 +1,114 @@
+//! Everything that a person is shown of one moment: made once of a snapshot, and laid out by the terminal,
+//! the live page and the status text, which decide nothing more.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`reports`] | the reports: values, signals, and the steps from the wire to them |
+//! | [`flows`] | the commands, the buses, the decider and the traffic lights |
+//! | [`process`] | the process and what it is connected with |
+//! | [`value`] | the forms that these have in common |
+
+mod flows;
+mod process;
+mod reports;
+mod value;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+pub use self::flows::{BusView, CandidateView, ChannelView, DeciderView, LightView, LightsView, bulb_text};
+pub use self::process::ProcessView;
+pub use self::reports::{Lamp, Mark, Outcome, RawView, ReportView, Step};
+pub use self::value::{Fact, Section, Value};
+use super::text::escaped;
+use crate::process_status::snapshot::Snapshot;
+use gateway_base::diagnostics::Level;
+use gateway_core::gateway::snapshot::StatusSnapshot;
+
+/// Longest headline, in characters; `systemctl status` shows one line.
+const MAX_HEADLINE: usize = 200;
+
+/// What a person is shown of a gateway; as JSON, an event of the live page. The terminal shows a simulated
+/// vehicle in the same form.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct GatewayView {
+    /// When the state was taken, ms since 1970; in a replay the time of the recording.
+    pub stamp_ms: i64,
+    /// The worst level of all diagnostics; `None` for a simulated vehicle, which is not judged.
+    pub level: Option<Level>,
+    /// ROS node name.
+    pub node: String,
+    /// The process; `None` in a replay and in a simulation.
+    pub process: Option<ProcessView>,
+    /// What the lights of the vehicle do, in words.
+    pub caption: String,
+    /// The left and the right turn indicator of the vehicle.
+    pub lamps: [Lamp; 2],
+    /// Turn indicators and hazard lights, as far as the profile has them.
+    pub reports: Vec<ReportView>,
+    /// Velocity, steering, gear, control mode and doors, as far as the profile has them.
+    pub vehicle_status: Vec<ReportView>,
+    /// Angle of the front wheels, degrees, left positive; `None` while it is not published.
+    pub steering_deg: Option<f64>,
+    /// All signals that are received, by flow.
+    pub signals: Vec<RawView>,
+    /// Commands to the vehicle; `None` unless configured.
+    pub commands: Option<Section>,
+    /// The buses, in the order of the vehicle profile.
+    pub buses: Vec<BusView>,
+    /// Traffic lights; `None` unless configured.
+    pub traffic_lights: Option<LightsView>,
+    /// Turn signal decider; `None` unless it runs.
+    pub decider: Option<DeciderView>,
+    /// All diagnostic statuses, in the order in which they are published.
+    pub diagnostics: Vec<StatusSnapshot>,
+}
+
+impl GatewayView {
+    /// Returns what is shown of a snapshot.
+    pub fn of(snapshot: &Snapshot) -> Self {
+        let reports = reports::light_reports(snapshot);
+        let marks: Vec<_> = reports.iter().map(|report| report.mark).collect();
+        let steering = snapshot.vehicle_status.steering.as_ref().and_then(|report| report.published);
+        Self {
+            stamp_ms: snapshot.stamp_ns / 1_000_000,
+            level: Some(snapshot.level),
+            node: snapshot.node.clone(),
+            process: snapshot.process.as_ref().map(|process| ProcessView::of(process, snapshot.stamp_ns)),
+            caption: reports::caption(&marks).to_owned(),
+            lamps: [Mark::Left, Mark::Right].map(|side| reports::lamp(side, &marks)),
+            reports,
+            vehicle_status: reports::status_reports(snapshot),
+            steering_deg: steering.map(f64::to_degrees),
+            signals: snapshot.signals.iter().map(|signal| RawView::of(snapshot, signal)).collect(),
+            commands: snapshot.commands.as_ref().map(flows::commands),
+            buses: snapshot.buses.iter().map(BusView::of).collect(),
+            traffic_lights: snapshot.traffic_lights.as_ref().map(LightsView::of),
+            decider: snapshot.decider.as_ref().map(DeciderView::of),
+            diagnostics: snapshot.diagnostics.clone(),
+        }
+    }
+
+    /// Returns the state in one short line: what is published, or everything that is worst.
+    pub fn headline(&self) -> String {
+        let level = self.level.unwrap_or_default();
+        let text = if level == Level::Ok {
+            // What is measured changes all the time, and doors are many.
+            let is_short = |report: &&ReportView| report.mark != Mark::Measured && report.key != "doors";
+            let reports = self.reports.iter().chain(&self.vehicle_status).filter(is_short);
+            let texts: Vec<_> = reports
+                .map(|report| format!("{} {}", report.name.to_lowercase(), report.reported.text))
+                .collect();
+            if texts.is_empty() { "OK".to_owned() } else { format!("OK: {}", texts.join(", ")) }
+        } else {
+            let worst = self.diagnostics.iter().filter(|status| status.level == level);
+            let texts: Vec<_> = worst.map(|status| format!("{}: {}", status.task, status.message)).collect();
+            format!("{level}: {}", texts.join("; "))
+        };
+        let text = escaped(&text);
+        if text.chars().count() <= MAX_HEADLINE {
+            return text.into_owned();
+        }
+        text.chars().take(MAX_HEADLINE - 1).chain(['…']).collect()
+    }
+}
