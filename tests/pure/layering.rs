@@ -7,6 +7,7 @@
 
 mod circles;
 mod config_rooms;
+mod renderers;
 mod the_check_itself;
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
