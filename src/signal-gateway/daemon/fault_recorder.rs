@@ -61,8 +61,8 @@ impl FaultRecorder {
         self.recorder.set_keep(config.keep);
     }
 
-    /// Keeps an input that is handled next, and writes the recording whose window has ended. Returns the begin
-    /// of its frames and its name.
+    /// Keeps an input that is handled next, and writes the recording whose window has ended. Returns the
+    /// begin of its frames and its name.
     pub(super) fn handled(&mut self, input: Option<CanInput>, at: Now) -> Option<(MonoTime, String)> {
         if let Some(input) = input {
             self.black_box.keep(input, at);

@@ -92,8 +92,8 @@ pub(super) struct Running<'a> {
 }
 
 impl Running<'_> {
-    /// Puts a configuration into effect, or refuses it as a whole: the status, the diagnostics and the journal
-    /// say so.
+    /// Puts a configuration into effect, or refuses it as a whole: the status, the diagnostics and the
+    /// journal say so.
     pub(super) fn apply(mut self, read: Read, now: Now) {
         let outcome = self.take_over(read, now);
         let state = self.io.process.known.configuration.get_or_insert_default();
