@@ -1,8 +1,8 @@
-//! CAN frames and buses, DBC files, and whether a received signal may be believed.
+//! CAN frames and buses, DBC files, and validation of received signals.
 //!
-//! - [`can`]: a bus with its frames, its link, its controller and its condition;
+//! [`can`]: a bus with its frames, link, controller and condition;
 //! - [`dbc`]: DBC files, parsed statement by statement, and the codecs of their signals;
-//! - [`validation`]: integrity, age and meaning of what was received.
+//! [`validation`]: integrity, age and meaning of received signals.
 //!
 //! ```
 //! use can_signal::can::frame::MAX_DATA;
@@ -22,8 +22,8 @@
 //! # Ok::<(), &str>(())
 //! ```
 //!
-//! Nothing here opens a socket or reads a clock: frames and times are arguments. It stands on `gateway_base`;
-//! every flow of the vehicle stands on it.
+//! Nothing here opens a socket or reads a clock: frames and times are arguments. The crate depends on
+//! `gateway_base`; every flow of the vehicle depends on this crate.
 
 pub mod can;
 pub mod dbc;

@@ -35,30 +35,30 @@ pub enum Level {
 
 display_by_name!(Level);
 
-/// One `DiagnosticStatus` without the hardware id, which is common to all.
+/// One `DiagnosticStatus` without the hardware id, which all statuses share.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Status {
-    /// What the status is about, e.g. `turn_indicators` or an interface.
+    /// Subject of the status, e.g. `turn_indicators` or an interface.
     pub task: String,
     /// Severity of the status.
     pub level: Level,
-    /// Short text, which changes only with the condition.
+    /// Short text, which changes only when the condition changes.
     pub message: String,
-    /// Keys and values with details in a fixed order.
+    /// Details as keys and values, in a fixed order.
     pub values: Vec<(&'static str, String)>,
-    /// Signals of the vehicle that it is about, `MESSAGE.SIGNAL` of the DBC.
+    /// Vehicle signals that the status is about, `MESSAGE.SIGNAL` of the DBC.
     pub signals: Vec<String>,
-    /// What to do; empty if nothing is to be done.
+    /// Remedy; empty if no action is needed.
     pub remedy: String,
-    /// Rows of its messages and of their reasons.
+    /// Rows of the status's messages and their reasons.
     pub rows: Vec<&'static MessageRow>,
     /// The kind of the status, with all its messages.
     pub section: &'static Section,
 }
 
 impl Status {
-    /// Creates the status of a task, which is about no signal. It has the level of the worst part of its
-    /// message, and the remedies of all parts that are not OK.
+    /// Creates the status of a task, without signals. It has the level of the worst part of its message, and
+    /// the remedies of all parts that are not OK.
     pub fn new(
         section: &'static Section,
         task: impl Into<String>,
@@ -78,13 +78,14 @@ impl Status {
         }
     }
 
-    /// Returns where its messages and keys are documented, see [`Section::document`]; `None` while it is OK.
+    /// Returns where its messages and keys are documented, see [`Section::document`]; `None` while the status
+    /// is OK.
     pub fn document(&self) -> Option<String> {
         (!self.remedy.is_empty()).then(|| self.section.document())
     }
 
-    /// Returns its keys and values, as they are published. While it is not OK, what to do and where to read
-    /// more come last.
+    /// Returns the keys and values as published. Unless the status is OK, the remedy and the document come
+    /// last.
     pub fn published_values(&self) -> impl Iterator<Item = (&'static str, String)> {
         let remedy = (!self.remedy.is_empty()).then(|| ("remedy", self.remedy.clone()));
         let document = self.document().map(|document| ("document", document));
@@ -100,11 +101,11 @@ pub fn texts(parts: &[MessagePart]) -> String {
 /// Statuses that are published together.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnostics {
-    /// ROS node name, which begins the name of each status: `<node>: <task>`.
+    /// ROS node name, the prefix of each status name: `<node>: <task>`.
     pub node: String,
-    /// The statuses, in a fixed order.
+    /// Statuses in a fixed order.
     pub statuses: Vec<Status>,
-    /// True for a refresh of all tasks; false for those that have changed.
+    /// True for a refresh of all tasks; false if only changed statuses are included.
     pub refresh: bool,
 }
 
@@ -115,12 +116,12 @@ pub struct RateMeter {
 }
 
 impl RateMeter {
-    /// Long enough for a 1 Hz message to show about 1 Hz.
+    /// Length of the window: long enough for a 1 Hz message to show about 1 Hz.
     pub const WINDOW: Duration = Duration::from_secs(5);
-    /// Bounds memory when refreshes come often.
+    /// Bounds memory when refreshes are frequent.
     const MAX_SAMPLES: usize = 64;
 
-    /// Samples the current count.
+    /// Records the current count.
     pub fn sample(&mut self, count: u64, now: MonoTime) {
         self.samples.push_back((now, count));
         let old = |samples: &VecDeque<(MonoTime, u64)>| {
@@ -132,7 +133,7 @@ impl RateMeter {
         }
     }
 
-    /// Rate in events per second up to now; 0 before the first sample.
+    /// Returns the rate in events per second up to now; 0 before the first sample.
     #[allow(clippy::cast_precision_loss)] // counts within a window are far below 2^52
     pub fn rate_hz(&self, count: u64, now: MonoTime) -> f64 {
         self.samples.front().map_or(0.0, |(since, before)| {

@@ -1,8 +1,8 @@
-//! What every flow of the gateway needs: two kinds of time, diagnostic statuses, and names of variants.
+//! Foundation of every flow of the gateway: two kinds of time, diagnostic statuses, and names of variants.
 //!
 //! [`time::MonoTime`] decides ages and timeouts, [`time::WallStamp`] is only copied into messages. A
-//! [`diagnostics::Status`] is made of rows of messages that a flow lists with [`messages!`], so that the list
-//! is also what the documents show.
+//! [`diagnostics::Status`] consists of message rows that a flow lists with [`messages!`]; the documents show
+//! the same list.
 //!
 //! ```
 //! use std::time::Duration;
@@ -14,7 +14,7 @@
 //! assert!(now.is_within(Duration::from_millis(500), received));
 //! ```
 //!
-//! All other crates of the workspace stand on this one; it uses none of them.
+//! All other crates of the workspace depend on this crate; it depends on none of them.
 
 pub mod diagnostics;
 pub mod names;

@@ -1,4 +1,4 @@
-//! Names of variants as serde writes them: JSON, labels, texts and files take them from one derive.
+//! Names of variants as serde writes them: one derive supplies JSON, labels, texts and files.
 
 use serde::de::IntoDeserializer as _;
 use serde::de::value::{Error, StrDeserializer};
@@ -9,7 +9,7 @@ pub fn variant_name(value: &impl Serialize) -> &'static str {
     serde_variant::to_variant_name(value).unwrap_or_default()
 }
 
-/// Returns the variant with this name; `None` if there is none, or if it has content.
+/// Returns the variant with this name; `None` if there is none or it has content.
 pub fn variant<'a, T: Deserialize<'a>>(name: &'a str) -> Option<T> {
     let name: StrDeserializer<'a, Error> = name.into_deserializer();
     T::deserialize(name).ok()
@@ -20,7 +20,7 @@ pub fn words(value: &impl Serialize) -> String {
     variant_name(value).replace('_', " ")
 }
 
-/// Implements `Display` by [`variant_name`].
+/// Implements `Display` with [`variant_name`].
 #[macro_export]
 macro_rules! display_by_name {
     ($($type:ty),+) => {$(
@@ -33,12 +33,12 @@ macro_rules! display_by_name {
 }
 pub use display_by_name;
 
-/// Implements `name` by [`variant_name`].
+/// Implements `name` with [`variant_name`].
 #[macro_export]
 macro_rules! named_by_variant {
     ($($type:ty),+) => {$(
         impl $type {
-            /// Returns the name of the variant, as serde writes it.
+            /// Returns the name of the variant as serde writes it.
             pub fn name(self) -> &'static str {
                 $crate::names::variant_name(&self)
             }

@@ -1,14 +1,14 @@
 //! Finds the known words that an unknown word probably means.
 
-/// Smallest similarity to the word that was probably meant, from 0 to 1.
+/// Smallest similarity to the intended word, from 0 to 1.
 const MIN_SIMILARITY: f64 = 0.65;
 /// Largest number of mistyped letters in a long word.
 const MAX_TYPOS: usize = 3;
-/// Length in bytes of the longest word that is compared, since comparing takes quadratic time.
+/// Length in bytes of the longest word compared, since comparing takes quadratic time.
 const MAX_LENGTH: usize = 100;
 
-/// Returns the known words that are most similar to `given`, all of them equally; empty if none is similar. A
-/// beginning of a word, or a longer word, is similar to it.
+/// Returns the known words most similar to `given`, all with the same similarity; empty if none is similar. A
+/// prefix of a word and a longer word also count as similar.
 pub fn near_misses<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     most_similar(given, known, |given, word| {
         let begins = |word: &str, other: &str| other.len() >= 5 && word.starts_with(other);
@@ -17,7 +17,7 @@ pub fn near_misses<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) ->
     })
 }
 
-/// Returns the known word that `given` is apart from a few typos.
+/// Returns the known word that equals `given` except for a few typos.
 pub fn mistyped<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     most_similar(given, known, likeness).first().copied()
 }
@@ -42,12 +42,12 @@ fn most_similar<'a>(
     best.1
 }
 
-/// Returns the known word that is most similar to `given`, the first of several.
+/// Returns the known word most similar to `given`, the first of several.
 pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     near_misses(given, known).first().copied()
 }
 
-/// Returns a question with the known word that was probably meant, or `otherwise`.
+/// Returns a question with the known word that was probably meant, otherwise `otherwise`.
 pub fn did_you_mean<'a>(
     given: &str,
     known: impl IntoIterator<Item = &'a str>,
@@ -61,7 +61,7 @@ fn plain(word: &str) -> String {
     word.split('@').next().unwrap_or_default().to_lowercase().replace('-', "_")
 }
 
-/// Returns the likeness of two words in plain letters, from 0 to 1; 0 with too many typos.
+/// Returns the similarity of two words in plain letters, from 0 to 1; 0 if there are too many typos.
 pub fn likeness(given: &str, word: &str) -> f64 {
     let is_mistyped = strsim::damerau_levenshtein(given, word) <= MAX_TYPOS;
     if is_mistyped { strsim::normalized_damerau_levenshtein(given, word) } else { 0.0 }

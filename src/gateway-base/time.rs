@@ -36,7 +36,7 @@ impl MonoTime {
         self.0
     }
 
-    /// Returns the time elapsed since `earlier`; 0 when it lies ahead.
+    /// Returns the time elapsed since `earlier`; 0 if it is in the future.
     #[inline]
     pub const fn since(self, earlier: Self) -> Duration {
         Duration::from_nanos(self.0.saturating_sub(earlier.0))
@@ -61,9 +61,9 @@ impl MonoTime {
     }
 }
 
-/// Wall-clock stamp in nanoseconds since 1970-01-01 UTC, as the kernel or the recording gave it.
+/// Wall-clock stamp in nanoseconds since 1970-01-01 UTC, from the kernel or the recording.
 ///
-/// It has no order on purpose, since a stamp is copied into messages and decides nothing.
+/// It deliberately has no order, since a stamp is copied into messages and decides nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct WallStamp(i64);
 
@@ -101,14 +101,14 @@ impl WallStamp {
     }
 
     /// Returns seconds and microseconds since the epoch, as candump writes them: `1436509052.249713`, or
-    /// `-0.250000` before it. What is finer than a microsecond is cut off, towards the past.
+    /// `-0.250000` before it. Fractions of a microsecond are rounded down, towards the past.
     pub fn candump_text(self) -> String {
         let micros = self.0.div_euclid(1000);
         let (sign, micros) = (if micros < 0 { "-" } else { "" }, micros.unsigned_abs());
         format!("{sign}{}.{:06}", micros / 1_000_000, micros % 1_000_000)
     }
 
-    /// Returns the date and time in UTC, to the second, as ISO 8601 writes them in file names:
+    /// Returns the date and time in UTC, to the second, in ISO 8601 format for file names:
     /// `20260101T000000Z`.
     pub fn utc_text(self) -> String {
         let [year, month, day, hour, minute, second] = self.utc_fields();
@@ -122,11 +122,11 @@ impl WallStamp {
         format!("{year:04}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}.{millis:03}Z")
     }
 
-    /// Year, month, day, hour, minute and second in UTC.
+    /// Returns year, month, day, hour, minute and second in UTC.
     fn utc_fields(self) -> [i64; 6] {
         let seconds = self.0.div_euclid(1_000_000_000);
         let (days, second) = (seconds.div_euclid(86_400), seconds.rem_euclid(86_400));
-        // Days since 0000-03-01, in eras of 400 years that begin with a March: leap days end a year.
+        // Days since 0000-03-01, in eras of 400 years that begin in March, so that a leap day ends a year.
         let shifted = days + 719_468;
         let (era, day_of_era) = (shifted.div_euclid(146_097), shifted.rem_euclid(146_097));
         let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
@@ -144,11 +144,11 @@ impl WallStamp {
 pub struct Now {
     /// Monotonic time, which decides ages and timeouts.
     pub mono: MonoTime,
-    /// Wall-clock stamp for new headers, as of diagnostics.
+    /// Wall-clock stamp for headers of new messages, such as diagnostics.
     pub wall: WallStamp,
 }
 
-/// Returns whole milliseconds of a duration; saturates.
+/// Returns a duration in whole milliseconds; saturates.
 #[inline]
 pub fn millis(duration: Duration) -> u64 {
     u64::try_from(duration.as_millis()).unwrap_or(u64::MAX)

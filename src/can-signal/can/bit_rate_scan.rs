@@ -1,8 +1,8 @@
-//! Finds the bit rate of a bus: tries the usual ones in turn with a controller that only listens.
+//! Finds the bit rate of a bus: tries the usual rates in turn, with the controller in listen-only mode.
 //!
-//! The scan decides and touches nothing. [`BitRateScan::start`] and [`BitRateScan::answer`] return the next
-//! [`ScanStep`], the caller carries it out and answers with its outcome, until [`ScanStep::Finish`]. Whatever
-//! happens, the interface ends down and with its earlier settings, as far as the kernel can restore them.
+//! The scan only decides. [`BitRateScan::start`] and [`BitRateScan::answer`] return the next [`ScanStep`];
+//! the caller carries it out and answers with the outcome, until [`ScanStep::Finish`]. Whatever happens, the
+//! interface ends down and with its earlier settings, as far as the kernel can restore them.
 
 use std::time::Duration;
 
@@ -13,10 +13,10 @@ use super::interface_state::{ControllerModes, InterfaceKind, InterfaceState};
 pub const USUAL_BITRATES: [u32; 11] =
     [500_000, 250_000, 125_000, 1_000_000, 100_000, 83_333, 33_333, 50_000, 800_000, 20_000, 10_000];
 
-/// Frames without an error frame between them that end the scan at once. A wrong bit rate lets no frame
-/// through its checksum but by chance.
+/// Number of frames without an error frame that ends the scan at once. At a wrong bit rate a frame passes its
+/// checksum only by chance.
 const ENOUGH_FRAMES: u64 = 5;
-/// Error frames without a frame between them that end the listening at a rate.
+/// Number of error frames without a data frame that ends the listening at a rate.
 const ENOUGH_ERRORS: u64 = 100;
 
 /// Why an interface is not scanned.
@@ -34,12 +34,12 @@ pub enum ScanRefusal {
     /// It is up, and so perhaps in use.
     #[error("it is up, and its bit rate is not changed while others may use it")]
     Up,
-    /// Its driver cannot only listen, so that a wrong bit rate would disturb the bus.
+    /// Its driver has no listen-only mode, so a wrong bit rate would disturb the bus.
     #[error("its driver has no listen-only mode, so that a wrong bit rate would disturb the bus")]
     NoListenOnly,
 }
 
-/// Settings that a step gives to the controller, all of which others are left unchanged.
+/// Settings that a step gives to the controller; all other settings are left unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ScanSettings {
     /// Bit rate, bit/s.
@@ -59,22 +59,22 @@ pub enum ScanStep {
     Listen(Duration),
     /// Bring the interface down.
     BringDown,
-    /// Give the controller the settings back that it had before the scan.
+    /// Restore the settings that the controller had before the scan.
     Restore,
-    /// Nothing more: [`BitRateScan::result`] has the result.
+    /// No further step: [`BitRateScan::result`] has the result.
     Finish,
 }
 
 /// Outcome of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ScanAnswer {
-    /// It was done.
+    /// The step was carried out.
     Done,
-    /// The kernel refused it, with its `errno`.
+    /// The kernel refused the step, with its `errno`.
     Refused(i32),
-    /// What was counted while listening.
+    /// Frames counted while listening.
     Heard(Heard),
-    /// The user wants an end; the step may have been left out or cut short.
+    /// The user ended the scan; the step may have been skipped or cut short.
     Interrupted,
 }
 
@@ -88,14 +88,14 @@ pub struct Heard {
 }
 
 impl Heard {
-    /// Counts an input.
+    /// Counts one input.
     pub fn take(&mut self, input: &CanInput) {
         self.frames += u64::from(matches!(input, CanInput::Frame { .. }));
         self.error_frames +=
             u64::from(matches!(input, CanInput::ErrorFrame { error, .. } if !error.is_recovery()));
     }
 
-    /// Returns true if this rate is right or wrong beyond doubt.
+    /// Returns true if this rate is clearly right or clearly wrong.
     pub fn is_enough(self) -> bool {
         self.fits() || self.frames == 0 && self.error_frames >= ENOUGH_ERRORS
     }
@@ -110,42 +110,42 @@ impl Heard {
 pub struct TriedRate {
     /// Bit rate, bit/s.
     pub bitrate_bps: u32,
-    /// What was heard; the `errno` where the driver refuses the rate.
+    /// Frames counted at this rate, or the `errno` if the driver refuses the rate.
     pub heard: Result<Heard, i32>,
 }
 
-/// What the scan has found.
+/// Conclusion of the scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ScanVerdict {
-    /// Frames came at this rate alone, and more of them than error frames.
+    /// Frames arrived at this rate only, and more frames than error frames.
     Found(u32),
-    /// Frames came, but at several rates or among many errors; this rate fits best.
+    /// Frames arrived, but at several rates or among many errors; this rate fits best.
     Likely(u32),
-    /// Errors came at some rate, and frames at none: an unusual bit rate, or CAN FD.
+    /// Errors occurred at some rate and frames at none: an unusual bit rate, or CAN FD.
     NoRate,
-    /// Nothing came at all.
+    /// Neither frames nor errors arrived.
     Silent,
-    /// The user ended it before a rate was found.
+    /// The user ended the scan before a rate was found.
     Interrupted,
-    /// The kernel refused a step without which nothing can be tried, with its `errno`.
+    /// The kernel refused a step that the scan depends on, with its `errno`.
     Refused(i32),
 }
 
 /// Result of a scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ScanResult {
-    /// What was found.
+    /// Conclusion from the rates tried.
     pub verdict: ScanVerdict,
     /// Rates in the order in which they were tried.
     pub tried: Vec<TriedRate>,
-    /// The `errno` of what could not be restored; `None` if the interface is as it was.
+    /// The `errno` of a setting that could not be restored; `None` if the interface is as it was.
     pub not_restored: Option<i32>,
 }
 
-/// The scan of one interface.
+/// Scan of one interface.
 #[derive(Debug)]
 pub struct BitRateScan {
-    /// Rates that are still to be tried, the next one last.
+    /// Rates still to be tried, the next one last.
     left: Vec<u32>,
     listen: Duration,
     error_reporting: bool,
@@ -162,7 +162,7 @@ impl BitRateScan {
     /// Prepares a scan that listens for `listen` at each rate.
     ///
     /// # Errors
-    /// An interface whose bit rate cannot or must not be changed.
+    /// Fails if the bit rate of the interface cannot or must not be changed.
     pub fn new(interface: &InterfaceState, listen: Duration) -> Result<Self, ScanRefusal> {
         let controller = match (interface.kind, &interface.controller) {
             (InterfaceKind::Missing, _) => return Err(ScanRefusal::Missing),
@@ -197,7 +197,7 @@ impl BitRateScan {
         self.step
     }
 
-    /// Takes the outcome of the last step and returns the next one.
+    /// Accepts the outcome of the last step and returns the next step.
     pub fn answer(&mut self, answer: ScanAnswer) -> ScanStep {
         self.is_interrupted |= answer == ScanAnswer::Interrupted;
         let refused = match answer {
@@ -218,7 +218,7 @@ impl BitRateScan {
                 ScanStep::BringDown
             }
             ScanStep::BringDown => match refused {
-                // It is up with a rate that may be wrong, but only listens.
+                // The interface is up with a rate that may be wrong, but only listens.
                 Some(errno) => self.give_up(errno),
                 None if self.is_interrupted || self.is_certain() => ScanStep::Restore,
                 None => self.next_rate(),
@@ -245,7 +245,7 @@ impl BitRateScan {
 
     fn configured(&mut self, refused: Option<i32>) -> ScanStep {
         match refused {
-            // A controller cannot divide its clock to every rate, and some drivers know a few rates only.
+            // A controller cannot divide its clock to every rate, and some drivers support only a few rates.
             Some(errno @ (libc_errno::EINVAL | libc_errno::EDOM | libc_errno::ERANGE)) => {
                 self.rate_refused(errno)
             }
@@ -271,12 +271,12 @@ impl BitRateScan {
         ScanStep::Restore
     }
 
-    /// Returns the last step but one, or the last one if nothing was changed.
+    /// Returns the last step but one; the last step if nothing was changed.
     fn end(&self) -> ScanStep {
         if self.is_changed { ScanStep::Restore } else { ScanStep::Finish }
     }
 
-    /// Returns true if the last rate was so clearly right that the others need not be tried.
+    /// Returns true if the last rate was so clearly right that no other needs to be tried.
     fn is_certain(&self) -> bool {
         let last = self.tried.last().and_then(|tried| tried.heard.ok());
         last.is_some_and(Heard::fits)
@@ -310,7 +310,7 @@ impl BitRateScan {
     }
 }
 
-/// The numbers of Linux for what a driver answers to a rate that it cannot have.
+/// Linux error numbers with which drivers refuse an unsupported rate.
 mod libc_errno {
     pub(super) const EINVAL: i32 = 22;
     pub(super) const EDOM: i32 = 33;

@@ -1,4 +1,4 @@
-//! State of one CAN bus: its link, its silence, its losses.
+//! State of one CAN bus: link, silence and losses.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -21,11 +21,12 @@ pub struct BusSettings {
     pub name: String,
     /// SocketCAN interface, e.g. `can0`; also the name in recordings.
     pub interface: String,
-    /// Messages besides the bound ones that prove the bus alive; kernel filters hide all others.
+    /// Messages that prove the bus alive in addition to the bound ones; kernel filters hide all other
+    /// messages.
     pub heartbeat_messages: Vec<IdMatch>,
     /// Longest silence of bound and heartbeat messages on a bus that is awake.
     pub alive_timeout: Duration,
-    /// Longest time after a sleep until all bound messages are received again.
+    /// Longest time after a sleep until all bound messages must be received again.
     pub wake_up_timeout: Duration,
     /// True if the vehicle may let the whole bus fall asleep.
     pub may_sleep: bool,
@@ -33,13 +34,13 @@ pub struct BusSettings {
 
 #[derive(Debug, Clone, Copy)]
 struct Sleep {
-    /// Last frame before it.
+    /// Receive time of the last frame before the sleep.
     fell_asleep: MonoTime,
-    /// First frame after it.
+    /// Receive time of the first frame after the sleep.
     woke_up: MonoTime,
 }
 
-/// Time for which a loss or an error on the wire keeps the bus at WARN.
+/// Time for which the bus stays at WARN after a loss or an error on the wire.
 pub const LOSS_MEMORY: Duration = Duration::from_secs(10);
 
 /// State and counters of one bus.
@@ -113,7 +114,7 @@ pub enum BusReception {
 display_by_name!(BusReception);
 
 impl BusReception {
-    /// Returns how bad it is by itself.
+    /// Returns the level of this finding alone.
     pub fn level(self) -> Level {
         match self {
             Self::NothingYet | Self::Silent | Self::Losing => Level::Warn,
@@ -142,7 +143,7 @@ impl Bus {
         &self.settings
     }
 
-    /// Replaces the settings of the same bus; what happened on it stays.
+    /// Replaces the settings of the same bus; its history is kept.
     pub fn reconfigure(&mut self, settings: BusSettings) {
         self.settings = settings;
     }
@@ -183,7 +184,7 @@ impl Bus {
         up
     }
 
-    /// Records a frame of a bound message that does not prove the bus alive. Returns as
+    /// Records a frame of a bound message that does not prove the bus alive. Returns the same as
     /// [`Self::frame_arrived`].
     pub fn other_frame_arrived(&mut self, now: MonoTime) -> bool {
         let up = self.link == LinkState::Up;
@@ -200,7 +201,8 @@ impl Bus {
         self.last_disturbance = Some(now);
     }
 
-    /// Records an error frame. Without a link it was queued before and reveals nothing of the controller.
+    /// Records an error frame. While the link is not up, the frame is left over from before and says nothing
+    /// about the controller.
     pub fn error_frame(&mut self, error: ErrorFrame, now: MonoTime) {
         self.counts.error_frames += 1;
         for bit in error_frame::bits(error.class()) {
@@ -243,7 +245,7 @@ impl Bus {
         self.last_frame.map(|last| now.since(last))
     }
 
-    /// Returns true if the bus is silent as permitted and no error suggests that it is dead.
+    /// Returns true if the bus is silent, may sleep, and no error suggests that it is dead.
     fn is_asleep(&self, now: MonoTime) -> bool {
         self.permitted_silence(now).is_some_and(|last| now.since(last) > self.settings.alive_timeout)
     }
@@ -253,7 +255,7 @@ impl Bus {
         self.is_alive(now) && self.permitted_silence(now).is_some_and(|last| last <= since)
     }
 
-    /// Returns the last frame, if the bus may sleep and no error suggests that it is dead.
+    /// Returns the receive time of the last frame if the bus may sleep and no error suggests that it is dead.
     fn permitted_silence(&self, now: MonoTime) -> Option<MonoTime> {
         let limit = self.settings.alive_timeout;
         let undisturbed = |last: &MonoTime| self.last_error.is_none_or(|at| last.since(at) > limit);
@@ -262,7 +264,7 @@ impl Bus {
         last.filter(|_| is_sound(self.controller.shown(now)))
     }
 
-    /// Returns the receive time of the last frame before the current sleep, or before the latest one while
+    /// Returns the receive time of the last frame before the current sleep, or before the latest sleep while
     /// messages are still expected to return; `None` otherwise.
     pub fn fell_asleep(&self, now: MonoTime) -> Option<MonoTime> {
         if self.is_asleep(now) {

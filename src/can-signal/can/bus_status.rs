@@ -35,7 +35,7 @@ pub fn status(bus: &Bus, rate_hz: f64, now: MonoTime) -> Status {
 }
 
 impl ControllerState {
-    /// Returns how bad the state is by itself.
+    /// Returns the level of this link state alone.
     pub fn level(self) -> Level {
         match self {
             Self::ErrorActive => Level::Ok,
@@ -71,7 +71,7 @@ pub(super) fn level(bus: &Bus, now: MonoTime) -> Level {
     message(bus, now).iter().map(MessagePart::level).max().unwrap_or_default()
 }
 
-/// The message in parts, the cause before its consequence and nothing that follows from it.
+/// Returns the message in parts: the cause before its consequence, without parts that follow from others.
 fn message(bus: &Bus, now: MonoTime) -> Vec<MessagePart> {
     match bus.finding(now) {
         BusFinding::NoLink(state) => link_message(&bus.settings().interface, state).into_iter().collect(),
@@ -111,7 +111,7 @@ fn bus_off_message(bus: &Bus, restart_ms: Option<u32>) -> MessagePart {
     }
 }
 
-/// Values of the controller; none for a bus without one, such as a virtual bus.
+/// Adds the values of the controller; nothing for a bus without a controller, such as a virtual bus.
 fn controller_values(bus: &Bus, now: MonoTime, values: &mut Vec<(&'static str, String)>) {
     let controller = bus.controller();
     if let Some((state, time)) = controller.state().zip(controller.time_in_state(now)) {

@@ -1,4 +1,4 @@
-//! What a bus shows within a few seconds: frames, error frames by kind, and how far its stamps are from the
+//! Survey of a bus over a few seconds: frames, error frames by kind, and distance of the stamps from the
 //! clock.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -9,7 +9,7 @@ use super::error_frame::{bits, class, class_name};
 use super::{CanId, CanInput, IdMatch};
 use gateway_base::time::WallStamp;
 
-/// Identifiers that are told apart; a classical bus has 2,048.
+/// Largest number of distinct identifiers counted; a classical bus has 2,048.
 const MAX_IDS: usize = 4096;
 
 /// Counts of the inputs of one bus.
@@ -18,17 +18,17 @@ const MAX_IDS: usize = 4096;
 pub struct BusSurvey {
     /// Data frames.
     pub frames: u64,
-    /// Different identifiers, up to 4,096.
+    /// Distinct identifiers, at most 4,096.
     pub ids: usize,
     /// Frames with an identifier that the vehicle profile reads; `None` without a profile.
     pub of_profile: Option<u64>,
-    /// Error frames, except those that announce nothing but a recovery.
+    /// Error frames, except pure recovery announcements.
     pub error_frames: u64,
-    /// Error frames by the classes that they name.
+    /// Error frames by error class.
     pub errors: BTreeMap<String, u64>,
     /// Frames that the kernel dropped because they were not read in time.
     pub drops: u64,
-    /// Largest distance of a frame's stamp from the clock when it was handled, ms.
+    /// Largest distance between a frame's stamp and the clock when the frame was handled, ms.
     pub stamp_distance_ms: i64,
 }
 
@@ -42,7 +42,7 @@ pub struct BusSurveyor {
 }
 
 impl BusSurveyor {
-    /// Starts to count; `profile` has the identifiers that the vehicle profile reads.
+    /// Starts an empty survey; `profile` has the identifiers that the vehicle profile reads.
     pub fn new(profile: Option<Vec<IdMatch>>) -> Self {
         let counted = BusSurvey { of_profile: profile.as_ref().map(|_| 0), ..BusSurvey::default() };
         Self { counted, seen: BTreeSet::new(), profile }
@@ -82,7 +82,7 @@ impl BusSurveyor {
         }
     }
 
-    /// Returns what was counted.
+    /// Returns the counts.
     pub fn finish(self) -> BusSurvey {
         BusSurvey { ids: self.seen.len(), ..self.counted }
     }

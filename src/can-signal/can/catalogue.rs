@@ -1,4 +1,4 @@
-//! What the status of an interface says, and what other statuses say of its link.
+//! Messages of an interface's status, and the messages of other statuses about its link.
 
 use gateway_base::diagnostics::{Section, messages};
 

@@ -1,7 +1,7 @@
 //! State machine of the CAN controller of a bus, fed by error frames and by the kernel.
 //!
-//! Error frames arrive in order with data frames, but not every driver sends one on the way back to
-//! error-active. The kernel always knows the state, but is polled only now and then. The latest report
+//! Error frames arrive in order with data frames, but not every driver sends one on the return to
+//! error-active. The kernel always knows the state, but is polled only occasionally. The latest report
 //! counts.
 
 use std::fmt;
@@ -10,8 +10,8 @@ use std::time::Duration;
 use crate::can::error_frame::{ControllerState, ErrorCounters, ErrorFrame};
 use gateway_base::time::{MonoTime, deadline_after};
 
-/// Least time for which a state is shown unless a worse one follows, so that flapping is reported once
-/// and a bus-off of a few milliseconds is not overlooked.
+/// Minimum time for which a state is shown unless a worse one follows. A flapping controller is thus reported
+/// once, and a bus-off of a few milliseconds is not missed.
 pub const HOLD: Duration = Duration::from_secs(1);
 
 /// State of a controller as the kernel reports it.
@@ -44,19 +44,19 @@ impl fmt::Display for ControllerReport {
 /// State, error counters and history of one controller.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Controller {
-    /// The state with its start; `None` until it has been reported.
+    /// Current state and when it was entered; `None` until it has been reported.
     state: Option<(ControllerState, MonoTime)>,
     /// The worst recent state and when it was last entered.
     worst_recent: Option<(ControllerState, MonoTime)>,
-    /// True if the kernel reports, so that its report rather than a frame ends a bus-off.
+    /// True if the kernel reports states; its report rather than a frame then ends a bus-off.
     kernel_reports: bool,
-    /// Error counters of the last report; `None` when it had none.
+    /// Error counters of the last report; `None` when the report had none.
     pub counters: Option<ErrorCounters>,
     /// Time from bus-off to an automatic restart in ms, 0 = manual restart; `None` = unknown.
     pub restart_ms: Option<u32>,
-    /// Number of times it went bus-off since start.
+    /// Number of times the controller went bus-off since start.
     pub bus_offs: u64,
-    /// The last error frame that was not a mere recovery, with its receive time.
+    /// The last error frame other than a pure recovery, with its receive time.
     pub last_error: Option<(ErrorFrame, MonoTime)>,
 }
 
@@ -79,8 +79,8 @@ impl Controller {
         self.enter(report.state, report.counters, now);
     }
 
-    /// Records a data frame, which ends a restart. Where the kernel does not report, as in a recording,
-    /// it also ends a bus-off.
+    /// Records a data frame, which ends a restart. If the kernel reports no states, as in a recording, the
+    /// frame also ends a bus-off.
     pub fn frame_arrived(&mut self, now: MonoTime) {
         match self.state() {
             Some(ControllerState::Restarted) => self.enter(ControllerState::ErrorActive, self.counters, now),
@@ -107,7 +107,7 @@ impl Controller {
         self.state.map(|(_, since)| now.since(since))
     }
 
-    /// Returns the state to show: the last one, or a worse one within [`HOLD`].
+    /// Returns the state to show: the last reported state, or a worse state within [`HOLD`].
     pub fn shown(&self, now: MonoTime) -> Option<ControllerState> {
         let worst_recent = self.worst_recent.filter(|(_, at)| now.since(*at) <= HOLD).map(|(state, _)| state);
         if severity(worst_recent) > severity(self.state()) { worst_recent } else { self.state() }
@@ -132,11 +132,11 @@ impl Controller {
         }
         self.bus_offs = self.bus_offs.saturating_add(u64::from(state == ControllerState::BusOff));
         self.state = Some((state, now));
-        self.counters = counters; // counters of another state do not apply
+        self.counters = counters; // the previous counters belong to another state
     }
 }
 
-/// Returns true if a state is error-active or unknown.
+/// Returns true if `state` is error-active or unknown.
 pub fn is_sound(state: Option<ControllerState>) -> bool {
     severity(state) == 0
 }

@@ -81,7 +81,7 @@ pub enum ControllerState {
     Stopped,
 }
 
-// As `ip -details link` shows them.
+// Names as printed by `ip -details link`.
 display_by_name!(ControllerState);
 
 impl ErrorFrame {
@@ -120,8 +120,8 @@ impl ErrorFrame {
         self.has(class::CONTROLLER).then_some(self.data[1])
     }
 
-    /// Returns the error counters of the controller; `None` when they are not given. Before Linux 6.0 drivers
-    /// gave them without the class bit; then two zeros mean that there are none.
+    /// Returns the error counters of the controller; `None` when they are not given. Before Linux 6.0,
+    /// drivers set the counters without the class bit; two zeros then mean that there are none.
     pub fn counters(self) -> Option<ErrorCounters> {
         let [.., tx, rx] = self.data;
         let given = self.has(class::COUNTERS)
@@ -129,7 +129,8 @@ impl ErrorFrame {
         given.then_some(ErrorCounters { tx: tx.into(), rx: rx.into() })
     }
 
-    /// Returns the announced state, the worse one when sending and receiving differ; `None` when none is.
+    /// Returns the announced state, the worse state if transmit and receive states differ; `None` when no
+    /// state is announced.
     pub fn state(self) -> Option<ControllerState> {
         if self.has(class::BUS_OFF) {
             return Some(ControllerState::BusOff);
@@ -147,14 +148,14 @@ impl ErrorFrame {
         .find_map(|(mask, state)| (bits & mask != 0).then_some(state))
     }
 
-    /// Returns true if it announces nothing but the way back to a sound state.
+    /// Returns true if the frame announces only the return to a sound state.
     pub fn is_recovery(self) -> bool {
         let is_sound =
             matches!(self.state(), Some(ControllerState::ErrorActive | ControllerState::Restarted));
         is_sound && self.is_state_alone()
     }
 
-    /// Returns true if it announces a state without an error on the wire or a lost frame.
+    /// Returns true if the frame announces a state without an error on the wire or a lost frame.
     pub fn is_state_alone(self) -> bool {
         let only = class::CONTROLLER | class::COUNTERS | class::BUS_OFF | class::RESTARTED;
         let overflow = self.controller().is_some_and(|bits| bits & controller::OVERFLOW != 0);
@@ -162,7 +163,7 @@ impl ErrorFrame {
     }
 }
 
-/// Text for diagnostics: `protocol (stuff error at CRC), bus-error, tx 96, rx 0`.
+/// Formats the frame for diagnostics: `protocol (stuff error at CRC), bus-error, tx 96, rx 0`.
 impl fmt::Display for ErrorFrame {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut separator = "";
@@ -185,7 +186,7 @@ impl fmt::Display for ErrorFrame {
     }
 }
 
-/// Returns the single bits of a class, lowest first.
+/// Returns the single bits of `class`, lowest first.
 pub fn bits(class: u32) -> impl Iterator<Item = u32> {
     (0..u32::BITS).map(|shift| 1 << shift).filter(move |bit| class & bit != 0)
 }

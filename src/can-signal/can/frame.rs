@@ -7,7 +7,7 @@ use derive_more::Display;
 /// Largest number of data bytes in a frame (CAN FD).
 pub const MAX_DATA: usize = 64;
 
-/// A CAN identifier; 11-bit and 29-bit identifiers never compare equal. It is shown as by candump: three
+/// A CAN identifier; 11-bit and 29-bit identifiers never compare equal. Formatted as in candump: three
 /// hexadecimal digits for 11 bits, eight for 29.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Display)]
 pub enum CanId {
@@ -82,8 +82,8 @@ impl Frame {
         matches!(data.len(), 0..=8 | 12 | 16 | 20 | 24 | 32 | 48 | 64).then(|| Self::filled(id, true, data))
     }
 
-    /// Creates a frame of this format, or without one a classic frame for up to 8 bytes of `data` and an FD
-    /// frame for more; `None` for a length that the format cannot send.
+    /// Creates a frame of this format. Without a format, up to 8 bytes of `data` make a classic frame and
+    /// more bytes an FD frame. Returns `None` for a length that the format cannot send.
     #[inline]
     pub fn with_format(id: CanId, format: Option<FrameFormat>, data: &[u8]) -> Option<Self> {
         let default = if data.len() > 8 { FrameFormat::Fd } else { FrameFormat::Classic };
@@ -97,7 +97,7 @@ impl Frame {
     fn filled(id: CanId, fd: bool, data: &[u8]) -> Self {
         let mut bytes = [0; MAX_DATA];
         bytes[..data.len()].copy_from_slice(data);
-        // Both callers have checked that 64 is not exceeded.
+        // Both callers have checked that the length is at most 64.
         let len = u8::try_from(data.len()).unwrap_or(0);
         Self { id, fd, len, data: bytes }
     }
@@ -114,13 +114,13 @@ impl Frame {
         if self.fd { FrameFormat::Fd } else { FrameFormat::Classic }
     }
 
-    /// Returns true if it is a CAN FD frame.
+    /// Returns true for a CAN FD frame.
     #[inline]
     pub fn is_fd(&self) -> bool {
         self.fd
     }
 
-    /// Returns the payload in the length of the frame.
+    /// Returns the payload, as long as the frame's length says.
     #[inline]
     pub fn data(&self) -> &[u8] {
         &self.data[..usize::from(self.len)]

@@ -1,4 +1,5 @@
-//! The frames of a message: those with one identifier, or those of a J1939 parameter group from some senders.
+//! Selects the frames of a message: frames with one identifier, or frames of a J1939 parameter group from
+//! some senders.
 
 use std::fmt;
 
@@ -8,19 +9,20 @@ use super::frame::CanId;
 const SOURCE: u32 = 0xFF;
 /// Bits that hold the destination of a PDU1 message, and the group extension of a PDU2 message.
 const PDU_SPECIFIC: u32 = 0xFF00;
-/// Extended data page, data page, PDU format and PDU specific: all but priority and sender.
+/// Extended data page, data page, PDU format and PDU specific: all bits except priority and sender.
 const GROUP: u32 = 0x03FF_FF00;
-/// The lowest PDU format of a message to all (PDU2); below it is a message to one destination (PDU1).
+/// Lowest PDU format of a broadcast message (PDU2); lower formats have one destination (PDU1).
 const LOWEST_PDU2: u32 = 240;
-/// The largest number of listed senders with a kernel filter each; more have one filter for all senders.
+/// Largest number of listed senders that get one kernel filter each; a longer list gets one filter for all
+/// senders.
 const MAX_SOURCE_FILTERS: u32 = 8;
 
-/// The frames of a message, by their identifiers.
+/// Selects the frames of a message by their identifiers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct IdMatch {
     described: CanId,
-    /// The senders that are believed: a message of SAE J1939, whose frames may have any priority and, for
-    /// PDU1, any destination. `None` = only the described identifier.
+    /// Accepted senders of an SAE J1939 message, whose frames may have any priority and, for PDU1, any
+    /// destination. `None` = only the described identifier.
     sources: Option<SourceAddresses>,
 }
 
@@ -32,18 +34,18 @@ pub struct Pgn(u32);
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SourceAddresses([u64; 4]);
 
-/// Bits of an identifier that a kernel filter compares: a frame passes if its bits under `mask` are those of
-/// `id`. Both identifiers are of the same length.
+/// Bits of an identifier that a kernel filter compares: a frame passes if its identifier equals `id` in the
+/// bits of `mask`. Both identifiers have the same length.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct IdMask {
-    /// The bits to compare with.
+    /// Identifier to compare with.
     pub id: CanId,
-    /// The bits that are compared.
+    /// Bits that are compared; bits outside are ignored.
     pub mask: u32,
 }
 
 impl Pgn {
-    /// Returns the parameter group of a 29-bit identifier; `None` for one of 11 bits.
+    /// Returns the parameter group of a 29-bit identifier; `None` for an 11-bit identifier.
     pub fn of(id: CanId) -> Option<Self> {
         let CanId::Extended(id) = id else { return None };
         let group = if is_pdu2(id) { id & GROUP } else { id & GROUP & !PDU_SPECIFIC };
@@ -60,7 +62,7 @@ fn is_pdu2(id: u32) -> bool {
     (id >> 16) & 0xFF >= LOWEST_PDU2
 }
 
-/// Returns the source address of a 29-bit identifier of J1939; `None` for one of 11 bits.
+/// Returns the source address of a 29-bit identifier of J1939; `None` for an 11-bit identifier.
 pub fn source_address(id: CanId) -> Option<u8> {
     match id {
         CanId::Standard(_) => None,
@@ -68,7 +70,7 @@ pub fn source_address(id: CanId) -> Option<u8> {
     }
 }
 
-/// The group in hexadecimal, as identifiers are: `FDCC`.
+/// Formats the group in hexadecimal, like identifiers: `FDCC`.
 impl fmt::Display for Pgn {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{:04X}", self.0)
@@ -79,7 +81,7 @@ impl SourceAddresses {
     /// Every address.
     pub const ANY: Self = Self([u64::MAX; 4]);
 
-    /// Returns true if frames of this sender are believed.
+    /// Returns true if frames of this sender are accepted.
     pub fn contains(self, address: u8) -> bool {
         self.0[usize::from(address / 64)] >> (address % 64) & 1 == 1
     }
@@ -105,7 +107,7 @@ impl FromIterator<u8> for SourceAddresses {
     }
 }
 
-/// `any source address`, or the addresses in hexadecimal: `source address 27, 28`.
+/// Formats `any source address`, or the addresses in hexadecimal: `source address 27, 28`.
 impl fmt::Display for SourceAddresses {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if *self == Self::ANY {
@@ -131,7 +133,7 @@ impl From<CanId> for IdMatch {
     }
 }
 
-/// The identifier, or the group with its senders: `PGN FDCC from any source address`.
+/// Formats the identifier, or the group with its senders: `PGN FDCC from any source address`.
 impl fmt::Display for IdMatch {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.group() {
@@ -142,8 +144,8 @@ impl fmt::Display for IdMatch {
 }
 
 impl IdMatch {
-    /// Creates the match of a J1939 message that a DBC describes with the identifier `id`; `None` for one of
-    /// 11 bits.
+    /// Creates the match of a J1939 message that a DBC describes with the identifier `id`; `None` for an
+    /// 11-bit identifier.
     pub fn j1939(id: CanId, sources: SourceAddresses) -> Option<Self> {
         Pgn::of(id).map(|_| Self { described: id, sources: Some(sources) })
     }
@@ -158,21 +160,21 @@ impl IdMatch {
         Some((Pgn::of(self.described)?, self.sources?))
     }
 
-    /// Returns true if frames with this identifier are of the message.
+    /// Returns true if frames with this identifier belong to the message.
     #[inline]
     pub fn contains(&self, id: CanId) -> bool {
         self.described == id && self.sources.is_none() || self.sources.is_some() && self.group_contains(id)
     }
 
-    /// Returns true if the message has a group, and frames with this identifier are of it.
+    /// Returns true if the message has a group to which frames with this identifier belong.
     fn group_contains(&self, id: CanId) -> bool {
         self.group().is_some_and(|(pgn, sources)| {
             Pgn::of(id) == Some(pgn) && source_address(id).is_some_and(|address| sources.contains(address))
         })
     }
 
-    /// Returns true if frames with this identifier are of the message, or would be with identifiers of the
-    /// other length, or with another priority, destination or sender of J1939.
+    /// Returns true if frames with this identifier belong to the message, or would with an identifier of the
+    /// other length, or with another J1939 priority, destination or sender.
     #[inline]
     pub fn resembles(&self, id: CanId) -> bool {
         self.contains(id)
@@ -180,7 +182,7 @@ impl IdMatch {
             || Pgn::of(self.described).is_some_and(|pgn| Pgn::of(id) == Some(pgn))
     }
 
-    /// Returns true if one frame can be of both.
+    /// Returns true if a frame can belong to both messages.
     pub fn overlaps(self, other: Self) -> bool {
         match (self.group(), other.group()) {
             (None, _) => other.contains(self.described),
@@ -215,7 +217,7 @@ impl IdMatch {
     }
 }
 
-/// Values by the frames that they are for.
+/// Values looked up by the identifier of a frame.
 #[derive(Debug, Clone)]
 pub struct IdTable<T> {
     /// Values for one identifier, ascending by its [`key`].
@@ -223,7 +225,8 @@ pub struct IdTable<T> {
     groups: Vec<(IdMatch, T)>,
 }
 
-/// Returns the identifier as one number, which is quick to compare; those of 29 bits lie behind those of 11.
+/// Returns the identifier as one number, which is quick to compare; 29-bit identifiers sort after 11-bit
+/// identifiers.
 #[inline]
 fn key(id: CanId) -> u32 {
     match id {
@@ -253,13 +256,13 @@ impl<T> FromIterator<(IdMatch, T)> for IdTable<T> {
 }
 
 impl<T> IdTable<T> {
-    /// Returns the values for frames with this identifier, those of groups last.
+    /// Returns the values for frames with this identifier, values of groups last.
     pub fn get(&self, id: CanId) -> impl Iterator<Item = &T> {
         self.exact(id).map(|(_, value)| value).chain(self.groups(id))
     }
 
-    /// Creates a table in which the value of each identifier already is `merge`d with those of the groups
-    /// that have it, for [`Self::get_merged`].
+    /// Creates a table for [`Self::get_merged`], in which the value of each identifier is already `merge`d
+    /// with the values of the groups that contain the identifier.
     pub fn merged(values: impl IntoIterator<Item = (IdMatch, T)>, merge: impl Fn(T, T) -> T) -> Self
     where
         T: Copy,
@@ -274,8 +277,7 @@ impl<T> IdTable<T> {
         exact.chain(groups.iter().copied()).collect()
     }
 
-    /// Returns the values for frames with this identifier as one, from a table that was made by
-    /// [`Self::merged`].
+    /// Returns the merged value for frames with this identifier, from a table made by [`Self::merged`].
     pub fn get_merged(&self, id: CanId, merge: impl Fn(T, T) -> T) -> Option<T>
     where
         T: Copy,
@@ -291,7 +293,7 @@ impl<T> IdTable<T> {
     }
 
     fn groups(&self, id: CanId) -> impl Iterator<Item = &T> {
-        // A frame with 11 bits is of no group.
+        // An 11-bit identifier belongs to no group.
         let groups = if matches!(id, CanId::Extended(_)) { self.groups.as_slice() } else { &[] };
         groups.iter().filter(move |(ids, _)| ids.contains(id)).map(|(_, value)| value)
     }

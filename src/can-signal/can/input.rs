@@ -68,7 +68,7 @@ impl CanInput {
         }
     }
 
-    /// Returns the receive time of a frame; `None` for other events, which happen when they are read.
+    /// Returns the receive time of a frame; `None` for other events, whose time is the time of reading.
     pub fn stamp(&self) -> Option<WallStamp> {
         if let Self::Frame { stamp, .. } = *self { Some(stamp) } else { None }
     }

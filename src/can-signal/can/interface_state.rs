@@ -1,4 +1,4 @@
-//! What the kernel reports of a CAN interface and its controller, as far as a set-up can be wrong in it.
+//! State of a CAN interface and its controller as reported by the kernel, as far as the set-up can be wrong.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use super::{ControllerState, ErrorCounters};
 pub struct InterfaceState {
     /// Name of the interface.
     pub name: String,
-    /// What stands behind the name.
+    /// Kind of the interface.
     pub kind: InterfaceKind,
     /// True while it is up; frames can arrive then.
     #[serde(default)]
@@ -22,7 +22,7 @@ pub struct InterfaceState {
     pub controller: Option<ControllerSettings>,
 }
 
-/// What stands behind the name of an interface.
+/// Result of looking up an interface by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum InterfaceKind {
@@ -32,7 +32,7 @@ pub enum InterfaceKind {
     NotCan,
     /// A CAN interface.
     Can,
-    /// The kernel does not answer, with its `errno`.
+    /// The kernel did not answer; the value is its `errno`.
     Unknown(i32),
 }
 
@@ -44,15 +44,15 @@ pub struct ControllerSettings {
     pub state: Option<ControllerState>,
     /// Error counters; `None` when the driver cannot read them.
     pub counters: Option<ErrorCounters>,
-    /// Time from bus-off to an automatic restart in ms, 0 = manual restart.
+    /// Time from bus-off to an automatic restart in ms; 0 = manual restart.
     pub restart_ms: Option<u32>,
-    /// Bit timing of the arbitration; `None` until one has been set.
+    /// Bit timing of the arbitration phase; `None` until one has been set.
     pub bit_timing: Option<BitTiming>,
-    /// Bit timing of the data of CAN FD frames; `None` without CAN FD.
+    /// Bit timing of the data phase of CAN FD frames; `None` without CAN FD.
     pub data_bit_timing: Option<BitTiming>,
-    /// Modes that are on.
+    /// Modes that are turned on.
     pub modes: ControllerModes,
-    /// Modes that the driver supports; `None` before Linux 6.0, which does not tell.
+    /// Modes that the driver supports; `None` before Linux 6.0, which does not report them.
     pub supported: Option<ControllerModes>,
 }
 
@@ -61,28 +61,28 @@ pub struct ControllerSettings {
 pub struct BitTiming {
     /// Bit rate, bit/s.
     pub bitrate_bps: u32,
-    /// Sample point in thousandths of a bit; 0 when the driver does not tell.
+    /// Sample point in thousandths of a bit; 0 when the driver does not report it.
     #[serde(default)]
     pub sample_point_permille: u32,
 }
 
-/// Modes of a controller that decide about sending and reporting (`CAN_CTRLMODE_*`).
+/// Controller modes that affect sending and reporting (`CAN_CTRLMODE_*`).
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 #[allow(clippy::struct_excessive_bools)] // independent bits of the kernel
 pub struct ControllerModes {
     /// Sends nothing at all: no frame, no acknowledge bit, no error flag.
     pub listen_only: bool,
-    /// Receives its own frames and nothing of the bus.
+    /// Receives only its own frames, nothing from the bus.
     pub loopback: bool,
-    /// Reports each error on the wire by an error frame.
+    /// Reports each error on the wire as an error frame.
     pub error_reporting: bool,
     /// Sends and receives CAN FD frames.
     pub fd: bool,
 }
 
 impl BitTiming {
-    /// Returns the rate and the sample point as text, e.g. `500000 bit/s, sample point 87.5 %`.
+    /// Returns bit rate and sample point as text, e.g. `500000 bit/s, sample point 87.5 %`.
     pub fn text(self) -> String {
         let Self { bitrate_bps, sample_point_permille: point } = self;
         if point == 0 {

@@ -1,4 +1,4 @@
-//! Index of a bus and state of the link below it.
+//! Index of a bus, and state of its link.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use gateway_base::names::{display_by_name, variant};
 
-/// A change of the driver's action, noted at its time.
+/// A change of the driver's action, recorded when it happens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DriverMark {
@@ -21,7 +21,7 @@ pub enum DriverMark {
 }
 
 impl DriverMark {
-    /// Returns the mark with this name, in upper or lower case; `None` when there is none.
+    /// Returns the mark with this name, in upper or lower case; `None` for an unknown name.
     pub fn from_name(name: &str) -> Option<Self> {
         variant(&name.to_ascii_lowercase())
     }

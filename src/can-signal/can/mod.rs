@@ -1,4 +1,4 @@
-//! One CAN bus: its frames, its link, its controller and its condition.
+//! One CAN bus: frames, link, controller and condition.
 
 pub mod bit_rate_scan;
 pub mod bus;

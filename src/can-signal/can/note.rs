@@ -1,7 +1,7 @@
 //! Notes in a candump log: changes of links and controllers, lost frames, and marks of the driver's actions.
 //!
-//! The black box and `discover` write them after a `#`, which other tools treat as a comment, and a replay
-//! reads them back: `# (1436509052.249713) can0 link down`.
+//! The black box and `discover` write each note after a `#`, which other tools treat as a comment, and a
+//! replay reads the notes: `# (1436509052.249713) can0 link down`.
 
 use std::fmt;
 
@@ -26,8 +26,7 @@ pub enum LogNote {
 }
 
 impl LogNote {
-    /// Returns the bus and note of an input; `None` for an input that has a candump line, or that is not
-    /// recorded.
+    /// Returns the bus and note of an input; `None` for an input that has a candump line or is not recorded.
     pub fn of(input: &CanInput) -> Option<(BusIndex, Self)> {
         match *input {
             CanInput::Link { bus, state } => Some((bus, Self::Link(state))),
@@ -47,7 +46,7 @@ impl LogNote {
         }
     }
 
-    /// Parses the fields of a note; `None` when they are not one.
+    /// Parses the fields of a note; `None` when they do not form a note.
     pub fn parse<'a>(fields: impl Iterator<Item = &'a str>) -> Option<Self> {
         let fields: Vec<_> = fields.take(9).collect();
         Some(match fields.as_slice() {

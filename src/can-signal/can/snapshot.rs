@@ -1,4 +1,4 @@
-//! The present state of a bus, for people and programs that watch the gateway.
+//! Current state of a bus, for people and programs that monitor the gateway.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -89,12 +89,12 @@ impl BusSnapshot {
         matches!(self.reception, Some(BusReception::Receiving | BusReception::Losing))
     }
 
-    /// Returns the link, the controller and the reception, each with its level and its state in words.
+    /// Returns the link, the controller and the reception, each with its level and its state as text.
     pub fn states(&self) -> impl Iterator<Item = (Level, String)> {
         self.parts(|controller| controller.state.to_string())
     }
 
-    /// Like `states`, but with the error counters of the controller, which change all the time.
+    /// Like `states`, but with the error counters of the controller, which change constantly.
     pub fn details(&self) -> impl Iterator<Item = (Level, String)> {
         self.parts(|controller| controller.report().to_string())
     }
@@ -109,12 +109,12 @@ impl BusSnapshot {
         [(link, self.link.text())].into_iter().chain(controller).chain(reception)
     }
 
-    /// Returns the worst level of these states. The diagnostic status keeps a controller's state for longer.
+    /// Returns the worst level of these states. The diagnostic status holds a controller's state for longer.
     pub fn worst(&self) -> Level {
         self.states().map(|(level, _)| level).max().unwrap_or(Level::Ok)
     }
 
-    /// The state of a bus whose frames of the vehicle profile have a rate of `rate_hz`.
+    /// Creates the state of a bus; `rate_hz` is the rate of frames of the vehicle profile.
     pub fn of(bus: &Bus, rate_hz: f64, now: MonoTime) -> Self {
         let (settings, counts, controller) = (bus.settings(), &bus.counts, bus.controller());
         let state = controller.state().zip(controller.time_in_state(now));
@@ -144,7 +144,7 @@ impl BusSnapshot {
     }
 }
 
-/// The reception in a finding; nothing is received without a working controller.
+/// Returns the reception in a finding; `None` without a working controller, since nothing can be received.
 fn reception(finding: BusFinding) -> Option<BusReception> {
     match finding {
         BusFinding::NoLink(_) => None,

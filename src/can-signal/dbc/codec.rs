@@ -1,7 +1,7 @@
-//! Reading and writing of one signal, compiled to a window, a shift and a mask.
+//! Reads and writes one signal, compiled to a window, a shift and a mask.
 //!
 //! A raw value is the value on the wire: without factor and offset, sign-extended when the signal is signed.
-//! [`SignalCodec::new`] refuses every invalid layout, so that reading never fails, panics or allocates.
+//! [`SignalCodec::new`] refuses every invalid layout, so reading never fails, panics or allocates.
 
 use std::ops::RangeInclusive;
 
@@ -23,7 +23,7 @@ pub enum ByteOrder {
 /// Position of a signal in the bit numbers of DBC (bit 0 is the least significant bit of byte 0).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
-    /// Start bit, 0 to 511: the lowest bit of an Intel signal, the highest of a Motorola one.
+    /// Start bit, 0 to 511: the lowest bit of an Intel signal, the highest bit of a Motorola signal.
     pub start: u16,
     /// Length in bits, 1 to 64.
     pub length: u16,
@@ -61,7 +61,7 @@ pub enum LayoutError {
 #[error("the raw value does not fit in the signal's bits")]
 pub struct OutOfRange;
 
-/// Reads and writes one signal and evaluates its multiplexors.
+/// Codec of one signal, which also evaluates its multiplexors.
 ///
 /// ```
 /// use can_signal::can::frame::MAX_DATA;
@@ -117,12 +117,12 @@ impl SignalCodec {
         self.bits.read(data)
     }
 
-    /// Returns the bits that a frame has for `raw`, e.g. 0xF for -1 in four bits.
+    /// Returns the bits that encode `raw` in a frame, e.g. 0xF for -1 in four bits.
     pub fn wire_bits(&self, raw: i128) -> u128 {
         raw.cast_unsigned() & self.bits.mask()
     }
 
-    /// Writes `raw` into the bits of the signal and leaves all others unchanged.
+    /// Writes `raw` into the bits of the signal and leaves all other bits unchanged.
     pub fn write(&self, raw: i128, data: &mut [u8; MAX_DATA]) -> Result<(), OutOfRange> {
         let (lowest, highest) = self.range();
         if (lowest..=highest).contains(&raw) {
@@ -163,7 +163,7 @@ impl SignalCodec {
         self.bits.shares_bits(other.bits) && !self.excludes(other)
     }
 
-    /// Returns true if a common multiplexor excludes that both are present.
+    /// Returns true if a common multiplexor prevents both signals from being present.
     fn excludes(&self, other: &Self) -> bool {
         self.conditions.iter().any(|own| other.conditions.iter().any(|theirs| own.excludes(theirs)))
     }
@@ -223,7 +223,7 @@ impl Bits {
     }
 
     fn read(self, data: &[u8; MAX_DATA]) -> i128 {
-        #[allow(clippy::cast_possible_truncation)] // what is cut off belongs to other signals
+        #[allow(clippy::cast_possible_truncation)] // the bits cut off belong to other signals
         let bits = (self.window(data) >> self.shift) as u64;
         let unused = u64::BITS - self.length;
         if self.signed {

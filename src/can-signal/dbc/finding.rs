@@ -1,11 +1,11 @@
-//! Collects the findings on a file.
+//! Collects findings about a DBC file.
 
 use super::model::{DbcFinding, DbcSeverity};
 
 /// Largest number of characters in the excerpt of a finding.
 const EXCERPT: usize = 60;
 
-/// Findings on a file in the order of detection.
+/// Findings about a file in the order of detection.
 #[derive(Debug, Default)]
 pub(super) struct DbcFindings(Vec<DbcFinding>);
 

@@ -1,4 +1,5 @@
-//! Parses single statements with the `can-dbc` grammar and repairs those with only one interpretation.
+//! Parses single statements with the `can-dbc` grammar and repairs statements that allow only one
+//! interpretation.
 
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -18,16 +19,16 @@ const CYCLE_TIME: &str = "GenMsgCycleTime";
 /// Attribute with the format of the frames of a message, an index into the list of its definition.
 const FRAME_FORMAT: &str = "VFrameFormat";
 
-/// Attributes with the whole name of a message or signal whose name in the file is cut to 32 characters.
+/// Attributes with the full name of a message or signal whose name in the file is cut to 32 characters.
 const LONG_NAME: [&str; 2] = ["SystemMessageLongSymbol", "SystemSignalLongSymbol"];
 
-/// Largest length of a statement in bytes. The grammar takes 25 times as much memory for it.
+/// Largest length of a statement in bytes. The grammar needs 25 times as much memory to parse it.
 const MAX_STATEMENT: usize = 1 << 20;
 
-/// Names of raw values, in the order of the file; shared by the signals of a table.
+/// Names of raw values in file order; shared by the signals of a table.
 pub(super) type Values = Arc<[(i128, String)]>;
 
-/// The content of a statement, as far as it is used.
+/// Parsed content of a statement, as far as the gateway uses it.
 #[derive(Debug)]
 pub(super) enum Parsed {
     Message {
@@ -41,7 +42,7 @@ pub(super) enum Parsed {
         name: String,
         values: Values,
     },
-    /// Default period of the file in ms; `None` for 0.
+    /// Default period in ms for all messages of the file; `None` for 0.
     DefaultCycle(Option<u32>),
     FrameFormats(Vec<String>),
     DefaultFrameFormat(EnumValue),
@@ -90,7 +91,7 @@ pub(super) enum Detail {
 }
 
 impl Detail {
-    /// Returns the number of entries that count for the size of a file.
+    /// Returns the number of entries that count towards [`MAX_ENTRIES`](super::model::MAX_ENTRIES).
     pub(super) fn entries(&self) -> usize {
         1 + match self {
             Self::Values { values, .. } => values.len(),
@@ -115,14 +116,14 @@ pub(super) enum EnumValue {
     Name(String),
 }
 
-/// A parsed statement with the irregularity that was repaired or accepted, if any.
+/// A parsed statement, with the irregularity that was repaired or accepted, if any.
 #[derive(Debug)]
 pub(super) struct ParsedStatement {
     pub(super) parsed: Parsed,
     pub(super) irregularity: Option<String>,
 }
 
-/// Parses one statement; the error is a text for the finding.
+/// Parses one statement; the error is the text of the finding.
 pub(super) fn read(statement: &Statement<'_>) -> Result<ParsedStatement, String> {
     let text = statement.text.as_ref();
     if text.len() > MAX_STATEMENT {
@@ -150,7 +151,8 @@ pub(super) fn read(statement: &Statement<'_>) -> Result<ParsedStatement, String>
     }
 }
 
-/// Returns the reason to refuse a statement whose colon is missing; `None` for one that has it or needs none.
+/// Returns the reason to reject a statement whose colon is missing; `None` if the colon is present or not
+/// needed.
 fn missing_colon(keyword: &str, text: &str) -> Option<String> {
     let words = match keyword {
         "BO_" => 3,
@@ -266,7 +268,7 @@ fn long_name(attribute: &str, wanted: &str, value: AttributeValue) -> Result<Opt
     match value {
         _ if attribute != wanted => Ok(None),
         AttributeValue::String(name) if name.is_empty() => Ok(None),
-        // The separators of profiles, `BUS:MESSAGE.SIGNAL`, among them.
+        // Excludes the separators of profiles, `BUS:MESSAGE.SIGNAL`, among others.
         AttributeValue::String(name) if name.chars().all(|char| char.is_alphanumeric() || char == '_') => {
             Ok(Some(name))
         }
@@ -337,7 +339,8 @@ fn named(descriptions: Vec<ValDescription>) -> Values {
     descriptions.into_iter().map(|value| (i128::from(value.id), unescaped(value.description))).collect()
 }
 
-/// Returns the identifier in the file, checked against the grammar's, which drops bits that do not fit.
+/// Returns the identifier in the file, checked against the identifier that the grammar returns, since the
+/// grammar drops bits that do not fit.
 fn checked_id(text: &str, parsed: MessageId) -> Result<u32, String> {
     let mut fields = text.split('"').step_by(2).flat_map(str::split_ascii_whitespace).skip(1);
     let id = fields.find(|field| !matches!(*field, "BO_" | "SG_")).and_then(|field| field.parse().ok());
@@ -348,7 +351,7 @@ fn checked_id(text: &str, parsed: MessageId) -> Result<u32, String> {
     }
 }
 
-/// Returns the only item; fails when the statement was parsed as none or several.
+/// Returns the only item; fails when the statement was parsed as no item or several.
 fn one<T>(mut items: Vec<T>) -> Result<T, String> {
     match (items.pop(), items.is_empty()) {
         (Some(item), true) => Ok(item),
@@ -365,8 +368,7 @@ fn parse(text: &str) -> Result<Dbc, String> {
     }
 }
 
-/// Returns the number of statements of the kinds that are used, since the grammar accepts several on one
-/// line.
+/// Returns the number of statements of used kinds, since the grammar accepts several on one line.
 fn used(parsed: &Dbc) -> usize {
     parsed.messages.len()
         + parsed.value_tables.len()
@@ -378,13 +380,13 @@ fn used(parsed: &Dbc) -> usize {
         + parsed.attribute_defaults.len()
 }
 
-/// Returns the error of the grammar in one short line.
+/// Returns the error of the grammar as one short line.
 fn reason(error: &DbcError) -> String {
     let DbcError::Pest(error) = error else {
         return error.to_string();
     };
     let message = error.variant.message();
-    // The name of the grammar's first rule says nothing.
+    // The name of the grammar's first rule means nothing to a reader.
     if message.contains("EOI") || message.contains("file") || message.len() > 100 {
         "not DBC syntax".to_owned()
     } else {

@@ -54,21 +54,21 @@ pub(super) fn database(outline: Outline) -> Database {
     Database { messages: joined, findings: findings.sorted(), contradictions, is_too_large: false }
 }
 
-/// The names of a message or signal in the database.
+/// Names of a message or signal in the database.
 struct Names {
     name: String,
     other: Option<String>,
 }
 
-/// Returns the names of messages, or of the signals of one, from the names in the statements and the long
-/// names. A long name takes the place of the other one if nothing else has it. Also returns the names that
-/// several have, each with the positions of two of them.
+/// Returns the names of messages, or of the signals of one message, from the names in the statements and the
+/// long names. A long name replaces the short name if it is unique. Also returns each duplicate name with the
+/// positions of two of its owners.
 fn names<'a>(
     named: impl Iterator<Item = (&'a str, Option<(StatementLocation, String)>)>,
     findings: &mut DbcFindings,
 ) -> (Vec<Names>, Vec<(String, [usize; 2])>) {
     let named: Vec<_> = named.collect();
-    // Each name with the positions of what has it.
+    // Each name with the positions of its owners.
     let mut owners: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     for (at, (short, long)) in named.iter().enumerate() {
         for name in std::iter::once(*short).chain(long.iter().map(|(_, name)| name.as_str())) {
@@ -103,7 +103,7 @@ struct Defaults {
     cycle_ms: Option<u32>,
     format: Option<EnumValue>,
     formats: Vec<String>,
-    /// True if a message is too long for a classic frame, so that there is CAN FD on the bus.
+    /// True if a message is too long for a classic frame, so the bus uses CAN FD.
     has_long_messages: bool,
 }
 
@@ -126,7 +126,7 @@ impl Defaults {
     }
 }
 
-/// Period of a message in ms; `None` overrides the default of the file too.
+/// Period of a message in ms; `None` also overrides the default of the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct MessagePeriod(Option<u32>);
 
@@ -137,7 +137,7 @@ struct Details {
     long_name: Option<(StatementLocation, String)>,
     /// Long names of signals by their names in the statements.
     long_names: BTreeMap<String, (StatementLocation, String)>,
-    /// Names of signals that are defined again in another way, with the line of that.
+    /// Names of signals that have a second, different definition, with the line of the second definition.
     redefined: Vec<(String, usize)>,
     rules: BTreeMap<String, MultiplexRule>,
     numbers: BTreeMap<String, Number>,

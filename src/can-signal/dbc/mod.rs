@@ -1,8 +1,8 @@
 //! DBC files: parsing and compiled signal codecs.
 //!
 //! Real files contain many errors, and a strict parser would refuse half of them. Here each statement is
-//! parsed by itself: one that is malformed or contradicts another is rejected with a
-//! [finding](model::DbcFinding), and the rest stays usable. An error is repaired only where a single
+//! parsed by itself: a statement that is malformed or contradicts another is rejected with a
+//! [finding](model::DbcFinding), and the rest stays usable. An error is repaired only if a single
 //! interpretation is left.
 //!
 //! [`parse`] uses `statement` (split), `grammar` (parse, with `repair`), `outline` (messages and properties)
@@ -24,10 +24,10 @@ use encoding_rs::{UTF_8, WINDOWS_1252};
 
 use model::Database;
 
-/// Parses a DBC file; statements that cannot be used are among the findings.
+/// Parses a DBC file; unusable statements are reported as findings.
 ///
-/// The text is UTF-8, with or without a byte order mark, or else Windows-1252, as is usual for the
-/// format. Lines end with LF, CRLF or CR.
+/// The text is UTF-8, with or without a byte order mark, or else Windows-1252, which is usual for the format.
+/// Lines end with LF, CRLF or CR.
 ///
 /// ```
 /// use can_signal::can::frame::{CanId, Frame};
@@ -347,7 +347,7 @@ VAL_ 291 Lever_0000 1 "left" ;
         let long = "Body_Control_Module_Turn_Indicator_Status";
         assert_eq!(database.contradiction(a, long).map(|known| known.lines), Some([1, 5]));
         assert_eq!(database.contradiction(a, "Body_Control_0000"), None);
-        // The long name of one signal is the short name of another one.
+        // The long name of one signal is the short name of another.
         let page = LONG_NAMES.replace("\"TurnIndicatorSwitchPositionLeverState\"", "\"Page\"");
         let database = parse(page.as_bytes());
         let message = &database.messages[0];
@@ -455,7 +455,7 @@ VAL_ 291 Lever_0000 1 "left" ;
     fn size_is_bounded() {
         let garbage = parse("x\n".repeat(model::MAX_ENTRIES + 1).as_bytes());
         assert_eq!((garbage.findings.len(), garbage.is_too_large), (0, true));
-        // Names of values count as well.
+        // Names of values also count.
         let values = format!("VAL_ 1 Good {};\n", "0 \"\" ".repeat(model::MAX_ENTRIES / 2));
         assert!(message("", &values.repeat(2)).is_too_large);
 

@@ -1,4 +1,4 @@
-//! Content of a DBC file as far as a gateway uses it, with findings.
+//! Content of a DBC file as far as the gateway uses it, with findings.
 
 use std::sync::Arc;
 
@@ -11,30 +11,31 @@ pub const MAX_ENTRIES: usize = 250_000;
 /// The usable part of a DBC file, with a finding for everything else.
 #[derive(Debug, Clone, Default)]
 pub struct Database {
-    /// Messages in the order of the file, with unique identifiers and names.
+    /// Messages in file order, with unique identifiers and names.
     pub messages: Vec<Message>,
-    /// Statements that were rejected or are irregular, in the order of lines.
+    /// Statements that were rejected or are irregular, in line order.
     pub findings: Vec<DbcFinding>,
-    /// Names with several definitions, of which the first is among the messages.
+    /// Names with several definitions; the first definition is in `messages`.
     pub contradictions: Vec<Contradiction>,
     /// True if the file has more entries than [`MAX_ENTRIES`]; then the database is empty.
     pub is_too_large: bool,
 }
 
 impl Database {
-    /// Returns the message with this name, else the one with this other name; `None` when there is none.
+    /// Returns the message with this name, otherwise the message with this other name; `None` when there is
+    /// neither.
     pub fn message(&self, name: &str) -> Option<&Message> {
         let named = self.messages.iter().find(|message| message.name == name);
         named.or_else(|| self.messages.iter().find(|message| message.is_called(name)))
     }
 
-    /// Returns the contradiction for which a message cannot be bound by the name that was given.
+    /// Returns the contradiction that prevents binding a message by the name `given`.
     pub fn contradiction(&self, message: &Message, given: &str) -> Option<&Contradiction> {
         let names = [given, message.name.as_str()];
         self.contradictions.iter().find(|known| known.signal.is_none() && names.contains(&&*known.message))
     }
 
-    /// Returns the contradiction for which a signal of a message cannot be bound by the name that was given.
+    /// Returns the contradiction that prevents binding a signal of a message by the name `given`.
     pub fn signal_contradiction(
         &self,
         message: &Message,
@@ -57,46 +58,48 @@ impl Database {
     }
 }
 
-/// A name with two definitions that differ, so that nothing can be bound by it.
+/// A name with two different definitions, by which nothing can be bound.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Contradiction {
     /// Name of the message.
     pub message: String,
     /// Name of the signal; `None` if the message itself has two definitions.
     pub signal: Option<String>,
-    /// Lines of the first definition and of another one.
+    /// Lines of the first definition and of a different one.
     pub lines: [usize; 2],
 }
 
 /// A message of the file (`BO_`).
 #[derive(Debug, Clone)]
 pub struct Message {
-    /// Name of the message, unique in the file: the long one (`SystemMessageLongSymbol`) if it has one.
+    /// Name of the message, unique in the file: the long name (`SystemMessageLongSymbol`) if there is one.
     pub name: String,
-    /// Its other name, if any: the one of `BO_`, or a long one that is not unique.
+    /// Other name of the message, if any: the name in `BO_`, or a long name that is not unique.
     pub other_name: Option<String>,
     /// Identifier of its frames, unique in the file.
     pub id: CanId,
     /// Length of its frames in bytes, 0 to 64.
     pub length: usize,
-    /// Format of its frames by `VFrameFormat`, else by the lengths of the file's messages; `None` = either,
-    /// for a short message of a file with long ones.
+    /// Format of its frames according to `VFrameFormat`, otherwise according to the lengths of the file's
+    /// messages; `None` = either format, for a short message in a file with long messages.
     pub format: Option<FrameFormat>,
-    /// `GenMsgCycleTime` in ms, of the message or the default of the file, at least 1; `None` = unknown.
+    /// Period in ms, at least 1, from `GenMsgCycleTime` of the message or the file's default; `None` =
+    /// unknown.
     pub cycle_ms: Option<u32>,
     /// Line of the `BO_` statement, from 1.
     pub line: usize,
-    /// Signals in the order of the file, with unique names.
+    /// Signals in file order, with unique names.
     pub signals: Vec<Signal>,
 }
 
 impl Message {
-    /// Returns true if this is one of the names of the message.
+    /// Returns true if `name` is one of the names of the message.
     pub fn is_called(&self, name: &str) -> bool {
         self.name == name || self.other_name.as_deref() == Some(name)
     }
 
-    /// Returns the signal with this name, else the one with this other name; `None` when there is none.
+    /// Returns the signal with this name, otherwise the signal with this other name; `None` when there is
+    /// neither.
     pub fn signal(&self, name: &str) -> Option<&Signal> {
         let named = self.signals.iter().find(|signal| signal.name == name);
         named.or_else(|| self.signals.iter().find(|signal| signal.other_name.as_deref() == Some(name)))
@@ -106,9 +109,9 @@ impl Message {
 /// A signal of a message (`SG_`).
 #[derive(Debug, Clone)]
 pub struct Signal {
-    /// Name of the signal, unique in its message: the long one (`SystemSignalLongSymbol`) if it has one.
+    /// Name of the signal, unique in its message: the long name (`SystemSignalLongSymbol`) if there is one.
     pub name: String,
-    /// Its other name, if any: the one of `SG_`, or a long one that is not unique.
+    /// Other name of the signal, if any: the name in `SG_`, or a long name that is not unique.
     pub other_name: Option<String>,
     /// Line of the `SG_` statement, from 1.
     pub line: usize,
@@ -120,9 +123,9 @@ pub struct Signal {
     pub factor: f64,
     /// Physical value of raw 0.
     pub offset: f64,
-    /// Physical unit, empty when not given.
+    /// Physical unit, empty if the file gives none.
     pub unit: String,
-    /// Names of raw values (`VAL_`) in the order of the file.
+    /// Names of raw values (`VAL_`) in file order.
     pub values: Arc<[(i128, String)]>,
 }
 
@@ -155,7 +158,7 @@ pub struct DbcFinding {
 pub enum DbcSeverity {
     /// The statement is not used.
     Rejected,
-    /// The statement is used, but a part of it that matters is not read.
+    /// The statement is used, but a significant part of it could not be read.
     Partial,
     /// The statement is used, or not needed.
     Note,

@@ -1,7 +1,7 @@
 //! Assigns multiplexors and their values to signals.
 //!
-//! Where a file is ambiguous the signal is rejected, because a value read from bits that carry another
-//! signal would look valid.
+//! Where a file is ambiguous, the signal is rejected, because a value read from bits of another signal would
+//! look valid.
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -33,12 +33,13 @@ pub(super) struct Multiplexing<'a> {
     signals: &'a [SignalOutline],
     rules: &'a BTreeMap<String, MultiplexRule>,
     by_name: BTreeMap<&'a str, usize>,
-    /// The only multiplexor that a mark such as `m3` can refer to, or why there is none.
+    /// The only multiplexor that a mark such as `m3` can refer to, or the reason why there is none.
     only: Result<usize, &'static str>,
 }
 
 impl<'a> Multiplexing<'a> {
-    /// Joins signals with the rules for them. A rejected statement may have defined a `lost_multiplexor`.
+    /// Joins signals with their rules. `lost_multiplexor`: a rejected statement may have defined a
+    /// multiplexor.
     pub(super) fn new(
         signals: &'a [SignalOutline],
         rules: &'a BTreeMap<String, MultiplexRule>,
@@ -58,7 +59,7 @@ impl<'a> Multiplexing<'a> {
         Self { message_length, signals, rules, by_name: names.zip(0..).collect(), only }
     }
 
-    /// Returns the compiled signal; the error is a text for the finding.
+    /// Returns the compiled signal; the error is the text of the finding.
     pub(super) fn codec(&self, index: usize) -> Result<SignalCodec, String> {
         self.nested_codec(&self.signals[index], MAX_DEPTH)
     }
@@ -87,7 +88,7 @@ impl<'a> Multiplexing<'a> {
                 Ok(Some((self.only?, vec![value..=value])))
             }
             (_, Some(rule)) if rule.ranges.is_empty() => Err("its SG_MUL_VAL_ is unreadable".to_owned()),
-            // cantools writes every multiplexor as `M`, below another one too.
+            // cantools writes every multiplexor as `M`, even below another multiplexor.
             (Multiplexor | MultiplexedSignal(_) | MultiplexorAndMultiplexedSignal(_), Some(rule)) => {
                 let multiplexor = self.by_name.get(rule.multiplexor.as_str()).copied();
                 let multiplexor = multiplexor.filter(|index| is_multiplexor(&self.signals[*index]));
@@ -126,7 +127,7 @@ mod tests {
         signals.filter(|signal| signal.codec.is_present(&data)).map(|signal| signal.name.clone()).collect()
     }
 
-    /// Returns the names of the accepted signals and reasons for the rejected ones.
+    /// Returns the names of the accepted signals and the reasons for rejected signals.
     fn outcome(database: &Database) -> (Vec<&str>, Vec<&str>) {
         let accepted = database.messages[0].signals.iter().map(|signal| signal.name.as_str()).collect();
         let rejected = database.findings.iter().filter(|finding| finding.severity == DbcSeverity::Rejected);

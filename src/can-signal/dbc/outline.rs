@@ -1,4 +1,4 @@
-//! First pass: messages with their signals in the order of the file, and properties stated elsewhere.
+//! First pass: messages with their signals in the order of the file, and properties from other statements.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -28,13 +28,13 @@ pub(super) struct Outline {
     pub(super) default_cycle: Option<u32>,
     pub(super) frame_formats: Vec<String>,
     pub(super) default_frame_format: Option<EnumValue>,
-    /// Numbers of rejected messages, whose properties give no further findings.
+    /// Numbers of rejected messages, whose properties cause no further findings.
     pub(super) lost_messages: BTreeSet<u32>,
     pub(super) findings: DbcFindings,
-    /// Messages by their position, and signals of them by name, that are defined again in another way, with
-    /// the line of that.
+    /// Messages by position, and their signals by name, that have a second, different definition, with the
+    /// line of the second definition.
     pub(super) redefined: Vec<(usize, Option<String>, usize)>,
-    /// Number of entries so far; reading ends beyond [`MAX_ENTRIES`].
+    /// Number of entries so far; reading stops above [`MAX_ENTRIES`].
     pub(super) entries: usize,
 }
 
@@ -82,18 +82,18 @@ enum Current {
         reason: String,
         is_note: bool,
         signals: usize,
-        /// Another definition of a message above.
+        /// Set if the rejected message is a second definition of an earlier message.
         again: Option<Again>,
     },
 }
 
-/// Another definition of a message.
+/// A second definition of an earlier message.
 #[derive(Debug)]
 struct Again {
     number: u32,
     name: String,
     length: u64,
-    /// Positions of the messages above with its identifier or its name.
+    /// Positions of earlier messages with its identifier or its name.
     first: Vec<usize>,
     signals: Vec<can_dbc::Signal>,
     unreadable: BTreeSet<String>,
@@ -155,8 +155,8 @@ impl OutlineReader {
     fn statement(&mut self, statement: &Statement<'_>) {
         let location = StatementLocation::new(statement.line, &statement.text);
         let keyword = statement.keyword();
-        // An indented malformed line within a message belongs to it. Any other may have started a
-        // message, whose signals must not be added to the previous one.
+        // An indented malformed line within a message belongs to it. Any other malformed line may have
+        // started a message, whose signals must not be added to the previous message.
         if keyword != "SG_" && (statement::is_keyword(keyword) || !statement.indented) {
             self.close();
         }
@@ -195,7 +195,7 @@ impl OutlineReader {
             return self.reject_message(location, reason, false, None);
         }
         self.outline.findings.rejected(&location, reason);
-        // Without its rule the signal would appear in frames that do not carry it.
+        // Without its rule, the signal would appear in frames that do not carry it.
         if let ["SG_MUL_VAL_", number, signal] = fields[..]
             && let Ok(number) = number.parse()
         {
@@ -240,8 +240,8 @@ impl OutlineReader {
         }
     }
 
-    /// Returns the start of another definition of a message above; `None` for a message that is rejected for
-    /// another reason.
+    /// Returns the second definition of an earlier message; `None` for a message that is rejected for another
+    /// reason.
     fn again(&self, number: u32, name: String, length: u64) -> Option<Again> {
         let messages = self.outline.messages.iter().enumerate();
         let first = messages.filter(|(_, known)| known.number == number || known.name == name);
@@ -339,7 +339,7 @@ impl OutlineReader {
         self.current = Current::Rejected { location, reason, is_note, signals: 0, again };
     }
 
-    /// Ends the current message and adds the finding of a rejected one.
+    /// Ends the current message; if it was rejected, adds its finding.
     fn close(&mut self) {
         let Current::Rejected { location, mut reason, is_note, signals, again } =
             std::mem::replace(&mut self.current, Current::Nothing)
@@ -362,7 +362,7 @@ impl OutlineReader {
     }
 }
 
-/// Returns the name in a statement of a signal, as far as it has one.
+/// Returns the name in a signal statement, as far as it can be recognised.
 fn signal_name<'a>(statement: &'a Statement<'_>) -> &'a str {
     statement.text.split_ascii_whitespace().nth(1).unwrap_or_default().trim_end_matches(':')
 }

@@ -1,4 +1,4 @@
-//! Repairs malformed statements that allow only one interpretation, in unused parts or in notation.
+//! Repairs malformed statements that allow only one interpretation: errors in unused parts, or in notation.
 
 /// Repairs a message statement whose sender, which is not used, is missing or not a name.
 pub(super) fn message(text: &str) -> Option<String> {

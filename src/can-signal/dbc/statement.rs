@@ -1,7 +1,7 @@
-//! Splits DBC text into statements, so that a malformed one affects no other.
+//! Splits DBC text into statements, so that a malformed statement affects no other.
 //!
 //! The format has no reliable separator: some statements end with the line, some with `;`, some continue on
-//! indented lines, and texts span lines. A statement with an unterminated text ends with its line.
+//! indented lines, and texts may span lines. A statement with an unterminated text ends with its line.
 
 use std::borrow::Cow;
 
@@ -41,17 +41,17 @@ const LINE: [&str; 4] = ["BO_", "BS_", "SG_", "VERSION"];
 /// Statements that continue while lines hold only names.
 const LISTING: [&str; 2] = ["BU_", "NS_"];
 
-/// Largest text in bytes, which bounds the search for the end of an unterminated one.
+/// Largest text in bytes, which bounds the search for the end of an unterminated text.
 const MAX_TEXT: usize = 1 << 16;
 
 /// One statement, with line ends outside texts replaced by blanks.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Statement<'a> {
-    /// Line of its first character, from 1.
+    /// Line of the first character, from 1.
     pub(super) line: usize,
-    /// True if blanks precede it on its line.
+    /// True if the statement is indented.
     pub(super) indented: bool,
-    /// The text, trimmed; never empty.
+    /// Trimmed text of the statement; never empty.
     pub(super) text: Cow<'a, str>,
 }
 
@@ -66,7 +66,7 @@ pub(super) fn is_keyword(word: &str) -> bool {
     SEMICOLON.contains(&word) || LINE.contains(&word) || LISTING.contains(&word)
 }
 
-/// Statements of `text` (lines end with `\n`) in order, without blank lines and `//` comments.
+/// Returns the statements of `text` (lines end with `\n`) in order, without blank lines and `//` comments.
 pub(super) fn split(text: &str) -> impl Iterator<Item = Statement<'_>> {
     let (mut rest, mut line, mut indented) = (text, 1, false);
     std::iter::from_fn(move || {
@@ -109,7 +109,7 @@ fn line_extent(text: &str) -> usize {
     text.find('\n').unwrap_or(text.len())
 }
 
-/// Returns the length of the first line and those that continue the list.
+/// Returns the length of the first line and the lines that continue its list.
 fn listing_extent(text: &str) -> usize {
     let mut end = line_extent(text);
     while let Some(next) = text[end..].strip_prefix('\n') {
@@ -122,7 +122,7 @@ fn listing_extent(text: &str) -> usize {
     end
 }
 
-/// Returns true if `line` holds only names: of nodes (indented) or of sections, which are keywords.
+/// Returns true if `line` holds only names: node names (indented) or section names, which are keywords.
 fn continues_listing(listing: &str, line: &str) -> bool {
     let indented = line.starts_with([' ', '\t']);
     let mut words = line.split_ascii_whitespace().peekable();
@@ -164,7 +164,7 @@ fn ends_before(text: &str) -> bool {
 /// `None` for an unterminated text.
 ///
 /// A text over several lines must be followed by a valid separator. Otherwise its own closing quote is
-/// missing and this one opens the text of another statement.
+/// missing, and this quote opens the text of another statement.
 fn text_end(text: &str) -> Option<usize> {
     let mut escaped = false;
     let close = text.char_indices().take_while(|(at, _)| *at < MAX_TEXT).find_map(|(at, c)| {

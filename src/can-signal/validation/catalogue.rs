@@ -1,5 +1,4 @@
-//! Why a signal has no value that may be used. The statuses of all flows that receive signals use these
-//! texts.
+//! Reasons why a signal has no usable value. The statuses of all flows that receive signals use these texts.
 
 use gateway_base::diagnostics::messages;
 

@@ -1,4 +1,4 @@
-//! Texts for signals: why there is no value, and the meanings of raw values.
+//! Texts for signals: reasons for missing values, and meanings of raw values.
 
 use super::catalogue;
 use super::meaning::{Meaning, RawRange, ValueMap};
@@ -8,7 +8,7 @@ use crate::can::{Bus, FrameFormat, link_message};
 use crate::dbc::codec::SignalCodec;
 use gateway_base::diagnostics::MessagePart;
 
-/// Meaning of one raw value of a signal for the gateway.
+/// The gateway's interpretation of one raw value of a signal.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ValueText {
     /// Text such as `turn left`, `hazard on (crash)` or `turn not available`.
@@ -24,9 +24,9 @@ pub struct RoleTexts {
     pub signal: SignalIndex,
     /// Name of the use, e.g. `turn`, `left`, `hazard`, `fault of front lamp`.
     pub subject: String,
-    /// Named values with their texts.
+    /// Ranges of named raw values with their texts.
     pub named: Vec<(RawRange, String)>,
-    /// Whether a value can be used.
+    /// Raw values that can be used.
     pub meanings: ValueMap<()>,
 }
 
@@ -71,7 +71,7 @@ pub fn missing_reason_message(
     let interface = &buses[usize::from(message.bus.0)].settings().interface;
     let (name, ids) = (&message.name, &message.ids);
     match reason {
-        // A bus that is up has another reason.
+        // A bus whose link is up has another reason.
         MissingReason::Link(state) => {
             link_message(interface, state).unwrap_or_else(|| catalogue::may_have_changed(name, interface))
         }
@@ -98,13 +98,13 @@ pub fn missing_reason_message(
     }
 }
 
-/// Returns a raw value in decimal and the bits of the frame in hexadecimal, e.g. `-1 (0xF)` for a signal of
-/// four bits.
+/// Returns a raw value in decimal and the bits of the frame in hexadecimal, e.g. `-1 (0xF)` for a four-bit
+/// signal.
 pub fn raw_and_bits(raw: i128, codec: &SignalCodec) -> String {
     format!("{raw} (0x{:X})", codec.wire_bits(raw))
 }
 
-/// Returns a raw value in decimal and, from 10 on, in hexadecimal as candump shows it.
+/// Returns a raw value in decimal and, from 10 on, in hexadecimal, as in candump.
 pub fn raw_text(raw: i128) -> String {
     if raw < 10 { raw.to_string() } else { format!("{raw} (0x{raw:X})") }
 }

@@ -1,8 +1,8 @@
-//! The meaning of a raw value: defined, not available, fault or undefined.
+//! Meaning of a raw value: defined, not available, fault or undefined.
 //!
 //! The four meanings stay distinct all the way to the report (docs/spec/vehicle-interface.md,
 //! "The four fates of a value"). A value that the profile does not name is undefined; nothing is inferred
-//! from all-ones or from `VAL_`.
+//! from all-ones or `VAL_`.
 
 use std::fmt;
 
@@ -13,9 +13,9 @@ pub enum Meaning<T> {
     Defined(T),
     /// The vehicle reports "signal not available".
     NotAvailable,
-    /// The vehicle reports that its own sensor or lamp is defective.
+    /// The vehicle reports a defect of its own sensor or lamp.
     Fault,
-    /// The profile gives this value no meaning.
+    /// The profile does not define this value.
     Undefined,
 }
 
@@ -41,7 +41,7 @@ pub struct RawRange {
 }
 
 impl RawRange {
-    /// Returns the range that holds `value` alone.
+    /// Returns the range that holds only `value`.
     pub const fn single(value: i128) -> Self {
         Self { first: value, last: value }
     }
@@ -52,7 +52,7 @@ impl RawRange {
     }
 }
 
-/// The notation of profiles: `3` or `4..=7`.
+/// Formats the range as in profiles: `3` or `4..=7`.
 impl fmt::Display for RawRange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { first, last } = self;
@@ -60,14 +60,14 @@ impl fmt::Display for RawRange {
     }
 }
 
-/// Meanings of disjoint ranges of raw values; all others are undefined.
+/// Meanings of disjoint ranges of raw values; all other values are undefined.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ValueMap<T> {
     entries: Vec<(RawRange, Meaning<T>)>,
 }
 
 impl<T: Copy> ValueMap<T> {
-    /// Builds the map. Fails with two entries that share a value, the lower one first.
+    /// Builds the map. Fails if two entries share a value, and returns both ranges, the lower one first.
     pub fn new(mut entries: Vec<(RawRange, Meaning<T>)>) -> Result<Self, [RawRange; 2]> {
         entries.sort_by_key(|(range, _)| *range);
         for pair in entries.windows(2) {
@@ -86,7 +86,7 @@ impl<T: Copy> ValueMap<T> {
 
     /// Returns the meaning of `raw`.
     pub fn meaning(&self, raw: i128) -> Meaning<T> {
-        // With a handful of entries a linear scan beats a search.
+        // With a handful of entries, a linear scan beats a binary search.
         self.entries
             .iter()
             .find(|(range, _)| range.contains(raw))

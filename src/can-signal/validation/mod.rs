@@ -1,7 +1,8 @@
-//! Validation of received signals: the integrity of a frame, the age of its values, their meanings.
+//! Validation of received signals: integrity of frames, age of values, and meanings.
 //!
-//! All flows that receive signals share it. It knows messages and signals but not their purpose: each flow
-//! has a [`table::SignalTable`] of the signals it needs and [`observation::Observations`] of those received.
+//! All flows that receive signals share this module. It knows messages and signals but not their purpose:
+//! each flow has a [`table::SignalTable`] of the signals it needs, and [`observation::Observations`] of their
+//! values.
 
 pub mod catalogue;
 pub mod display;

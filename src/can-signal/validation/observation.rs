@@ -1,4 +1,4 @@
-//! The last value of each bound signal, as long as it is valid.
+//! The last value of each bound signal, while it is valid.
 
 use std::fmt;
 use std::time::Duration;
@@ -13,12 +13,13 @@ use super::table::{BoundMessage, BoundSignal, MessageIndex, SignalIndex, SignalT
 use crate::can::{Bus, BusIndex, ControllerState, Frame, LinkState, ReceiveTime, source_address};
 use gateway_base::time::{MonoTime, Now, WallStamp, deadline_after};
 
-/// An interruption of a bus, after which some of what was received over it no longer counts.
+/// An interruption of a bus, after which some of its values no longer count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Interruption {
-    /// The link was lost: nothing counts.
+    /// The link was lost: no value counts.
     LinkLost,
-    /// The bus was silent: event messages do not count, since a change may have been sent meanwhile.
+    /// The bus was silent: values of event messages do not count, since a change may have been sent in the
+    /// meantime.
     Silence,
 }
 
@@ -66,13 +67,13 @@ impl MissingReason {
 /// Reason why the signals of a frame are not used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unused {
-    /// It ends before a signal it should carry; its length in bytes.
+    /// The frame ends before a signal it should carry; its length in bytes.
     TooShort(usize),
-    /// It is of the other format, classical CAN or CAN FD, than the DBC gives.
+    /// The frame has the other format, classical CAN or CAN FD, than the DBC specifies.
     WrongFormat,
-    /// Another sender sends the message too; the source addresses of both.
+    /// Another sender also sends the message; the source addresses of both.
     SeveralSenders([u8; 2]),
-    /// It fails the integrity check.
+    /// The frame fails the integrity check.
     Rejected(Reject),
 }
 
@@ -88,7 +89,7 @@ impl Unused {
     }
 }
 
-/// The reason with the numbers of the frame.
+/// Formats the reason with the numbers of the frame.
 impl fmt::Display for Unused {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -102,12 +103,12 @@ impl fmt::Display for Unused {
     }
 }
 
-/// Novelty of a frame that is used.
+/// Effect of a frame that is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Arrival {
-    /// It changes values or their validity.
+    /// The frame changes values or their validity.
     News,
-    /// It repeats valid values; only their receive time changes.
+    /// The frame repeats valid values; only their receive time changes.
     Repetition,
 }
 
@@ -125,16 +126,16 @@ pub struct Observation {
 pub struct MessageCounts {
     /// Frames that were long enough, trusted or not.
     pub frames: u64,
-    /// Frames too short for a signal they should carry, of which no signal was used.
+    /// Frames too short for a signal they should carry, whose signals were not used.
     pub too_short: u64,
-    /// Frames of another format than the message has, of which no signal was used.
+    /// Frames in a different format from the message's, whose signals were not used.
     pub wrong_format: u64,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct LatestFrame {
     at: MonoTime,
-    /// Reason for which none of its signals was used, whatever they contain.
+    /// Reason why none of its signals was used, regardless of their values.
     unusable: Option<MissingReason>,
 }
 
@@ -145,7 +146,7 @@ struct MessageState {
     /// `None` for a message without integrity rules.
     checker: Option<IntegrityChecker>,
     last_reject: Option<Reject>,
-    /// True if a trusted frame has been received since the last rejected one.
+    /// True if a trusted frame has been received since the last rejected frame.
     trusted_since: bool,
     /// The last frame since the link came up.
     latest: Option<LatestFrame>,
@@ -179,11 +180,12 @@ impl Observations {
         Self { last: vec![None; table.signals.len()], messages: messages.collect() }
     }
 
-    /// Returns observations for another table, with the values of all messages and signals that `before` also
-    /// has.
+    /// Returns observations for another table, with the values of all messages and signals that are also in
+    /// `before`.
     ///
-    /// A message is the same if bus, identifiers and format are; a signal if its message, name and codec are.
-    /// A message with other integrity rules starts without values, since no frame was checked by these rules.
+    /// A message is the same if its bus, identifiers and format are equal; a signal if its message, name and
+    /// codec are equal. A message whose integrity rules differ starts without values, since no frame has been
+    /// checked by the new rules.
     #[must_use]
     pub fn carried_over(&self, before: &SignalTable, table: &SignalTable) -> Self {
         let mut carried = Self::new(table);
@@ -212,10 +214,10 @@ impl Observations {
     }
 
     /// Handles a frame of `message`: uses all signals it carries, or none if it has another format, is too
-    /// short for one, or is rejected. Returns whether it brings anything new.
+    /// short for a signal, or is rejected. Returns whether it brings anything new.
     ///
     /// # Errors
-    /// Returns the reason why none of its signals was used.
+    /// Fails with the reason why no signal was used.
     pub fn frame_arrived(
         &mut self,
         table: &SignalTable,
@@ -256,7 +258,7 @@ impl Observations {
             *trusted_since = verdict.is_ok();
             if let Err(reject) = verdict {
                 *last_reject = Some(reject);
-                // Earlier values of a message that has become invalid are no longer valid either.
+                // Earlier values of a message that has become invalid are also no longer valid.
                 if checker.e2e_state() == Some(E2eState::Invalid) {
                     for signal in signals.iter() {
                         self.last[signal.0] = None;
@@ -274,8 +276,8 @@ impl Observations {
         Ok(if is_repetition { Arrival::Repetition } else { Arrival::News })
     }
 
-    /// Records the sender of a frame whose message may have several. While there are two, no value of the
-    /// message is valid.
+    /// Records the sender of a frame whose message may have several senders. While there are two, no value of
+    /// the message is valid.
     fn sender_arrived(
         &mut self,
         table: &SignalTable,
@@ -288,7 +290,7 @@ impl Observations {
         let Some(sender) = sender else { return Ok(()) };
         let state = &mut self.messages[message.0];
         let outcome = state.senders.frame_arrived(sender, now);
-        // What one sender counted or sent says nothing of another.
+        // Counters and values of one sender say nothing about another.
         if outcome != Ok(false) {
             state.begin_again(&mut self.last);
         }
@@ -298,7 +300,7 @@ impl Observations {
         outcome.map(drop)
     }
 
-    /// Discards what does not outlast an interruption of its bus.
+    /// Discards values that do not survive an interruption of their bus.
     pub fn forget(&mut self, table: &SignalTable, bus: BusIndex, by: Interruption) {
         for (state, message) in self.messages.iter_mut().zip(&table.messages) {
             if message.bus != bus {
@@ -315,7 +317,7 @@ impl Observations {
         }
     }
 
-    /// Returns the last value of a signal while it is valid.
+    /// Returns the last value of a signal if it is valid.
     pub fn valid(
         &self,
         table: &SignalTable,
@@ -336,7 +338,8 @@ impl Observations {
         let last_at = Some(last.received.at);
         let stale_after = timeout.filter(|timeout| !now.is_within(*timeout, last.received.at));
         let reason = if let Some(timeout) = stale_after {
-            // Had the sender alone failed, other messages would have come in the second half of its timeout.
+            // If only the sender had failed, other messages would have arrived in the second half of its
+            // timeout.
             let is_quiet = bus.may_be_falling_asleep(last.received.at.after(timeout / 2), now);
             let stale = if is_quiet { MissingReason::BusQuiet } else { MissingReason::Stale };
             Some(state.rejection(last_at, Some(timeout), now).unwrap_or(stale))
@@ -346,8 +349,8 @@ impl Observations {
         reason.map_or(Ok(last), |reason| Err(bus_reason(bus, last_at, now).unwrap_or(reason)))
     }
 
-    /// Returns the earliest instant after `now` at which a cyclic signal or message becomes stale; `None`
-    /// when none will. Event messages depend on the deadline of their bus.
+    /// Returns the earliest instant after `now` at which a cyclic signal or message becomes stale; `None` if
+    /// none will. Event messages depend on the deadline of their bus.
     pub fn next_deadline(&self, table: &SignalTable, now: MonoTime) -> Option<MonoTime> {
         let states = self.messages.iter().zip(&table.messages);
         let timeouts = states.filter_map(|(state, message)| Some((state, message.timing.timeout()?)));
@@ -365,7 +368,7 @@ impl Observations {
         self.last[signal.0]
     }
 
-    /// Returns the number of checked frames of a message; `None` without integrity rules.
+    /// Returns the number of checked frames of a message; `None` if it has no integrity rules.
     pub fn integrity_counts(&self, message: MessageIndex) -> Option<IntegrityCounts> {
         self.messages[message.0].checker.as_ref().map(IntegrityChecker::counts)
     }
@@ -376,8 +379,8 @@ impl Observations {
         self.messages[message.0].last_reject
     }
 
-    /// Returns true if the last frame of a message passed its integrity check; `None` before the first, and
-    /// without a check.
+    /// Returns true if the last frame of a message passed its integrity check; `None` before the first frame,
+    /// or without a check.
     pub fn is_trusted(&self, message: MessageIndex) -> Option<bool> {
         let state = &self.messages[message.0];
         (state.checker.is_some() && state.counts.frames > 0).then_some(state.trusted_since)
@@ -390,7 +393,7 @@ impl Observations {
 }
 
 impl MessageState {
-    /// Forgets all but the counts, as for a sender of which nothing was received yet.
+    /// Forgets everything except the counts, as if no frame had been received from the sender.
     fn begin_again(&mut self, last: &mut [Option<Observation>]) {
         self.forget(last);
         self.last_reject = None;
@@ -406,8 +409,8 @@ impl MessageState {
         }
     }
 
-    /// Returns the reason why the frames that arrive give no value to a signal last received at `last`;
-    /// `None` when no frames arrive.
+    /// Returns the reason why arriving frames give no value to a signal last received at `last`; `None` when
+    /// no frames arrive.
     fn rejection(
         &self,
         last: Option<MonoTime>,
@@ -428,7 +431,7 @@ impl MessageState {
     }
 }
 
-/// Returns the bus's reason why nothing has been received since the last frame of a signal, if it has one.
+/// Returns the reason, if the bus has one, why nothing has been received since the last frame of a signal.
 fn bus_reason(bus: &Bus, last: Option<MonoTime>, now: MonoTime) -> Option<MissingReason> {
     if bus.link() != LinkState::Up {
         return Some(MissingReason::Link(bus.link()));

@@ -1,7 +1,8 @@
-//! Requirements of a vehicle profile: what tells its vehicle apart from variants of it.
+//! Requirements of a vehicle profile: conditions that distinguish its vehicle from variants.
 //!
-//! Nothing is reported until each requirement is met. One that is contradicted stays so until a restart,
-//! since the profile is for another vehicle. Times are those of frames, so that nothing has a deadline.
+//! Nothing is reported until each requirement is met. A contradicted requirement stays contradicted until a
+//! restart, since the profile is for another vehicle. Times are receive times of frames, so there are no
+//! deadlines.
 
 use std::fmt;
 use std::time::Duration;
@@ -19,31 +20,31 @@ use gateway_base::time::MonoTime;
 pub struct Requirement {
     /// Bus of its message.
     pub bus: BusIndex,
-    /// Identifiers of its message.
+    /// Identifiers of the frames of its message.
     pub ids: IdMatch,
     /// Name of its message, or of its signal as `MESSAGE.SIGNAL`.
     pub name: String,
-    /// What must be observed.
+    /// Observation that meets the requirement.
     pub condition: Condition,
-    /// The vehicle that contradicts it, e.g. `Peugeot 208`; empty if the profile does not name it.
+    /// Vehicle that contradicts the requirement, e.g. `Peugeot 208`; empty if the profile does not name it.
     pub otherwise: String,
 }
 
-/// What must be observed.
+/// Observation that meets a requirement.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Condition {
     /// The message is received.
     Seen,
-    /// The message is not received while its bus is observed for so long, and not afterwards.
+    /// The message is not received while its bus is observed for `observation`, nor afterwards.
     Unseen {
-        /// Time from the first frame on the bus, which must not fall silent meanwhile.
+        /// Time from the first frame on the bus, which must not fall silent in the meantime.
         observation: Duration,
     },
-    /// The signal has one of the values that mean `true`, and never another one, except "not available".
+    /// The signal has one of the values that mean `true`, and never another value, except "not available".
     Value {
         /// Codec that reads the signal.
         codec: SignalCodec,
-        /// The values.
+        /// Raw values with their meanings; `true` meets the requirement.
         values: ValueMap<bool>,
     },
 }
@@ -64,7 +65,7 @@ pub enum RequirementState {
 pub struct Unmet {
     /// Position in the list of requirements.
     pub index: usize,
-    /// True if it is contradicted, so that it will not be met.
+    /// True if it is contradicted and therefore will not be met.
     pub is_contradicted: bool,
     /// Raw value of the signal that contradicts it.
     pub raw: Option<i128>,
@@ -110,7 +111,7 @@ impl Requirement {
         }
     }
 
-    /// Describes the observation that is lacking, or the one that contradicts it.
+    /// Describes the missing observation, or the observation that contradicts the requirement.
     pub fn message(&self, unmet: Unmet) -> MessagePart {
         let (name, named_message) = (&self.name, format!("{} ({})", self.name, self.ids));
         if !unmet.is_contradicted {
@@ -130,7 +131,7 @@ impl Requirement {
     }
 }
 
-/// The requirement as a condition, e.g. `no LIGHTS (123) within 1000 ms`.
+/// Formats the requirement as a condition, e.g. `no LIGHTS (123) within 1000 ms`.
 impl fmt::Display for Requirement {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { ids, name, otherwise, .. } = self;
@@ -150,7 +151,7 @@ impl fmt::Display for Requirement {
     }
 }
 
-/// The states of the requirements of a profile, in their order.
+/// States of the requirements of a profile, in the same order.
 #[derive(Debug, Clone, Default)]
 pub struct RequirementStates(Vec<RequirementState>);
 
@@ -160,7 +161,7 @@ impl RequirementStates {
         Self(vec![RequirementState::Open(None); requirements.len()])
     }
 
-    /// Returns the states under other requirements; those that both have keep theirs.
+    /// Returns the states for other requirements; requirements in both lists keep their states.
     #[must_use]
     pub fn carried_over(&self, before: &[Requirement], after: &[Requirement]) -> Self {
         let state = |requirement: &Requirement| {
@@ -172,8 +173,7 @@ impl RequirementStates {
         Self(after.iter().map(state).collect())
     }
 
-    /// Takes a frame of a bus, any of those that are received. Returns true if the state of a requirement
-    /// changes.
+    /// Records any received frame of a bus. Returns true if the state of a requirement changes.
     pub fn frame_arrived(
         &mut self,
         requirements: &[Requirement],
@@ -182,7 +182,7 @@ impl RequirementStates {
         was_alive: bool,
         now: MonoTime,
     ) -> bool {
-        // Most profiles have none, and this is called for each frame.
+        // Most profiles have no requirements, and this runs for each frame.
         if requirements.is_empty() {
             return false;
         }
@@ -205,8 +205,7 @@ impl RequirementStates {
         }
     }
 
-    /// Returns the first requirement that is contradicted, or else the first that is open; `None` if all are
-    /// met.
+    /// Returns the first contradicted requirement, otherwise the first open one; `None` if all are met.
     pub fn unmet(&self) -> Option<Unmet> {
         let unmet = |(index, state): (usize, &RequirementState)| match *state {
             RequirementState::Met => None,
@@ -236,7 +235,7 @@ mod tests {
         requirement(id, Condition::Unseen { observation: Duration::from_secs(1) })
     }
 
-    /// The first byte must be 4 or 5; 15 says nothing.
+    /// The first byte must be 4 or 5; 15 means "not available".
     fn value(id: u16) -> Requirement {
         let values = [
             (RawRange { first: 4, last: 5 }, Meaning::Defined(true)),
@@ -256,7 +255,7 @@ mod tests {
             Self { states: RequirementStates::new(&requirements), requirements }
         }
 
-        /// Takes a frame on a bus that was alive; returns whether a state has changed, and what is unmet.
+        /// Records a frame on a bus that was alive; returns whether a state has changed, and what is unmet.
         fn frame(&mut self, millis: u64, id: u16, data: &[u8]) -> (bool, Option<Unmet>) {
             self.frame_on(BUS, millis, id, data, ALIVE)
         }

@@ -1,4 +1,4 @@
-//! The senders of a J1939 message that several control units may send.
+//! Senders of a J1939 message that several control units may send.
 
 use std::time::Duration;
 
@@ -7,8 +7,8 @@ use gateway_base::time::{MonoTime, deadline_after};
 /// Time for which a sender counts after its last frame.
 pub const SENDER_MEMORY: Duration = Duration::from_secs(10);
 
-/// The senders heard within [`SENDER_MEMORY`], at most two: a third changes nothing, since two already
-/// contradict each other.
+/// Senders heard within [`SENDER_MEMORY`], at most two: a third changes nothing, since two already contradict
+/// each other.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Senders([Option<HeardSender>; 2]);
 
@@ -23,10 +23,10 @@ struct HeardSender {
 pub struct SenderConflict(pub [u8; 2]);
 
 impl Senders {
-    /// Records a frame of a sender. Returns whether the sender is another one than before.
+    /// Records a frame of a sender. Returns whether the sender has changed.
     ///
     /// # Errors
-    /// The senders, if there is more than one: none of them is believed.
+    /// Fails with both senders if there are two; neither is then believed.
     pub fn frame_arrived(&mut self, address: u8, now: MonoTime) -> Result<bool, SenderConflict> {
         for heard in &mut self.0 {
             *heard = heard.filter(|heard| now.is_within(SENDER_MEMORY, heard.at));
@@ -40,7 +40,7 @@ impl Senders {
         self.conflict(now).map_or(Ok(known.is_none()), Err)
     }
 
-    /// Returns the senders if there is more than one.
+    /// Returns the senders if there are two.
     pub fn conflict(&self, now: MonoTime) -> Option<SenderConflict> {
         let [Some(one), Some(other)] = self.0 else { return None };
         let are_heard = [one, other].iter().all(|heard| now.is_within(SENDER_MEMORY, heard.at));

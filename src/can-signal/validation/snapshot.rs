@@ -1,4 +1,4 @@
-//! The present values of signals and states of messages, for people and programs that watch the gateway.
+//! Current values of signals and states of messages, for people and programs that monitor the gateway.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -99,25 +99,25 @@ pub struct IntegritySnapshot {
     pub last_reject: Option<Reject>,
 }
 
-/// The table of a flow with what was received of it.
+/// Signal table of a flow, with the values received for it.
 #[derive(Clone, Copy)]
 pub struct Received<'a> {
     /// Name of the flow.
     pub used_by: UsedBy,
-    /// Messages and signals that it receives.
+    /// Messages and signals received by the flow.
     pub table: &'a SignalTable,
-    /// Last values.
+    /// Last values of the signals in `table`.
     pub observations: &'a Observations,
     /// Buses that carry the messages.
     pub buses: &'a [Bus],
 }
 
-/// The signals and messages of a flow.
+/// Signals and messages of a flow.
 pub type ReceivedSnapshot = (Vec<SignalSnapshot>, Vec<MessageSnapshot>);
 
 impl Received<'_> {
-    /// All signals and messages in the order of the table; `texts` gives the meanings of a raw value, none
-    /// where it is a plain number.
+    /// Returns all signals and messages in the order of the table; `texts` returns the meanings of a raw
+    /// value, none for a plain number.
     pub fn snapshot(
         self,
         now: MonoTime,

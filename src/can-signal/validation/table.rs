@@ -1,7 +1,7 @@
 //! Messages and signals that a flow receives, with the meanings of their raw values.
 //!
-//! Built once at start by `config`, which has checked it against the DBC. Everything is addressed by
-//! index, so that no name is looked up per frame.
+//! Built once at start-up by `config`, which has checked it against the DBC. Everything is addressed by
+//! index, so no name is looked up per frame.
 
 use std::time::Duration;
 
@@ -18,17 +18,17 @@ pub struct MessageIndex(pub usize);
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SignalIndex(pub usize);
 
-/// The messages and signals a flow receives.
+/// Messages and signals that a flow receives.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SignalTable {
-    /// The messages that are needed, each once.
+    /// Messages that the flow needs, each once.
     pub messages: Vec<BoundMessage>,
-    /// The signals that are needed, each once.
+    /// Signals that the flow needs, each once.
     pub signals: Vec<BoundSignal>,
 }
 
 impl SignalTable {
-    /// Returns the message of the frames with this identifier on a bus; `None` if it is not bound.
+    /// Returns the message whose frames have this identifier on a bus; `None` if it is not bound.
     pub fn message_of(&self, bus: BusIndex, id: CanId) -> Option<MessageIndex> {
         self.messages
             .iter()
@@ -57,14 +57,14 @@ pub struct BoundMessage {
 /// Transmission scheme of a message, which limits the age of its values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Timing {
-    /// Sent periodically, so that silence longer than the timeout makes its values unknown.
+    /// Sent periodically: silence longer than the timeout makes its values unknown.
     Cyclic {
         /// Longest silence during which the values stay valid.
         timeout: Duration,
     },
-    /// Sent on change only, so that its values hold as long as the bus is alive.
+    /// Sent only on change: its values hold as long as the bus is alive.
     Event,
-    /// Sent on change and repeated slowly, so that both limits apply.
+    /// Sent on change and repeated slowly: both limits apply.
     EventCyclic {
         /// Longest silence during which the values stay valid.
         timeout: Duration,
@@ -77,7 +77,7 @@ impl Timing {
         if let Self::Cyclic { timeout } | Self::EventCyclic { timeout } = self { Some(timeout) } else { None }
     }
 
-    /// Returns true if the message is sent on change, so that a silent bus may hide a change.
+    /// Returns true if the message is sent on change; a silent bus may then hide a change.
     pub fn is_event(self) -> bool {
         match self {
             Self::Event | Self::EventCyclic { .. } => true,
@@ -89,7 +89,7 @@ impl Timing {
 /// One signal of a bound message.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoundSignal {
-    /// Name for texts, `MESSAGE.SIGNAL`.
+    /// Name in texts, `MESSAGE.SIGNAL`.
     pub name: String,
     /// Message that carries it.
     pub message: MessageIndex,

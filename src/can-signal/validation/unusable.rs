@@ -1,4 +1,4 @@
-//! A signal without a value that may be used: why, and what kind of failure that is.
+//! Reasons why a signal has no usable value, and the kinds of failure they cause.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -24,7 +24,7 @@ pub enum FaultKind {
     HardwareFault,
 }
 
-/// Reason why a signal has no value that may be used.
+/// Reason why a signal has no usable value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unusable {
     /// The signal has no valid value.
@@ -38,12 +38,12 @@ pub enum Unusable {
 }
 
 impl Unusable {
-    /// True for a permitted sleep of the bus, which is no failure.
+    /// Returns true for a permitted sleep of the bus, which is not a failure.
     pub fn is_sleep(self) -> bool {
         matches!(self, Self::Absent(_, reason) if reason.is_sleep())
     }
 
-    /// Kind of failure that this reason causes.
+    /// Returns the kind of failure that this reason causes.
     pub fn kind(self) -> FaultKind {
         match self {
             Self::Fault(..) => FaultKind::HardwareFault,
@@ -52,7 +52,7 @@ impl Unusable {
         }
     }
 
-    /// The reason in words, without its kind.
+    /// Returns the reason as text, without its kind.
     pub fn message(self, table: &SignalTable, buses: &[Bus]) -> MessagePart {
         let name = |signal: SignalIndex| &table.signals[signal.0].name;
         match self {
@@ -65,10 +65,10 @@ impl Unusable {
 }
 
 impl Observations {
-    /// The defined value of a signal with its receive time.
+    /// Returns the defined value of a signal with its receive time.
     ///
     /// # Errors
-    /// The reason why there is none that may be used.
+    /// Fails with the reason why there is no usable value.
     pub fn defined<T: Copy>(
         &self,
         table: &SignalTable,
@@ -83,10 +83,10 @@ impl Observations {
 }
 
 impl<T: Copy> Role<T> {
-    /// The value that a raw value stands for.
+    /// Returns the defined value of a raw value.
     ///
     /// # Errors
-    /// The reason why it may not be used.
+    /// Fails with the reason why the raw value cannot be used.
     pub fn defined(&self, raw: i128) -> Result<T, Unusable> {
         match self.values.meaning(raw) {
             Meaning::Defined(value) => Ok(value),

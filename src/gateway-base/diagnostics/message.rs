@@ -1,18 +1,17 @@
-//! Messages of statuses. Each is a row with level, text and remedy; its text is never read by a program.
+//! Messages of statuses. Each is a row with level, text and remedy; programs never parse the text.
 
 use std::fmt;
 
 use super::Level;
 
-/// A message of a status, or the reason in one.
+/// A message of a status, or a reason within a message.
 #[derive(Debug, PartialEq, Eq)]
 pub struct MessageRow {
-    /// Severity; `None` for a reason, which has the level of the message that it is part of.
+    /// Severity; `None` for a reason, which has the level of the message that contains it.
     pub level: Option<Level>,
-    /// The text, in which `{name}` stands for a value.
+    /// Text, in which `{name}` is a placeholder for a value.
     pub template: &'static str,
-    /// What to do, in sentences; empty if nothing is to be done, or if the reason's remedy is all there is to
-    /// do.
+    /// Remedy in sentences; empty if no action is needed, or if the reason's remedy is sufficient.
     pub remedy: &'static str,
 }
 
@@ -21,47 +20,47 @@ pub struct MessageRow {
 pub struct Section {
     /// Names of the statuses of this kind; `{interface}` stands for the name of any interface.
     pub names: &'static [&'static str],
-    /// The messages of these statuses, in groups.
+    /// Messages of these statuses, in groups.
     pub messages: &'static [&'static [&'static MessageRow]],
 }
 
 impl Section {
-    /// Returns the place where the section is documented: a file of the project, and the anchor of a heading
-    /// in it.
+    /// Returns where the section is documented: a project file, and the anchor of a heading in it.
     pub fn document(&self) -> String {
         let names: Vec<_> = self.names.iter().map(|name| name.trim_matches(['{', '}'])).collect();
         format!("docs/diagnostics.md#{}", names.join("-"))
     }
 
-    /// All messages of the section.
+    /// Returns all messages of the section.
     pub fn rows(&self) -> impl Iterator<Item = &'static MessageRow> {
         self.messages.iter().copied().flatten().copied()
     }
 }
 
-/// A part of a status's message: a row whose places are filled in, with the rows of its reasons.
+/// A part of a status's message: a row with its placeholders filled in, with the rows of its reasons.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MessagePart {
     /// Its own row, then the row of its reason, and so on.
     pub rows: Vec<&'static MessageRow>,
-    /// The text.
+    /// Text with its placeholders filled in.
     pub text: String,
-    /// What to do; empty if nothing is to be done.
+    /// Remedy; empty if no action is needed.
     pub remedy: String,
 }
 
 impl MessagePart {
-    /// Makes a part of a row with its places filled in, as [`messages!`](crate::messages) does.
+    /// Creates a part from a row and its text with placeholders filled in, as [`messages!`](crate::messages)
+    /// does.
     pub fn new(row: &'static MessageRow, text: String) -> Self {
         Self { rows: vec![row], text, remedy: row.remedy.to_owned() }
     }
 
-    /// Severity of the part.
+    /// Returns the severity of the part.
     pub fn level(&self) -> Level {
         self.rows.first().and_then(|row| row.level).unwrap_or_default()
     }
 
-    /// Returns the message that has this one as its reason. What to do for the reason comes first.
+    /// Returns the message that has this one as its reason. The remedy of the reason comes first.
     pub fn within(self, message: impl FnOnce(String) -> Self) -> Self {
         let mut outer = message(self.text);
         outer.rows.extend(self.rows);
@@ -69,12 +68,12 @@ impl MessagePart {
         outer
     }
 
-    /// Returns the same message with what to do in this case.
+    /// Returns the same message with a remedy for this case.
     pub fn with_remedy(self, remedy: String) -> Self {
         Self { remedy, ..self }
     }
 
-    /// Returns the same message with another text, which says more.
+    /// Returns the same message with a more detailed text.
     pub fn with_text(self, text: impl FnOnce(String) -> String) -> Self {
         Self { text: text(self.text), ..self }
     }
@@ -86,7 +85,7 @@ impl fmt::Display for MessagePart {
     }
 }
 
-/// Joins sentences, each of them once.
+/// Joins sentences, without repeating any.
 pub(super) fn joined<'a>(sentences: impl IntoIterator<Item = &'a str>) -> String {
     let mut distinct: Vec<&str> = Vec::new();
     for text in sentences {
@@ -97,9 +96,9 @@ pub(super) fn joined<'a>(sentences: impl IntoIterator<Item = &'a str>) -> String
     distinct.join(" ")
 }
 
-/// Makes a list of messages, and a function for each that fills in its places. A row is `LEVEL name(places)
-/// TEXT, REMEDY;`, where the level is `-` for a reason, and a message to which nothing is to be done has no
-/// remedy.
+/// Creates a list of messages, and a function for each message that fills in its placeholders. A row is
+/// `LEVEL name(places) TEXT, REMEDY;`. The level is `-` for a reason; the remedy is omitted if no action is
+/// needed.
 #[macro_export]
 macro_rules! messages {
     ($(#[$doc:meta])* $list:ident { $($level:tt $message:ident($($place:ident),*) $text:literal $(, $remedy:literal)?;)+ }) => {
@@ -116,7 +115,7 @@ macro_rules! messages {
             }
 
             #[doc = concat!("Makes the message `", $text, "`.")]
-            #[allow(clippy::useless_format)] // a text without places
+            #[allow(clippy::useless_format)] // a text without placeholders
             pub fn $message($($place: impl std::fmt::Display),*) -> $crate::diagnostics::MessagePart {
                 $crate::diagnostics::MessagePart::new(&$message::ROW, format!($text))
             }

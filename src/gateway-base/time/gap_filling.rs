@@ -1,59 +1,59 @@
-//! The time for which the silences of a recording are filled with repeated reports and statuses: in
-//! proportion to what was recorded, so that a few frames with stamps years apart do not become hours of
+//! Limits the time for which silences of a recording are filled with repeated reports and statuses, in
+//! proportion to what was recorded. A few frames with stamps years apart thus do not become hours of
 //! messages.
 
 use std::time::Duration;
 
 use super::MonoTime;
 
-/// A step of the clock longer than this is a jump of the recorder's clock, not a silence; virtual
-/// time then moves on by just this much. Everything is stale long before.
+/// Largest step of the clock that counts as a silence. A longer step is a jump of the recorder's clock, and
+/// virtual time then advances by only this much. Everything is stale long before.
 pub const MAX_SILENCE: Duration = Duration::from_secs(3600);
-/// The same where the recorder's clock jumped: nobody knows for how long the bus was silent.
+/// Time filled at a jump of the recorder's clock, since the length of the silence is unknown.
 const FILLED_JUMP: Duration = Duration::from_secs(5);
-/// The part of each gap that is always filled.
+/// Part of each gap that is always filled.
 const FREE: Duration = Duration::from_millis(100);
-/// The time that all gaps together are filled for, beyond the first 100 ms of each.
+/// Total time for which gaps are filled, beyond the first 100 ms of each.
 pub const FILLED_IN_ALL: Duration = Duration::from_secs(6 * 3600);
-/// The further time for each input of the recording, ms.
+/// Additional time per input of the recording, ms.
 const FOR_INPUT_MS: u64 = 50;
 
-/// What is left of the time for the gaps of a recording.
+/// Remaining time for filling the gaps of a recording.
 #[derive(Debug, Clone, Copy)]
 pub struct GapFilling {
-    /// For how long a single gap is filled while there is time left.
+    /// Longest time for which a single gap is filled while time remains.
     most: Duration,
     /// Number of inputs so far.
     inputs: u64,
-    /// Time that gaps were filled for beyond [`FREE`].
+    /// Time for which gaps were filled beyond [`FREE`].
     used: Duration,
     shortened: ShortenedGaps,
 }
 
-/// Gaps of a recording that are filled for a shorter time, since those before took all of it.
+/// Gaps of a recording that are shortened because earlier gaps used up the time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ShortenedGaps {
-    /// Number of gaps.
+    /// Number of shortened gaps.
     pub count: u64,
-    /// Virtual time at which the first one begins.
+    /// Virtual time at which the first shortened gap begins.
     pub first: MonoTime,
 }
 
 impl GapFilling {
-    /// Creates the filling of a recording before its first gap; each is filled for `most` at most.
+    /// Creates the state before the first gap; each gap is filled for at most `most`.
     pub const fn new(most: Duration) -> Self {
         let shortened = ShortenedGaps { count: 0, first: MonoTime::ZERO };
         Self { most, inputs: 0, used: Duration::ZERO, shortened }
     }
 
-    /// Returns for how long the gap between two inputs is filled.
+    /// Returns how long the gap between two inputs is filled.
     pub fn of_gap(&self, gap: Duration) -> Duration {
         let earned =
             FILLED_IN_ALL.saturating_add(Duration::from_millis(self.inputs.saturating_mul(FOR_INPUT_MS)));
         self.usual(gap).min(FREE.saturating_add(earned.saturating_sub(self.used)))
     }
 
-    /// Takes the gap that ends with an input, of which the part until `filled` was filled.
+    /// Records the gap that ends with an input; the part until `filled` was filled.
     #[inline]
     pub fn end_gap(&mut self, from: MonoTime, until: MonoTime, filled: MonoTime) {
         if !until.is_within(FREE, from) {
@@ -70,7 +70,7 @@ impl GapFilling {
         self.used = self.used.saturating_add(filled.saturating_sub(FREE));
     }
 
-    /// Returns the gaps that were filled for a shorter time.
+    /// Returns the gaps that were shortened.
     pub const fn shortened(&self) -> ShortenedGaps {
         self.shortened
     }
@@ -84,7 +84,7 @@ impl GapFilling {
 mod tests {
     use super::*;
 
-    /// Returns the time for which as many gaps are filled in all, and how many of them were shortened.
+    /// Returns the total time filled for this many gaps, and how many of them were shortened.
     fn filled(gaps: u32, gap: Duration) -> (Duration, u64) {
         let mut filling = GapFilling::new(Duration::from_secs(60));
         let mut sum = Duration::ZERO;

@@ -1,15 +1,15 @@
-//! The deadlines of a machine, each under the name of its timer.
+//! Deadlines of a state machine, each in a named timer.
 
 use super::MonoTime;
 
-/// The timers of one machine, named by the enum `T`; at first none of them runs.
+/// Timers of one state machine, named by the enum `T`; initially none is running.
 ///
-/// A machine keeps its table up to date whenever its state changes, so that the caller can ask for the
-/// next deadline at any time. After the first [`TimerTable::set`] of each timer nothing is allocated.
+/// The machine updates the table whenever its state changes, so the caller can query the next deadline at any
+/// time. Nothing is allocated after the first [`TimerTable::set`] of each timer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TimerTable<T> {
     timers: Vec<(T, Option<MonoTime>)>,
-    /// The earliest time, kept because it is read for every frame and timers are set for few.
+    /// The earliest time, cached because it is read for every frame while timers are set only for a few.
     next: Option<MonoTime>,
 }
 
@@ -20,7 +20,7 @@ impl<T> Default for TimerTable<T> {
 }
 
 impl<T: Copy + Eq> TimerTable<T> {
-    /// Sets the time at which a timer expires, which replaces an earlier one; `None` stops it.
+    /// Sets the time at which a timer expires, replacing an earlier time; `None` stops the timer.
     pub fn set(&mut self, timer: T, expires: impl Into<Option<MonoTime>>) {
         let expires = expires.into();
         match self.timers.iter_mut().find(|(known, _)| *known == timer) {

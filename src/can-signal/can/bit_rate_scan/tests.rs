@@ -1,6 +1,6 @@
-//! The scan on recorded and random answers of the kernel and of the bus.
+//! Runs the scan on recorded and random answers of the kernel and the bus.
 
-#![allow(clippy::wildcard_enum_match_arm)] // steps that a test says nothing of are done
+#![allow(clippy::wildcard_enum_match_arm)] // a step that a test does not mention succeeds
 
 use proptest::prelude::*;
 
@@ -12,8 +12,8 @@ const EPERM: i32 = 1;
 const EBUSY: i32 = 16;
 const EINVAL: i32 = 22;
 
-/// A controller that is down, as `ip -details link` shows a PEAK PCAN-USB after it was plugged in and set up
-/// once.
+/// A controller that is down, as `ip -details link` shows a PEAK PCAN-USB after it has been plugged in and
+/// configured once.
 fn can0() -> InterfaceState {
     let all = ControllerModes { listen_only: true, loopback: true, error_reporting: true, fd: false };
     let controller = ControllerSettings {
@@ -30,7 +30,7 @@ fn can0() -> InterfaceState {
     }
 }
 
-/// The kernel's side of a scan: what the interface is, and what each step asks of it.
+/// The kernel's side of a scan: the state of the interface and the outcome of each step.
 struct Kernel {
     is_up: bool,
     is_listen_only: bool,
@@ -40,7 +40,7 @@ struct Kernel {
 }
 
 impl Kernel {
-    /// Carries out a step, if `errno` is not given, and holds it against what must never happen.
+    /// Carries out a step unless `errno` is given, and checks that the step is permitted.
     fn carry_out(&mut self, step: ScanStep, errno: Option<i32>) {
         self.steps += 1;
         assert!(self.steps <= 4 * USUAL_BITRATES.len() + 2, "the scan is bounded");
@@ -63,7 +63,7 @@ impl Kernel {
     }
 }
 
-/// Runs a scan; `answers` tells the outcome of each step at a rate.
+/// Runs a scan; `answers` returns the outcome of each step at a rate.
 fn run(mut answers: impl FnMut(ScanStep, u32) -> ScanAnswer) -> (ScanResult, Kernel) {
     let mut scan = BitRateScan::new(&can0(), LISTEN).unwrap();
     let mut kernel =
@@ -79,7 +79,7 @@ fn run(mut answers: impl FnMut(ScanStep, u32) -> ScanAnswer) -> (ScanResult, Ker
     (scan.result(), kernel)
 }
 
-/// A bus with this rate: frames at it, `errors` at every other.
+/// A bus with this rate: `frames` frames at it, `errors` error frames at every other rate.
 fn bus(rate: u32, frames: u64, errors: u64) -> impl FnMut(ScanStep, u32) -> ScanAnswer {
     move |step, tried| match step {
         ScanStep::Listen(_) if tried == rate => ScanAnswer::Heard(Heard { frames, error_frames: 0 }),
@@ -210,7 +210,7 @@ proptest! {
     }
 }
 
-/// After an interruption nothing is tried any more.
+/// Checks that no other rate is tried after an interruption.
 fn prop_assert_after_interruption(is_interrupted: bool, step: ScanStep) {
     let tries = matches!(step, ScanStep::Configure(_) | ScanStep::BringUp | ScanStep::Listen(_));
     assert!(!(is_interrupted && tries), "{step:?} after the user wanted an end");

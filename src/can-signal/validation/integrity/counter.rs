@@ -1,8 +1,8 @@
 //! Message counters, which reveal lost, repeated and foreign frames.
 //!
 //! The results follow AUTOSAR's profile 1, which later profiles restrict: the first frame only initialises. A
-//! step beyond the largest one is a wrong sequence, after which a number of frames in sequence is required
-//! before one is accepted. The same holds after too many repetitions.
+//! step above the largest allowed is a wrong sequence, after which several frames in sequence are required
+//! before a frame is accepted. The same applies after too many repetitions.
 
 use super::reject::Reject;
 use crate::can::Frame;
@@ -11,10 +11,10 @@ use crate::dbc::codec::SignalCodec;
 /// Event at which a sender increments a counter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum IncrementsOn {
-    /// Every frame, so that an equal counter marks an old frame.
+    /// Every frame: an equal counter marks an old frame.
     #[default]
     Sends,
-    /// New contents, so that an equal counter is right when the whole frame is equal.
+    /// New contents: an equal counter is correct if the whole frame is equal.
     Changes,
 }
 
@@ -61,7 +61,7 @@ pub enum CounterError {
     Multiplexed,
 }
 
-/// A counter that is carried by a signal of its message.
+/// A counter carried by a signal of its message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Counter {
     signal: SignalCodec,
@@ -107,14 +107,14 @@ impl CounterRule {
         Self { increments_on, ..self }
     }
 
-    /// Sets the number of repetitions in a row after which the sequence is still intact. Repetitions
-    /// themselves are never accepted.
+    /// Sets how many repetitions in a row leave the sequence intact. Repetitions themselves are never
+    /// accepted.
     pub fn with_tolerated_repeats(self, tolerated_repeats: u8) -> Self {
         Self { tolerated_repeats, ..self }
     }
 
-    /// Sets the number of frames in sequence that are required after a wrong sequence or a silence before one
-    /// is accepted; with 0 the next one is.
+    /// Sets how many frames in sequence are required after a wrong sequence or a silence before a frame is
+    /// accepted; with 0 the next frame is accepted.
     pub fn with_sync_after(self, sync_after: u8) -> Self {
         Self { sync_after, ..self }
     }
@@ -134,7 +134,7 @@ impl CounterRule {
         self.max_step
     }
 
-    /// Returns the steps from one value to another, both in range: 0 to `last - first`.
+    /// Returns the number of steps between two values in range: 0 to `last - first`.
     fn steps(&self, from: u32, to: u32) -> u32 {
         // The number of values may be 2^32.
         to.checked_sub(from).unwrap_or_else(|| (self.last - from) + (to - self.first) + 1)
@@ -156,7 +156,7 @@ impl Counter {
 
     /// Returns the counter in a frame of at least [`Self::needed_length`] bytes.
     pub fn value(&self, frame: &Frame) -> u32 {
-        // Negative or beyond 32 bits: outside of every range but 0 to 2^32 - 1.
+        // Negative or beyond 32 bits: outside every range except 0 to 2^32 - 1.
         u32::try_from(self.signal.value(frame.padded())).unwrap_or(u32::MAX)
     }
 
@@ -177,16 +177,16 @@ impl Counter {
 }
 
 impl CounterState {
-    /// Forgets the last value after a silence. The next frame only initialises, and then as many frames in
-    /// sequence are required as after a gap, unless there was no value before.
+    /// Forgets the last value after a silence. The next frame only initialises; then as many frames in
+    /// sequence are required as after a gap, unless there was no earlier value.
     pub fn forget(&mut self, rule: &CounterRule) {
         if self.last.is_some() {
             *self = Self { syncing: rule.sync_after, ..Self::default() };
         }
     }
 
-    /// Compares the counter of the next frame, `to`, with the one before. Returns the number of frames lost
-    /// in between. A value out of range leaves the state unchanged.
+    /// Compares the counter of the next frame, `to`, with the previous counter. Returns the number of frames
+    /// lost in between. A value out of range leaves the state unchanged.
     pub fn step(&mut self, rule: &CounterRule, to: u32, frame: &Frame) -> Result<u32, Reject> {
         if !(rule.first..=rule.last).contains(&to) {
             return Err(Reject::CounterOutOfRange(to));
@@ -342,7 +342,8 @@ mod tests {
         assert_eq!(negative.value(&frame), u32::MAX, "out of range");
     }
 
-    /// Returns the same results from counting how often `next` leads from one value to the other.
+    /// Calculates the same results by counting how often `next` must be called to get from one value to the
+    /// other.
     fn reference(rule: &CounterRule, values: &[u32]) -> Vec<Result<u32, Reject>> {
         let (mut last, mut repeats, mut required) = (None, 0_u32, 0_u8);
         let mut results = Vec::new();

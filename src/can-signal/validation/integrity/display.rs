@@ -7,7 +7,7 @@ use super::counter::CounterRule;
 use super::e2e::{E2e, E2eProfile};
 use super::{MessageIntegrity, Protection};
 
-/// All rules, e.g. `Honda's checksum and a counter of 0 to 3 in steps of at most 2`.
+/// Formats all rules, e.g. `Honda's checksum and a counter of 0 to 3 in steps of at most 2`.
 impl fmt::Display for MessageIntegrity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut parts = Vec::new();

@@ -1,7 +1,7 @@
 //! Integrity of the frames of one message: length, checksum, counter, E2E protection.
 //!
-//! The rules are set up once as a [`MessageIntegrity`]; an [`IntegrityChecker`] keeps the state and
-//! checks frame by frame. All signals of a trusted frame are used, and none of a rejected one.
+//! The rules are set up once as a [`MessageIntegrity`]; an [`IntegrityChecker`] keeps the state and checks
+//! frame by frame. All signals of a trusted frame are used, and no signal of a rejected frame.
 
 pub mod checksum;
 pub mod counter;
@@ -25,11 +25,11 @@ use window::{CheckStatus, E2eState, Window, WindowState};
 /// Rules that the frames of a message must satisfy.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MessageIntegrity {
-    /// Required length in bytes; `None` = any length that has all fields.
+    /// Required length in bytes; `None` = any length that includes all fields.
     pub length: Option<usize>,
     /// Checksum and counter of each frame.
     pub protection: Protection,
-    /// Limits on the latest results together; `None` = each frame is checked by itself.
+    /// Limits on the latest results together; `None` = each frame is judged separately.
     pub window: Option<Window>,
     /// Silence after which the state is reset; `None` = never.
     pub forget_after: Option<Duration>,
@@ -45,7 +45,7 @@ pub enum Protection {
         /// Message counter; `None` = no counter.
         counter: Option<Counter>,
     },
-    /// An AUTOSAR E2E profile; see [`Protection::e2e`].
+    /// The AUTOSAR E2E profile, see [`Protection::e2e`].
     E2e {
         /// The profile as applied to the message.
         profile: E2e,
@@ -54,7 +54,7 @@ pub enum Protection {
     },
 }
 
-/// Checker of the frames of one message, see [`Self::check`].
+/// Checks the frames of one message, see [`Self::check`].
 ///
 /// ```
 /// use can_signal::can::frame::{CanId, Frame};

@@ -1,4 +1,4 @@
-//! Verdicts on frames: the reasons to reject one, and their counts.
+//! Verdicts on frames: reasons for rejection, and counts by verdict.
 
 use std::fmt;
 
@@ -96,7 +96,7 @@ impl RejectKind {
     }
 }
 
-/// The reason with the numbers of the frame.
+/// Formats the reason with the numbers of the frame.
 impl fmt::Display for Reject {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let reason = self.kind().text();
@@ -120,7 +120,7 @@ impl fmt::Display for Reject {
 pub struct IntegrityCounts {
     /// Frames that were trusted.
     pub trusted: u64,
-    /// Frames missing before trusted ones according to the counter, damaged ones included.
+    /// Frames missing before trusted frames according to the counter, including damaged frames.
     pub lost: u64,
     /// Frames rejected as [`Reject::WrongLength`].
     pub wrong_length: u64,

@@ -1,4 +1,4 @@
-//! The sender's side: counter values in sequence and the protection of frames with them.
+//! Sender side: counter values in sequence, and protection of frames with them.
 
 use super::Protection;
 use crate::can::{CanId, MAX_DATA};

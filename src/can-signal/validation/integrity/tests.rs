@@ -12,7 +12,7 @@ fn signal(start: u16, length: u16) -> SignalCodec {
     SignalCodec::new(Layout::unsigned(start, length), 8).unwrap()
 }
 
-/// J1850 in the last byte of eight, a counter of four bits in the high half of the one before.
+/// J1850 in the last of eight bytes, and a four-bit counter in the high half of the byte before it.
 fn fca() -> MessageIntegrity {
     let checksum = Checksum::new(ChecksumRule::Crc(CrcRule::j1850()), signal(56, 8)).unwrap();
     let rule = CounterRule::new(0, 15).unwrap().with_max_step(2).unwrap();

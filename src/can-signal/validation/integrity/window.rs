@@ -1,7 +1,7 @@
 //! AUTOSAR's common E2E state machine, which decides whether a message as a whole can be trusted.
 //!
-//! Results of single frames enter a window of the newest ones. Enough good ones make the message valid, too
-//! many errors or too few good ones make it invalid. Each state has its own window and limits.
+//! Results of single frames enter a window of the newest results. Enough good results make the message valid;
+//! too many errors or too few good results make it invalid. Each state has its own window and limits.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -88,7 +88,7 @@ pub enum WindowError {
 #[derive(Debug, Clone, Default)]
 pub struct WindowState {
     state: E2eState,
-    /// The newest result in bit 0.
+    /// One bit per result, set if it is good; the newest in bit 0.
     ok: u64,
     error: u64,
 }
@@ -132,7 +132,7 @@ impl Window {
 }
 
 impl WindowState {
-    /// Adds the result of a frame and returns the state after it.
+    /// Adds the result of a frame and returns the new state.
     pub fn step(&mut self, window: &Window, result: CheckStatus) -> E2eState {
         let limits = window.limits(self.state);
         self.ok = self.ok << 1 | u64::from(result == CheckStatus::Ok);
@@ -151,7 +151,7 @@ impl WindowState {
         if next != self.state {
             let forget =
                 self.state == E2eState::NoData || (next == E2eState::Invalid && window.clear_to_invalid);
-            // Results outside the window of the state before do not count in the next one either.
+            // Results outside the window of the previous state do not count in the next window either.
             let kept = if forget { 0 } else { mask };
             self.ok &= kept;
             self.error &= kept;
@@ -278,7 +278,7 @@ mod tests {
         states
     }
 
-    /// Limits in the required order, without those that violate another constraint.
+    /// Limits in the required order that also satisfy all other constraints.
     fn windows() -> impl Strategy<Value = Window> {
         let sizes = (1_u8..10, 1_u8..10, 6_u8..12);
         let needed = (prop::array::uniform3(1_u8..5), prop::array::uniform3(0_u8..4), any::<bool>());

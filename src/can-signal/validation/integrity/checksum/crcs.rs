@@ -27,14 +27,14 @@ impl CrcParameters {
         Self { width: 16, poly, init, xorout, reflected: false }
     }
 
-    /// Sets `refin` and `refout`: bytes are processed and the result is given lowest bit first.
+    /// Sets `refin` and `refout`: bytes are processed, and the result is returned, lowest bit first.
     #[must_use]
     pub fn with_reflection(self, reflected: bool) -> Self {
         Self { reflected, ..self }
     }
 }
 
-/// Input of a CRC in addition to the data.
+/// Additional input of a CRC.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Extra {
     /// Nothing in addition to the data.
@@ -48,7 +48,7 @@ pub enum Extra {
     ByCounter([u8; 16]),
 }
 
-/// A CRC over the data without the bytes of the checksum itself.
+/// A CRC over the data, excluding the bytes of the checksum itself.
 #[derive(Clone)]
 pub struct CrcRule {
     parameters: CrcParameters,
@@ -70,13 +70,13 @@ impl CrcRule {
         Self { parameters, extra, bytes, crc }
     }
 
-    /// Creates the CRC of SAE J1850, used by Chrysler, the rest of FCA, and New Eagle.
+    /// Creates the CRC of SAE J1850, used by Chrysler, other FCA brands and New Eagle.
     pub fn j1850() -> Self {
         Self::new(CrcParameters::crc8(0x1D, 0xFF, 0xFF), Extra::Nothing, None)
     }
 
-    /// Creates the CRC of FCA's Giorgio platform: J1850's polynomial from 0, with a final exclusive or that
-    /// differs between messages (0x0A in most).
+    /// Creates the CRC of FCA's Giorgio platform: J1850's polynomial with start value 0, with a final
+    /// exclusive or that differs between messages (0x0A in most).
     pub fn giorgio(xorout: u8) -> Self {
         Self::new(CrcParameters::crc8(0x1D, 0, xorout), Extra::Nothing, None)
     }
@@ -105,7 +105,7 @@ impl CrcRule {
         self.parameters.width.into()
     }
 
-    /// Returns the CRC of `data`, of which `before` and `after` surround the checksum.
+    /// Returns the CRC of `data`, whose parts `before` and `after` surround the checksum.
     pub(super) fn of(&self, id: CanId, before: &[u8], after: &[u8], data: &[u8]) -> u16 {
         let used = self.bytes.unwrap_or(data.len());
         let after_start = data.len() - after.len();

@@ -1,6 +1,6 @@
-//! Checksums of vehicle manufacturers.
+//! Checksum algorithms of vehicle manufacturers.
 //!
-//! The stored checksum is read through its signal in the DBC, so a rule defines only the sum, not the
+//! The stored checksum is read through its signal in the DBC, so a rule defines only the calculation, not the
 //! position of the result. The field that holds the checksum is never part of its own sum.
 
 mod crcs;
@@ -40,7 +40,7 @@ pub enum ChecksumRule {
 pub struct Checksum {
     rule: ChecksumRule,
     field: SignalCodec,
-    /// Bytes of the data that the field touches.
+    /// Bytes of the data that overlap the field.
     field_bytes: Range<usize>,
 }
 
@@ -61,7 +61,7 @@ pub enum ChecksumError {
     /// A multiplexor removes the signal from some frames.
     #[error("a checksum signal must be in every frame, but this one is multiplexed")]
     Multiplexed,
-    /// The signal shares a byte with others, but the rule skips whole bytes.
+    /// The signal shares a byte with other signals, but the rule skips whole bytes.
     #[error("this checksum fills whole bytes, but its signal does not")]
     NotWholeBytes,
 }
@@ -92,7 +92,7 @@ impl Checksum {
         Ok(Self { rule, field, field_bytes: start..end })
     }
 
-    /// Returns the checksum stored in the frame and the checksum of its contents; `None` when the frame ends
+    /// Returns the checksum stored in the frame and the checksum of its contents; `None` if the frame ends
     /// before the field.
     pub fn compare(&self, frame: &Frame) -> Option<(u16, u16)> {
         let stored = self.field.value(frame.padded());
@@ -101,8 +101,8 @@ impl Checksum {
         Some((u16::try_from(stored).unwrap_or(u16::MAX), expected))
     }
 
-    /// Returns the checksum of `data`, whatever its field holds; `None` when `data` ends before the field or
-    /// is too long for a frame.
+    /// Returns the checksum of `data`, ignoring the content of the field; `None` if `data` ends before the
+    /// field or is too long for a frame.
     pub fn expected(&self, id: CanId, data: &[u8]) -> Option<u16> {
         let Range { start: first, end } = self.field_bytes;
         if data.len() > MAX_DATA || data.len() < end {
@@ -119,8 +119,8 @@ impl Checksum {
         })
     }
 
-    /// Writes the checksum of `data` into its field. Returns `false` and writes nothing when `data`
-    /// ends before the field.
+    /// Writes the checksum of `data` into its field. Returns `false` and writes nothing if `data` ends before
+    /// the field.
     pub fn protect(&self, id: CanId, data: &mut [u8]) -> bool {
         let Some(expected) = self.expected(id, data) else { return false };
         let mut bytes = [0; MAX_DATA];
@@ -135,7 +135,7 @@ impl Checksum {
         &self.rule
     }
 
-    /// Returns the data padded with zeros, and with zeros in the field.
+    /// Returns the data padded with zeros, with the field cleared.
     fn without_field(&self, data: &[u8]) -> [u8; MAX_DATA] {
         let mut bytes = [0; MAX_DATA];
         bytes[..data.len()].copy_from_slice(data);

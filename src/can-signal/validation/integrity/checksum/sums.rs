@@ -18,7 +18,7 @@ pub struct Sum {
 }
 
 impl Sum {
-    /// The bytes of the data alone.
+    /// Only the bytes of the data.
     pub const PLAIN: Self = Self { start: 0, identifier: false, length: false, inverted: false, bytes: None };
     /// Toyota: length, identifier and data.
     pub const TOYOTA: Self = Self { identifier: true, length: true, ..Self::PLAIN };
@@ -35,7 +35,7 @@ impl Sum {
             sum = id.number().to_be_bytes().iter().fold(sum, add);
         }
         if self.length {
-            // A frame has 64 bytes at most.
+            // A frame has at most 64 bytes.
             sum = sum.wrapping_add(u8::try_from(data.len()).unwrap_or(u8::MAX));
         }
         if self.inverted { !sum } else { sum }

@@ -97,7 +97,7 @@ fn crcs_match_catalogue_check_values() {
     assert_eq!(last(ChecksumRule::Crc(CrcRule::new(h2f, Extra::Nothing, None))), Some(0xDF));
     let arc = |bytes, field| checksum(ChecksumRule::Crc(CrcRule::new(arc, Extra::Nothing, bytes)), field);
     assert_eq!(arc(None, field(72, 16, ByteOrder::Intel)).expected(ID, &text), Some(0xBB3D));
-    // The same nine bytes on both sides of the checksum, and others after them.
+    // The same nine bytes on both sides of the checksum, and further bytes after them.
     text = *b"12\0\x003456789";
     assert_eq!(arc(None, field(16, 16, ByteOrder::Intel)).expected(ID, &text), Some(0xBB3D));
     let longer = *b"12\0\x003456789and more";
@@ -145,7 +145,7 @@ fn manufacturer_sums_match_hand_calculation() {
         checksum(ChecksumRule::Xor { start: 0 }, byte(0)).expected(ID, &data),
         Some(0x10 ^ 0x20 ^ 0x03 ^ 0xFF ^ 3)
     );
-    // PSA: the nibbles, the checksum and the start value make 15.
+    // PSA: the nibbles, the checksum and the start value add up to 15.
     let psa = checksum(ChecksumRule::Psa { start: 0xB }, field(43, 4, ByteOrder::Motorola));
     assert_eq!(psa.expected(ID, &[0x10, 0x20, 0, 0, 0, 0xF1]), Some(nibble(15 - 0xB - (1 + 2 + 15))));
     let honda = checksum(ChecksumRule::Honda, field(59, 4, ByteOrder::Motorola));

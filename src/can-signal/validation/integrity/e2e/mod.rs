@@ -4,9 +4,9 @@
 //! This module checks one frame by itself; [`super::counter`] checks the sequence of frames, and
 //! [`super::window`] combines all results.
 //!
-//! The crate autosar-e2e knows six of the profiles. The tests compare with it; it is not used here, because
-//! it rebuilds its tables and error texts for every frame, panics when an offset lies outside, and assumes
-//! that a counter of 0 came before the first frame.
+//! The crate autosar-e2e knows six of the profiles. The tests compare against it. It is not used here because
+//! it rebuilds its tables and error texts for every frame, panics on an offset outside the frame, and assumes
+//! that a counter of 0 preceded the first frame.
 
 mod profile;
 
@@ -39,10 +39,10 @@ pub enum E2eError {
         /// Bytes of the message.
         length: usize,
     },
-    /// A message longer than a CAN FD frame.
+    /// The message is longer than a CAN FD frame.
     #[error("a frame has at most 64 bytes, but the message has {0}")]
     Length(usize),
-    /// A Data ID of more than 12 bits, of which four are sent and eight enter the CRC.
+    /// The Data ID has more than 12 bits; four bits are sent and eight enter the CRC.
     #[error("in low-nibble mode the Data ID is 0x000 to 0xFFF, not 0x{0:X}")]
     DataId(u16),
 }
@@ -88,8 +88,8 @@ impl E2e {
         Ok(read(header, &layout.counter))
     }
 
-    /// Writes header and CRC into `data` for the lowest bits of this counter. Returns false and writes
-    /// nothing when `data` does not have the length of the message.
+    /// Writes header and CRC into `data`, with the lowest bits of `counter`. Returns false and writes nothing
+    /// if `data` does not have the length of the message.
     pub fn protect(&self, counter: u32, data: &mut [u8]) -> bool {
         if data.len() != self.length {
             return false;

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crc::{Algorithm, Crc};
 
-/// J1850's polynomial; start and end value cancel out, so that both are 0 in effect.
+/// J1850's polynomial; start value and final exclusive or cancel out, so both are effectively 0.
 static CRC_8_1D: Crc<u64> = Crc::<u64>::new(&const { algorithm(8, 0x1D, 0, false) });
 static CRC_8_2F: Crc<u64> = Crc::<u64>::new(&const { algorithm(8, 0x2F, 0xFF, false) });
 static CRC_16: Crc<u64> =
@@ -12,7 +12,7 @@ static CRC_16: Crc<u64> =
 static CRC_32_P4: Crc<u64> = Crc::<u64>::new(&const { algorithm(32, 0xF4AC_FB13, 0xFFFF_FFFF, true) });
 static CRC_64: Crc<u64> = Crc::<u64>::new(&const { algorithm(64, 0x42F0_E1EB_A9EA_3693, u64::MAX, true) });
 
-/// Returns a CRC whose start value is also combined with the result.
+/// Returns a CRC whose start value is also its final exclusive or.
 const fn algorithm(width: u8, poly: u64, init: u64, reflected: bool) -> Algorithm<u64> {
     let (refin, refout) = (reflected, reflected);
     Algorithm { width, poly, init, refin, refout, xorout: init, check: 0, residue: 0 }
@@ -25,7 +25,7 @@ pub enum E2eProfile {
     P01 {
         /// Data ID of the message.
         data_id: u16,
-        /// Bytes of the Data ID in the CRC, which tells 1A, 1B, 1C, 11A and 11C apart.
+        /// Bytes of the Data ID in the CRC; distinguishes 1A, 1B, 1C, 11A and 11C.
         mode: DataIdMode,
     },
     /// Profiles 2 and 22: CRC-8 "2F", counter 0 to 15.
@@ -60,11 +60,11 @@ pub enum E2eProfile {
 pub enum DataIdMode {
     /// Both bytes, the low one first (1A, 11A).
     Both,
-    /// The low byte with even counters, the high byte with odd ones (1B).
+    /// The low byte with even counters, the high byte with odd counters (1B).
     Alternating,
     /// The low byte only.
     Low,
-    /// The low byte and a zero; the low half of the high byte is sent beside the counter (1C, 11C).
+    /// The low byte and a zero; the low half of the high byte is sent next to the counter (1C, 11C).
     Nibble,
 }
 
@@ -128,7 +128,7 @@ impl E2eProfile {
         }
     }
 
-    /// Returns the Data ID as the header carries it; 0 for profiles that do not send it.
+    /// Returns the Data ID as sent in the header; 0 for profiles that do not send it.
     pub(super) fn sent_data_id(&self) -> u32 {
         match self {
             Self::P01 { data_id, .. } => u32::from(*data_id >> 8 & 0xF),
@@ -164,7 +164,7 @@ impl E2eProfile {
 }
 
 impl E2eHeader {
-    /// Bytes of the header that hold the CRC, which it does not cover.
+    /// Returns the bytes of the header that hold the CRC and are excluded from it.
     pub(super) fn crc_bytes(&self) -> Range<usize> {
         self.crc.start / 2..self.crc.end / 2
     }

@@ -119,8 +119,8 @@ proptest! {
     }
 }
 
-/// Protects frames with both implementations, compares them byte for byte, and checks each with the
-/// other.
+/// Protects frames with both implementations, compares them byte for byte, and checks each frame with the
+/// other implementation.
 fn peer<P: E2EProfile + Clone>(
     profile: E2eProfile,
     bytes: &[u8],
@@ -162,7 +162,7 @@ fn header_of_other_message_is_reported_by_field() {
     let mine = e2e(E2eProfile::P04 { data_id: 1 }, 0, 16);
     let other = protected(&e2e(E2eProfile::P04 { data_id: 2 }, 0, 16), 7);
     assert_eq!(mine.check(&frame(&other)), Err(Reject::WrongDataId { stored: 2, expected: 1 }));
-    // A shorter message that was padded: its CRC does not cover the padding.
+    // A shorter message with padding: its CRC does not cover the padding.
     let mut longer = protected(&e2e(E2eProfile::P04 { data_id: 1 }, 0, 12), 7);
     longer.extend([0; 4]);
     assert!(matches!(mine.check(&frame(&longer)), Err(Reject::WrongChecksum { .. })));

@@ -1,4 +1,4 @@
-//! Search for a checksum: a field that follows from the rest of the frame.
+//! Search for a checksum: a field calculated from the rest of the frame.
 
 use std::collections::BTreeSet;
 
@@ -6,7 +6,7 @@ use crate::can::{CanId, Frame};
 use crate::dbc::codec::{Layout, SignalCodec};
 use crate::validation::integrity::checksum::{Checksum, ChecksumRule, CrcParameters, CrcRule, Extra, Sum};
 
-/// A checksum that all frames have.
+/// A checksum that matches in all frames.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FoundChecksum {
     /// Position of the checksum.
@@ -36,19 +36,19 @@ pub enum RuleParameter {
 const MIN_FRAMES: usize = 4;
 /// Smallest number of different frames for a rule with one free byte.
 const MIN_FRAMES_SOLVED: usize = 6;
-/// Smallest number of different frames for a polynomial out of all, so that three differences are
+/// Smallest number of different frames for an arbitrary polynomial, so that three differences are
 /// independent.
 const MIN_FRAMES_GENERAL: usize = 9;
 /// Smallest number of different frames for each of sixteen constants.
 const MIN_FRAMES_A_CONSTANT: usize = 3;
-/// Smallest number of values of a byte with a checksum; fewer prove nothing, see [`proven`].
+/// Smallest number of different values of a checksum byte; fewer prove nothing, see [`proven`].
 const MIN_VALUES: usize = 4;
-/// Largest number of different frames that are examined.
+/// Largest number of different frames examined.
 const MAX_FRAMES: usize = 400;
 /// Polynomials that vehicles use, tried before all others.
 const KNOWN_POLYNOMIALS: [u8; 4] = [0x1D, 0x2F, 0x07, 0x31];
 
-/// Finds the checksum of the frames of one message, which are all of one length; `None` without one.
+/// Finds the checksum of the frames of one message, all of the same length; `None` if there is none.
 pub fn find_checksum(frames: &[Frame]) -> Option<FoundChecksum> {
     let mut seen = BTreeSet::new();
     let distinct: Vec<Frame> =
@@ -59,8 +59,8 @@ pub fn find_checksum(frames: &[Frame]) -> Option<FoundChecksum> {
     }
     let varies = |byte: &usize| values(&distinct, *byte) >= MIN_VALUES;
     let mut varying: Vec<_> = last_first(length).filter(varies).collect();
-    // With an exclusive or each byte follows from all others, so that any might be the checksum, which has
-    // many values.
+    // With an exclusive or, each byte follows from all others, so any byte might be the checksum; the
+    // checksum has many values.
     let most = varying.iter().map(|byte| values(&distinct, *byte)).max().unwrap_or(0);
     varying.sort_by_key(|byte| values(&distinct, *byte) * 2 < most);
     let bytes = || varying.iter().map(|byte| (*byte, field(byte * 8, 8)));
@@ -79,7 +79,7 @@ fn last_first(length: usize) -> impl Iterator<Item = usize> {
     [length.checked_sub(1), (length > 1).then_some(0)].into_iter().flatten().chain(rest)
 }
 
-/// Returns the number of values that a byte has.
+/// Returns the number of different values of a byte.
 fn values(frames: &[Frame], byte: usize) -> usize {
     frames.iter().filter_map(|frame| frame.data().get(byte)).collect::<BTreeSet<_>>().len()
 }
@@ -103,14 +103,14 @@ fn proven(
     if !frames.iter().all(holds) {
         return None;
     }
-    // Evidence in bits: each different value of the checksum beyond the first is met by chance once in
+    // Evidence in bits: each different value of the checksum after the first matches by chance once in
     // 2^width.
     let values: BTreeSet<_> = frames.iter().map(|frame| codec.value(frame.padded())).collect();
     let evidence = (values.len() - 1) * usize::from(layout.length);
     (evidence >= 20).then_some(FoundChecksum { layout, kind, parameters, rule })
 }
 
-/// Tries the rules of eight bits without a free parameter.
+/// Tries the eight-bit rules without a free parameter.
 fn fixed_bytes(frames: &[Frame], field: Layout) -> Option<FoundChecksum> {
     let sums = [("toyota", Sum::TOYOTA), ("tesla", Sum::IDENTIFIER), ("mazda", Sum::MAZDA)];
     let plain = [("sum8", ChecksumRule::Sum(Sum::PLAIN)), ("xor8", ChecksumRule::Xor { start: 0 })];
@@ -124,7 +124,7 @@ fn fixed_bytes(frames: &[Frame], field: Layout) -> Option<FoundChecksum> {
     })
 }
 
-/// Tries sums with an unknown start value, which the first frame gives.
+/// Tries sums with an unknown start value, which follows from the first frame.
 fn solved(frames: &[Frame], varying: &[usize]) -> Option<FoundChecksum> {
     if frames.len() < MIN_FRAMES_SOLVED {
         return None;
@@ -144,7 +144,7 @@ fn solved(frames: &[Frame], varying: &[usize]) -> Option<FoundChecksum> {
     })
 }
 
-/// Tries the rules of four bits.
+/// Tries the four-bit rules.
 fn nibbles(frames: &[Frame], varying: &[usize]) -> Option<FoundChecksum> {
     if frames.len() < MIN_FRAMES_SOLVED {
         return None;
@@ -160,7 +160,7 @@ fn nibbles(frames: &[Frame], varying: &[usize]) -> Option<FoundChecksum> {
     })
 }
 
-/// Tries the rule of sixteen bits. It is made only once, because making one leaks memory.
+/// Tries the sixteen-bit rule. It is created only once, because creating it leaks memory.
 fn words(frames: &[Frame], length: usize) -> Option<FoundChecksum> {
     if !matches!(length, 8 | 16 | 24 | 32) {
         return None;
@@ -169,7 +169,7 @@ fn words(frames: &[Frame], length: usize) -> Option<FoundChecksum> {
     proven(frames, field(0, 16), ("hyundai_fd", Vec::new()), rule)
 }
 
-/// Tries a CRC of eight bits in one byte over all others, with any polynomial.
+/// Tries an eight-bit CRC in one byte over all other bytes, with any polynomial.
 fn crc8(frames: &[Frame], byte: usize, field: Layout) -> Option<FoundChecksum> {
     let all = (frames.len() >= MIN_FRAMES_GENERAL).then_some(1..=u8::MAX).into_iter().flatten();
     let polynomials = KNOWN_POLYNOMIALS.into_iter().chain(all);
@@ -178,7 +178,7 @@ fn crc8(frames: &[Frame], byte: usize, field: Layout) -> Option<FoundChecksum> {
     let identifier = identifier(frames.first()?.id());
     candidates.into_iter().find_map(|(poly, (reflected, with_identifier))| {
         let crc = Crc8::new(poly, reflected);
-        // An identifier before the data is a constant; one behind them is not.
+        // An identifier before the data is a constant; an identifier after the data is not.
         let behind = if with_identifier { identifier.as_slice() } else { &[] };
         let xorout = constant(frames, byte, |data| crc.of(crc.of(0, data), behind))?;
         let parameters = CrcParameters::crc8(poly, 0, xorout).with_reflection(reflected);
@@ -201,7 +201,7 @@ fn identifier(id: CanId) -> Vec<u8> {
     }
 }
 
-/// Returns the exclusive or of a sum and its byte, if it is the same in all frames.
+/// Returns the exclusive or of a sum and its stored byte, if it is the same in all frames.
 fn constant(frames: &[Frame], byte: usize, sum: impl Fn(&[u8]) -> u8) -> Option<u8> {
     let mut rest = Vec::new();
     let mut constants = frames.iter().map(|frame| {
@@ -237,9 +237,9 @@ fn volkswagen(frames: &[Frame]) -> Option<FoundChecksum> {
     proven(frames, field(0, 8), ("vw", parameters), ChecksumRule::Crc(CrcRule::volkswagen(constants)))
 }
 
-/// A CRC of eight bits, computed without a table because the first two frames exclude most polynomials.
+/// An eight-bit CRC, computed without a table because the first two frames exclude most polynomials.
 struct Crc8 {
-    /// The polynomial in the order of the shifts.
+    /// Polynomial in the bit order of the shifts.
     poly: u8,
     reflected: bool,
 }

@@ -9,7 +9,7 @@ fn layout(start: u16, length: u16) -> Layout {
     Layout::unsigned(start, length)
 }
 
-/// Frames with a counter in the low half of byte 1, contents that change now and then, and a checksum.
+/// Frames with a counter in the low half of byte 1, contents that change occasionally, and a checksum.
 fn frames(
     count: u32,
     length: usize,
