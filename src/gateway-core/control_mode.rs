@@ -1,4 +1,4 @@
-//! The control mode of the vehicle, as Autoware's `ControlModeReport` numbers it.
+//! Control mode of the vehicle, with the numbers of Autoware's `ControlModeReport`.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,13 +1,14 @@
-//! The gateway without I/O: lights, status and commands of the vehicle, and the machine that joins all flows.
+//! The gateway without I/O: vehicle lights, vehicle status, commands, and the machine that joins all flows.
 //!
-//! - [`vehicle_lights`], [`vehicle_status`]: reports from bound frames; [`vehicle_report`] is what they have
-//!   in common;
-//! - [`v2i_reception`]: states of traffic lights from the frames of a V2X unit;
-//! - [`command`]: turn and hazard commands, from their senders into frames;
-//! - [`gateway`]: all flows behind one interface, each on its clock. Frames and messages go in with their
-//!   times, outputs and the next deadline come out: the same inputs give the same outputs, byte for byte.
+//! - [`vehicle_lights`], [`vehicle_status`]: reports from bound frames; [`vehicle_report`] is their common
+//!   part;
+//! [`v2i_reception`]: traffic-light states from the frames of a V2X unit;
+//! [`command`]: turn and hazard commands, from sender to frame;
+//! - [`gateway`]: all flows behind one interface, each on its own clock. It accepts frames and messages with
+//!   their times, and returns outputs and the next deadline. The same inputs give the same outputs, byte for
+//!   byte.
 //!
-//! A command of Autoware, from its message to what the vehicle is asked for:
+//! Path of an Autoware command, from its message to the request to the vehicle:
 //!
 //! ```
 //! use std::time::Duration;
@@ -44,8 +45,8 @@
 //! assert_eq!(flow.poll_output(), None);
 //! ```
 //!
-//! The decider (`turn_signal`) and the traffic lights (`traffic_lights`) are crates of their own, which know
-//! neither each other nor the vehicle; they meet here.
+//! The decider (`turn_signal`) and the traffic lights (`traffic_lights`) are separate crates that depend
+//! neither on each other nor on the vehicle; this crate joins them.
 
 pub mod command;
 pub mod control_mode;

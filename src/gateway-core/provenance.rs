@@ -1,4 +1,4 @@
-//! Provenance of a vehicle profile: the source of each of its facts, and what has verified it.
+//! Provenance of a vehicle profile: the source and the verification of each fact.
 
 use std::fmt;
 
@@ -6,41 +6,41 @@ use derive_more::Display;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The vehicles that a profile describes, its facts, and where these come from.
+/// Vehicles that a profile describes, its facts, and their sources.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Provenance {
-    /// Makes of the vehicles, e.g. `Volkswagen`; empty when the profile names none.
+    /// Makes of the vehicles, e.g. `Volkswagen`; empty if the profile names none.
     pub makes: Vec<String>,
-    /// Models, platforms and years; empty when the profile names none.
+    /// Models, platforms and years; empty if the profile names none.
     pub models: String,
     /// Facts of the profile, in the order turn indicators, hazard lights, status, messages, buses, V2I,
     /// commands.
     pub facts: Vec<ProfileFact>,
-    /// What is recorded about the facts, in the order of the file.
+    /// Records about the facts, in file order.
     pub records: Vec<ProvenanceRecord>,
 }
 
 /// A fact that a profile states.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ProfileFact {
-    /// Name, which is the path of a key of the profile: `turn.left`, `message.LIGHTS.counter`.
+    /// Path of a key of the profile: `turn.left`, `message.LIGHTS.counter`.
     pub name: String,
-    /// Indices into [`Provenance::records`]; empty when the profile gives no source.
+    /// Indices into [`Provenance::records`]; empty if the profile gives no source.
     pub records: Vec<usize>,
 }
 
-/// The source of some facts, and what has verified them.
+/// Source and verification of some facts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ProvenanceRecord {
-    /// Names of facts, or of groups of facts such as `turn`, as the profile writes them.
+    /// Names of facts, or of groups of facts such as `turn`, as written in the profile.
     pub facts: Vec<String>,
     /// Source of the facts.
     pub source: FactSource,
-    /// What has verified the facts.
+    /// Strongest test that has verified the facts.
     pub verified: Verification,
-    /// What the verification has shown; empty when nothing has verified the facts.
+    /// Result of the verification; empty if nothing has verified the facts.
     pub evidence: String,
-    /// Date since which the record holds.
+    /// Date from which the record is valid.
     pub since: Date,
 }
 
@@ -51,17 +51,17 @@ pub struct FactSource {
     pub kind: FactSourceKind,
     /// Path in the repository, or title of a document or standard.
     pub file: Option<String>,
-    /// Repository on GitHub that has the file, `owner/name`.
+    /// GitHub repository that contains the file, `owner/name`.
     pub repository: Option<String>,
-    /// Commit of the repository, hexadecimal.
+    /// Commit of the repository in hexadecimal.
     pub commit: Option<String>,
-    /// Release that has the file, where the commit is not known.
+    /// Release that contains the file, if the commit is not known.
     pub version: Option<String>,
-    /// Anything else that a reader has to know of it, such as what is assumed.
+    /// Further information for the reader, such as an assumption.
     pub note: Option<String>,
 }
 
-/// Kinds of the sources of facts.
+/// Kind of a source of facts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 #[display("{}", keyword(SOURCES, self))]
 pub enum FactSourceKind {
@@ -69,29 +69,29 @@ pub enum FactSourceKind {
     Dbc,
     /// Source code that reads or writes the same message.
     Code,
-    /// Frames that were captured on such a vehicle.
+    /// Frames captured on such a vehicle.
     Capture,
     /// A standard, such as SAE J1939.
     Standard,
     /// A published document about the vehicle.
     Document,
-    /// Nothing but likelihood; to be checked on a car.
+    /// An unverified assumption, to be checked on a car.
     Assumption,
-    /// The project itself, for vehicles that do not exist.
+    /// Defined by the project, for vehicles that do not exist.
     Invention,
 }
 
-/// What has verified a fact, the weakest first.
+/// Kind of test that has verified a fact, the weakest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Display)]
 #[display("{}", keyword(VERIFICATIONS, self))]
 pub enum Verification {
     /// Nothing has verified it.
     Nothing,
-    /// The device was tried on a bench.
+    /// Tested on a bench.
     Bench,
-    /// A recording of such a vehicle has shown it.
+    /// Confirmed by a recording of such a vehicle.
     Recording,
-    /// It was tried on such a vehicle.
+    /// Tested on such a vehicle.
     Car,
 }
 
@@ -120,7 +120,7 @@ pub struct ProvenanceSummary {
     pub unverified: Vec<String>,
 }
 
-/// The kinds of sources by the keyword of the profile.
+/// Kinds of sources, by keyword of the profile.
 pub const SOURCES: &[(&str, FactSourceKind)] = &[
     ("dbc", FactSourceKind::Dbc),
     ("code", FactSourceKind::Code),
@@ -131,7 +131,7 @@ pub const SOURCES: &[(&str, FactSourceKind)] = &[
     ("invention", FactSourceKind::Invention),
 ];
 
-/// The verifications by the keyword of the profile.
+/// Verifications, by keyword of the profile.
 pub const VERIFICATIONS: &[(&str, Verification)] = &[
     ("nothing", Verification::Nothing),
     ("bench", Verification::Bench),
@@ -145,7 +145,7 @@ fn keyword<T: PartialEq>(keywords: &[(&'static str, T)], value: &T) -> &'static 
 }
 
 impl Date {
-    /// Reads `YYYY-MM-DD`; `None` for a text that is not a day of the calendar.
+    /// Parses `YYYY-MM-DD`; `None` for a text that is not a day of the calendar.
     pub fn parse(text: &str) -> Option<Self> {
         let mut parts = text.split('-');
         let year = parts.next()?.parse().ok()?;
@@ -162,7 +162,7 @@ impl Date {
 }
 
 impl fmt::Display for FactSource {
-    /// Writes the kind, then as much of the rest as is known.
+    /// Writes the kind, then all known details.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.kind)?;
         let parts = [
@@ -182,7 +182,7 @@ impl fmt::Display for FactSource {
 }
 
 impl Provenance {
-    /// Returns whether `name`, of a fact or a group of facts, covers the fact.
+    /// Returns whether `name`, the name of a fact or a group of facts, covers `fact`.
     pub fn covers(name: &str, fact: &str) -> bool {
         fact.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
     }
@@ -199,7 +199,7 @@ impl Provenance {
         facts.map(|fact| fact.name.as_str()).collect()
     }
 
-    /// Counts the verified facts and names the others.
+    /// Counts the verified facts and lists the names of the others.
     pub fn summary(&self) -> ProvenanceSummary {
         let count = |verification| self.facts_verified_by(verification).len();
         let unverified = self.facts_verified_by(Verification::Nothing);

@@ -1,12 +1,12 @@
-//! The allow-list of command messages: only their frames can be sent.
+//! The allow-list of command messages: no other frames can be sent.
 //!
 //! Only a [`SendPermission`] makes a [`CommandFrame`], and only the [`AllowList`] makes a permission. The
-//! configuration builds the list from the profile, so that a frame with another identifier or on another bus
-//! cannot be made.
+//! configuration builds the list from the profile, so a frame with another identifier or on another bus
+//! cannot be created.
 
 use can_signal::can::{BusIndex, CanId, Frame, FrameFormat, MAX_DATA};
 
-/// The messages that may be sent, by bus and identifier.
+/// Messages that may be sent, by bus and identifier.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct AllowList(Vec<(BusIndex, CanId)>);
 
@@ -38,7 +38,8 @@ pub enum NotSendable {
 }
 
 impl AllowList {
-    /// Adds a message of `length` bytes. Without a `format` it is sent as CAN FD if it is longer than 8.
+    /// Adds a message of `length` bytes. Without a `format` it is sent as CAN FD if it is longer than 8
+    /// bytes.
     pub fn admit(
         &mut self,
         bus: BusIndex,

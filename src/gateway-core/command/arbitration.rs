@@ -1,6 +1,6 @@
 //! Arbitration: decides which request goes to the vehicle now. Hazard lights come before turn indicators, the
-//! control mode limits what is requested, the driver has priority, and a sender that falls silent has a
-//! defined effect.
+//! control mode limits what is requested, the driver has priority, and the silence of a sender has a defined
+//! effect.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -18,7 +18,7 @@ pub struct VehicleRequest {
     pub hazard: Option<bool>,
 }
 
-/// The request that replaces the commands of a sender that has fallen silent.
+/// Request that replaces the commands of a sender that has fallen silent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum TimeoutAction {
     /// The lights of the sender are switched off.
@@ -30,10 +30,10 @@ pub enum TimeoutAction {
     Hazard,
 }
 
-/// The request in the last frames before the gateway stops.
+/// Request in the last frames before the gateway stops.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum ShutdownAction {
-    /// Nothing is requested, so that the vehicle has authority again.
+    /// Nothing is requested, which returns authority to the vehicle.
     #[default]
     Release,
     /// All lights are switched off.
@@ -45,11 +45,11 @@ pub enum ShutdownAction {
 /// Rules of the arbitration, as configured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct ArbitrationRules {
-    /// The request after a timeout of the turn command.
+    /// Request after a timeout of the turn command.
     pub on_turn_timeout: TimeoutAction,
-    /// The request after a timeout of the hazard command.
+    /// Request after a timeout of the hazard command.
     pub on_hazard_timeout: TimeoutAction,
-    /// The request when the gateway ends.
+    /// Request when the gateway stops.
     pub on_shutdown: ShutdownAction,
 }
 
@@ -60,11 +60,11 @@ pub struct Situation {
     pub turn: CommandState<Turn>,
     /// State of the hazard command.
     pub hazard: CommandState<bool>,
-    /// Control mode of the vehicle, as far as it is known.
+    /// Control mode of the vehicle.
     pub mode: ModeState,
     /// Functions that the driver has taken over.
     pub driver: Grants,
-    /// True if no report shows the hazard lights, so that the driver may have switched them on.
+    /// True if no report shows the hazard lights, so the driver may have switched them on.
     pub hazard_without_feedback: bool,
     /// True if the gateway is about to stop.
     pub stopping: bool,
@@ -95,16 +95,16 @@ pub enum DecisionReason {
     Stopping,
 }
 
-/// The request to the vehicle with its reasons; empty by default, since no control mode is known.
+/// The request to the vehicle with its reasons; empty by default, when no control mode is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct CommandDecision {
-    /// Request that goes into the frames.
+    /// Request sent in the frames.
     pub request: VehicleRequest,
-    /// Request without regard to the driver, with which the report is compared.
+    /// Request before driver overrides are applied; the report is compared with this request.
     pub commanded: VehicleRequest,
-    /// The reason for the turn indicators.
+    /// Reason for the turn indicators.
     pub turn: DecisionReason,
-    /// The reason for the hazard lights.
+    /// Reason for the hazard lights.
     pub hazard: DecisionReason,
 }
 
@@ -125,7 +125,7 @@ impl DecisionReason {
     }
 }
 
-/// Decides the request to the vehicle, with the rules of docs/spec/vehicle-interface.md in their order.
+/// Decides the request to the vehicle, applying the rules of docs/spec/vehicle-interface.md in order.
 pub fn arbitrate(rules: ArbitrationRules, situation: &Situation) -> CommandDecision {
     let (mut turn, mut turn_reason) = requested(situation.turn, |last| match rules.on_turn_timeout {
         TimeoutAction::Hold => last,
@@ -162,7 +162,7 @@ pub fn arbitrate(rules: ArbitrationRules, situation: &Situation) -> CommandDecis
     if situation.driver.turn && request.turn.is_some() {
         (request.turn, turn_reason) = (None, DecisionReason::Driver);
     }
-    // On is safe whoever requests it: only an off gives way.
+    // On is safe whoever requests it; only an off request gives way.
     if request.hazard == Some(false) {
         if situation.driver.hazard {
             (request.hazard, hazard_reason) = (None, DecisionReason::Driver);

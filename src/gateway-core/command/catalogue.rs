@@ -1,4 +1,4 @@
-//! What the statuses of commands say.
+//! Status messages of commands.
 
 use gateway_base::diagnostics::{Section, messages};
 
@@ -38,10 +38,10 @@ messages! {
     }
 }
 
-/// The commands to turn indicators and hazard lights.
+/// Commands to turn indicators and hazard lights.
 pub static COMMAND: Section =
     Section { names: &["turn_indicators_command", "hazard_lights_command"], messages: &[FUNCTION] };
 
-/// The transmission of commands.
+/// Transmission of commands.
 pub static COMMAND_TRANSMISSION: Section =
     Section { names: &["command_transmission"], messages: &[TRANSMISSION] };

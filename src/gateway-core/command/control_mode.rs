@@ -1,17 +1,17 @@
-//! The commands that each control mode grants (docs/spec/vehicle-interface.md, "Control modes").
+//! Commands granted by each control mode (docs/spec/vehicle-interface.md, "Control modes").
 
 use crate::control_mode::ControlMode;
 use can_signal::validation::unusable::Unusable;
 use turn_signal::light_command::EnumOrUnknown;
 
-/// The control mode, as far as it is known.
+/// Control mode of the vehicle, or why it is not known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ModeState {
     /// The vehicle is in a defined mode.
     Known(ControlMode),
     /// The message has a number that is not a mode.
     Undefined(u8),
-    /// A signal that gives the mode has no usable value.
+    /// A signal of the control mode has no usable value.
     Unusable(Unusable),
     /// Nothing has been received within the timeout.
     #[default]
@@ -28,7 +28,7 @@ pub struct Grants {
 }
 
 impl ControlMode {
-    /// Returns the functions that the mode grants; modes that the interface leaves undecided grant none.
+    /// Returns the functions that the mode grants; modes that the interface leaves open grant none.
     pub fn grants(self) -> Grants {
         match self {
             Self::Autonomous | Self::AutonomousSteerOnly => Grants { turn: true, hazard: true },
@@ -57,7 +57,7 @@ impl ModeState {
         }
     }
 
-    /// Returns the functions that the mode grants: none while it is unknown.
+    /// Returns the functions that the mode grants: none while the mode is unknown.
     pub fn grants(self) -> Grants {
         match self {
             Self::Known(mode) => mode.grants(),

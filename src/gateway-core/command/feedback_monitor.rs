@@ -1,4 +1,4 @@
-//! Compares the vehicle's report with the request to it.
+//! Compares the vehicle's report with the request sent to the vehicle.
 
 use std::num::NonZeroU8;
 use std::time::Duration;
@@ -12,9 +12,9 @@ use gateway_base::time::{MonoTime, deadline_after};
 /// Time that the vehicle may take to show a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct FeedbackLimits {
-    /// Time until a difference is a warning.
+    /// Time after which a difference is a warning.
     pub warn: Duration,
-    /// Time until it is an error; not below `warn`.
+    /// Time after which a difference is an error; at least `warn`.
     pub error: Duration,
 }
 
@@ -22,9 +22,9 @@ pub struct FeedbackLimits {
 pub trait Lights: Copy + Eq {
     /// Returns true if a light is on.
     fn is_lit(self) -> bool;
-    /// Returns true for hazard lights on, a request that is obeyed whatever its stamp.
+    /// Returns true for hazard lights on; this request is obeyed regardless of its stamp.
     fn is_hazard_on(self) -> bool;
-    /// Returns the name in texts.
+    /// Returns the name used in texts.
     fn name(self) -> &'static str;
 }
 
@@ -78,13 +78,13 @@ pub enum Compliance {
     DriverOverride,
 }
 
-/// Lights in later reports that the gateway has switched on. Reports lag behind, so that a short request
+/// Lights that the gateway has switched on and that later reports may show. Reports lag, so a short request
 /// shows after it has ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum OwnLights {
-    /// A light that is reported on is not the gateway's.
+    /// A light reported as on was not switched on by the gateway.
     None,
-    /// The report shows or will show this many requested lights, one after the other.
+    /// The report shows or will show this many requested lights, one after another.
     Expected(NonZeroU8),
 }
 
@@ -120,11 +120,11 @@ pub struct FeedbackMonitor<T> {
     own_lights: OwnLights,
     /// True if the last report shows a light on.
     reported_lit: bool,
-    /// Light of the driver in the last report.
+    /// Light attributed to the driver in the last report.
     driver_light: Option<T>,
     /// Compliance after the last update.
     pub compliance: Compliance,
-    /// Number of changes of compliance since start.
+    /// Number of changes to the two failing states since start.
     pub counts: FeedbackCounts,
 }
 
@@ -138,7 +138,7 @@ pub struct FeedbackCounts {
 }
 
 impl<T: Lights> FeedbackMonitor<T> {
-    /// Creates a monitor without a request and without a report.
+    /// Creates a monitor without a request or a report.
     pub fn new(limits: FeedbackLimits) -> Self {
         Self {
             limits,
@@ -187,9 +187,8 @@ impl<T: Lights> FeedbackMonitor<T> {
         self.set_compliance(compliance);
     }
 
-    /// Suspends the comparison, because the report cannot show this function. A light that is requested
-    /// meanwhile counts as the gateway's when the report can show it again. For `driver` see
-    /// [`Self::update`].
+    /// Suspends the comparison while the report cannot show this function. A light requested in the meantime
+    /// counts as the gateway's when the report can show it again. For `driver` see [`Self::update`].
     pub fn suspend(&mut self, requested: Option<T>, driver: bool) {
         self.requested = None;
         self.mismatch_since = None;
@@ -246,7 +245,7 @@ impl<T: Lights> FeedbackMonitor<T> {
             let is_driver_override = self.is_driver_light(requested, shown, now);
             self.driver_light = reported.filter(|_| is_driver_override);
         }
-        // While nothing is reported, a light that was the driver's still is.
+        // Without a report, a light that was the driver's stays the driver's.
         if driver || self.driver_light.is_some_and(|light| light != requested) {
             self.mismatch_since = None;
             return Compliance::DriverOverride;
@@ -260,7 +259,7 @@ impl<T: Lights> FeedbackMonitor<T> {
         }
     }
 
-    /// Returns true for a light of the driver: one that was the driver's before, was on before the first
+    /// Returns true for a light of the driver: a light that was already the driver's, was on before the first
     /// request, or came on after the vehicle had shown the request and had time to settle.
     fn is_driver_light(&self, requested: T, shown: T, now: MonoTime) -> bool {
         if shown == requested || !shown.is_lit() {
@@ -275,7 +274,7 @@ impl<T: Lights> FeedbackMonitor<T> {
 mod tests {
     use super::*;
 
-    /// A vehicle that takes 150 ms shows the first request when the second one comes and ends.
+    /// A vehicle with a delay of 150 ms shows the first request when the second request starts and ends.
     #[test]
     fn a_report_that_lags_behind_several_requests_shows_no_driver_override() {
         let limits = FeedbackLimits { warn: Duration::from_millis(1500), error: Duration::from_secs(3) };

@@ -1,8 +1,9 @@
-//! The command machine: commands, control mode, reports and sent frames in; frames to send and statuses out.
+//! The command machine: receives commands, control mode, reports and sent frames; returns frames to send and
+//! statuses.
 //!
-//! It runs in real time. Pass every input to [`CommandFlow::handle_input`], [`CommandFlow::handle_report`]
-//! and the methods for frames, then call [`CommandFlow::settle`], and again at
-//! [`CommandFlow::next_deadline`]. Drain [`CommandFlow::poll_output`] after each call of `settle`.
+//! It runs in real time. Pass every input to [`CommandFlow::handle_input`], [`CommandFlow::handle_report`] or
+//! a method for frames, then call [`CommandFlow::settle`]; call it again at [`CommandFlow::next_deadline`].
+//! Drain [`CommandFlow::poll_output`] after each call of `settle`.
 
 use std::collections::VecDeque;
 
@@ -40,7 +41,7 @@ pub struct CommandFlow {
     pub(super) reported: Reported,
     pub(super) turn_feedback: FeedbackMonitor<Turn>,
     pub(super) hazard_feedback: FeedbackMonitor<bool>,
-    /// The last value of each signal for a driver override.
+    /// Last value of each driver override signal.
     driver_signals: Vec<bool>,
     outputs: Vec<MessageOutput>,
     stopping: bool,
@@ -49,11 +50,11 @@ pub struct CommandFlow {
     ready: VecDeque<CommandOutput>,
 }
 
-/// The control mode as received last.
+/// The control mode as last received.
 #[derive(Debug, Clone, Copy, Default)]
 struct ReceivedMode {
     state: ModeState,
-    /// The mode is unknown from then on, unless it is received again.
+    /// Time from which the mode is unknown unless it is received again.
     expires: Option<MonoTime>,
 }
 
@@ -65,10 +66,10 @@ enum CommandTimer {
     ControlMode,
     TurnFeedback,
     HazardFeedback,
-    /// A signal that is received for commands becomes stale.
+    /// A signal received for commands becomes stale.
     Signals,
     Button,
-    /// A frame is due, or a foreign one is no longer shown.
+    /// A frame is due, or a foreign frame is no longer shown.
     Frame,
 }
 
@@ -82,24 +83,24 @@ struct MessageOutput {
     last_contents: Option<FrameContents>,
 }
 
-/// The state that the statuses show; they are published when it changes.
+/// State shown by the statuses, which are published when it changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct CommandFinding {
     pub(super) decision: CommandDecision,
     pub(super) mode: ModeState,
     pub(super) turn: FunctionFinding<Turn>,
     pub(super) hazard: FunctionFinding<bool>,
-    /// True if all attempts with a button were without response.
+    /// True if no attempt with a button had a response.
     pub(super) button_given_up: bool,
-    /// The first bus on which no command can be sent.
+    /// First bus on which no command can be sent.
     pub(super) cut_off: Option<BusIndex>,
-    /// The worst problem of all messages.
+    /// Worst send problem of all messages.
     pub(super) problem: Option<SendProblem>,
-    /// Position of the first message that another sender sends too.
+    /// Position of the first message that is also sent by another sender.
     pub(super) conflicting_sender: Option<usize>,
 }
 
-/// Delivery of a request on the bus, the worst of all messages that carry the function.
+/// Delivery of a request on the bus: the worst delivery of all messages that carry the function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub(super) enum RequestDelivery {
     /// The sockets have accepted the frames.
@@ -153,8 +154,8 @@ impl CommandFlow {
         }
     }
 
-    /// Handles an input. Turn commands count only from the configured source; if that is the decider, its
-    /// hazard commands count as well as the topic's.
+    /// Handles an input. Turn commands are accepted only from the configured source; if the source is the
+    /// decider, hazard commands are accepted from both decider and topic.
     pub fn handle_input(&mut self, input: CommandInput, now: Now) {
         match input {
             CommandInput::Turn { origin, command, stamp } => {
@@ -199,14 +200,13 @@ impl CommandFlow {
         self.reported = reported;
     }
 
-    /// Returns true if the control mode comes from the vehicle's signals: then call
+    /// Returns true if the control mode comes from the vehicle's signals: in that case, call
     /// [`Self::handle_signalled_mode`] before each [`Self::settle`].
     pub fn uses_mode_signals(&self) -> bool {
         self.settings.mode_from == ModeFrom::Signal
     }
 
-    /// Sets the control mode as the vehicle's signals give it, and the time from which it does not count any
-    /// more.
+    /// Sets the control mode given by the vehicle's signals, and the time at which it expires.
     pub fn handle_signalled_mode(&mut self, state: ModeState, expires: Option<MonoTime>) {
         let is_new = state.undefined().is_some() && self.mode.state != state;
         self.undefined_modes += u64::from(is_new);
@@ -218,20 +218,20 @@ impl CommandFlow {
     pub fn handle_frame(&mut self, bus: BusIndex, frame: &Frame, stamp: WallStamp, now: Now) -> bool {
         let at = self.binding.table.message_of(bus, frame.id());
         if let Some(at) = at {
-            // A frame that is not used is counted, and its signals have no value for that reason.
+            // A frame that is not used is counted, and its signals have no value as a result.
             let _unused = self.observations.frame_arrived(&self.binding.table, at, frame, stamp, now);
         }
         at.is_some()
     }
 
-    /// Returns the origin of a received frame. Call it before any other flow handles the frame: only
-    /// [`FrameOrigin::Vehicle`] may count as the vehicle's.
+    /// Returns the origin of a received frame. Call it before any other flow handles the frame: only a frame
+    /// of [`FrameOrigin::Vehicle`] may be treated as the vehicle's.
     pub fn classify_frame(&mut self, bus: BusIndex, frame: &Frame, now: Now) -> FrameOrigin {
         self.output_of(bus, frame.id())
             .map_or(FrameOrigin::Vehicle, |(output, _)| output.sender.classify_frame(frame, now.mono))
     }
 
-    /// Forgets what does not outlast an interruption of a bus.
+    /// Forgets the state that does not survive an interruption of a bus.
     pub fn forget(&mut self, bus: BusIndex, by: Interruption) {
         self.observations.forget(&self.binding.table, bus, by);
     }
@@ -241,8 +241,7 @@ impl CommandFlow {
         self.stopping && self.outputs.iter().all(|output| !output.sender.is_waiting())
     }
 
-    /// Updates the state to `now` and queues the frames that are due. Returns true if the statuses have
-    /// changed.
+    /// Updates the state to `now` and queues due frames. Returns true if the statuses have changed.
     pub fn settle(&mut self, buses: &[Bus], now: Now) -> bool {
         let mono = now.mono;
         let turn = self.turn.command_state(mono);
@@ -303,7 +302,7 @@ impl CommandFlow {
         self.finding.decision
     }
 
-    /// Returns the frames of each message since start, in the order of the profile.
+    /// Returns the frame counts of each message since start, in the order of the profile.
     pub fn send_counts(&self) -> impl Iterator<Item = (&str, SendCounts)> {
         let names = self.binding.messages.iter().map(|message| message.name.as_str());
         names.zip(self.outputs.iter().map(|output| output.sender.counts))
@@ -313,7 +312,7 @@ impl CommandFlow {
         self.settings.transmit == Transmit::On
     }
 
-    /// Handles a control mode of the topic, which is ignored when it is stale or the mode comes from a
+    /// Handles a control mode of the topic, which is ignored if it is stale or if the mode comes from a
     /// signal.
     fn handle_control_mode(&mut self, mode: ModeState, sample: SampleId, stamp: WallStamp, now: Now) {
         let Some(timeout) = self.settings.mode_timeout() else { return };
@@ -384,7 +383,7 @@ impl CommandFlow {
         if expires.is_some_and(|expires| expires <= now) { ModeState::Unknown } else { state }
     }
 
-    /// Returns the functions that the driver has taken over, as the vehicle signals it. A lost signal keeps
+    /// Returns the functions that the driver has taken over, as signalled by the vehicle. A lost signal keeps
     /// its last value.
     fn driver_overrides(&mut self, buses: &[Bus], now: MonoTime) -> Grants {
         let mut overrides = Grants::default();
@@ -412,7 +411,7 @@ impl CommandFlow {
         }
         self.hazard_feedback.update(commanded.hazard, hazard, overrides.hazard, now);
         let drivers = self.hazard_feedback.is_driver_override();
-        // Where one signal requests both, a side would end hazard lights that are left to the vehicle.
+        // If one signal requests both functions, a side would end hazard lights that are left to the vehicle.
         let would_end = match hazard {
             Some(true) => commanded.hazard.is_none() || (commanded.hazard == Some(false) && drivers),
             None => {
@@ -425,7 +424,7 @@ impl CommandFlow {
         Grants { turn: self.turn_feedback.is_driver_override() || would_end, hazard: drivers }
     }
 
-    /// Queues the frames that are due and returns the first bus on which none can be sent.
+    /// Queues the due frames and returns the first bus on which no frame can be sent.
     fn send(&mut self, decision: CommandDecision, buses: &[Bus], now: MonoTime) -> Option<BusIndex> {
         let mut cut_off = None;
         for (output, message) in self.outputs.iter_mut().zip(&self.binding.messages) {
@@ -458,8 +457,7 @@ impl CommandFlow {
     }
 }
 
-/// Returns true if a message requests hazard lights, by a part of its own or together with the turn
-/// indicators.
+/// Returns true if a message requests hazard lights, by a separate part or together with the turn indicators.
 fn carries_hazard(message: &CommandMessage) -> bool {
     message.hazard.is_some() || message.turn.as_ref().is_some_and(|turn| turn.hazard.is_some())
 }

@@ -1,4 +1,4 @@
-//! Inputs of the command machine: commands, the control mode, and the results of sending.
+//! Inputs of the command machine: commands, control mode, and results of sending.
 
 use super::allow_list::CommandFrame;
 use super::origin::{CommandOrigin, SampleId};
@@ -14,7 +14,7 @@ pub enum CommandInput {
     Turn {
         /// Origin of the command.
         origin: CommandOrigin,
-        /// The command, or a number that the message does not define.
+        /// The command, or a number that the message definition lacks.
         command: EnumOrUnknown<TurnCommand>,
         /// Stamp by the sender's clock, which may differ from this host's.
         stamp: WallStamp,
@@ -23,7 +23,7 @@ pub enum CommandInput {
     Hazard {
         /// Origin of the command.
         origin: CommandOrigin,
-        /// The command, or a number that the message does not define.
+        /// The command, or a number that the message definition lacks.
         command: EnumOrUnknown<HazardCommand>,
         /// Stamp by the sender's clock, which may differ from this host's.
         stamp: WallStamp,
@@ -32,7 +32,7 @@ pub enum CommandInput {
     ControlMode {
         /// Identity of the message.
         sample: SampleId,
-        /// Mode of the vehicle.
+        /// Control mode, or a number that the message definition lacks.
         mode: EnumOrUnknown<ControlMode>,
         /// Stamp by the sender's clock, which may differ from this host's.
         stamp: WallStamp,
@@ -46,6 +46,6 @@ pub enum CommandInput {
         /// Reason for the failure.
         failure: SendFailure,
     },
-    /// The gateway is about to stop: each message is sent once more.
+    /// The gateway is about to stop: each message is sent one more time.
     Stop,
 }

@@ -1,4 +1,4 @@
-//! Messages of one command topic: which of them are used, and what the sender requests now.
+//! Messages of one command topic: decides which of them are used, and what the sender currently requests.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -14,15 +14,15 @@ use gateway_base::time::{MonoTime, Now, WallStamp, deadline_after};
 use turn_signal::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
 
 const UNDEFINED_SHOWN: Duration = Duration::from_secs(1);
-/// Number of changes within a time that indicates more than one sender.
+/// Number of changes within a time span that indicates more than one sender.
 const OSCILLATION: (usize, Duration) = (5, Duration::from_secs(1));
 
-/// A command as its message gives it.
+/// A command as encoded in its message.
 pub trait CommandMessage {
-    /// What it may request.
+    /// State that the command may request.
     type Request;
 
-    /// Returns what it requests; `None` for `NO_COMMAND`.
+    /// Returns the requested state; `None` for `NO_COMMAND`.
     fn request(self) -> Option<Self::Request>;
 }
 
@@ -40,7 +40,7 @@ impl CommandMessage for TurnCommand {
 }
 
 impl CommandMessage for HazardCommand {
-    /// True for on.
+    /// `true` = on.
     type Request = bool;
 
     fn request(self) -> Option<bool> {
@@ -62,8 +62,8 @@ pub enum CommandState<T> {
     NoCommand,
     /// The sender requests this state.
     Requested(T),
-    /// Nothing has been received for longer than the limit; the last message requested this, or was
-    /// `NO_COMMAND`.
+    /// Nothing has been received for longer than the timeout. The content is the last request, or `None`
+    /// after `NO_COMMAND`.
     TimedOut(Option<T>),
 }
 
@@ -84,18 +84,18 @@ pub enum LatestCommand {
     On,
 }
 
-/// Number of messages since start, by use.
+/// Number of messages since start, by outcome.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct IntakeCounts {
-    /// Messages of all writers.
+    /// Messages received from all writers.
     pub received: u64,
     /// Messages with `NO_COMMAND` that were used.
     pub no_command: u64,
     /// Messages with an undefined number.
     pub undefined: u64,
-    /// Messages that a later one of the same writer had overtaken.
+    /// Messages received after a later message of the same writer.
     pub overtaken: u64,
-    /// Stale messages. Only this count shows them, since an active sender soon sends again.
+    /// Stale messages. They are shown only by this count, since an active sender soon sends again.
     pub stale: u64,
 }
 
@@ -103,20 +103,20 @@ pub struct IntakeCounts {
 #[derive(Debug, Clone)]
 pub struct Intake<T> {
     timeout: Duration,
-    /// Last request with its latest receive time.
+    /// Last request with the latest time at which it was received.
     requested: Option<(T, MonoTime)>,
     last_used: Option<MonoTime>,
     undefined: Option<(u8, MonoTime)>,
     /// Times of the latest changes of the request, oldest first.
     changes: VecDeque<MonoTime>,
     stale_filter: StaleMessageFilter,
-    /// Number of messages since start, by use.
+    /// Number of messages since start, by outcome.
     pub counts: IntakeCounts,
 }
 
 impl<T: Lights> Intake<T> {
-    /// Creates the state of a topic that is subscribed to since `started`; its sender times out after
-    /// `timeout` without a message.
+    /// Creates the state of a topic subscribed to since `started`; its sender times out after `timeout`
+    /// without a message.
     pub fn new(timeout: Duration, started: WallStamp) -> Self {
         Self {
             timeout,
@@ -129,8 +129,8 @@ impl<T: Lights> Intake<T> {
         }
     }
 
-    /// Handles a message. Commands of all writers count in the order of reception. A stale or overtaken one
-    /// is only counted, but stamps are ignored for hazard lights on.
+    /// Handles a message. Commands of all writers count in the order of reception. A stale or overtaken
+    /// message is only counted; for hazard lights on, stamps are ignored.
     pub fn handle_command(
         &mut self,
         command: EnumOrUnknown<impl CommandMessage<Request = T>>,
@@ -177,7 +177,7 @@ impl<T: Lights> Intake<T> {
         }
     }
 
-    /// Returns true if the request changes faster than a single sender changes it.
+    /// Returns true if the request changes faster than a single sender would change it.
     pub fn is_oscillating(&self, now: MonoTime) -> bool {
         self.changes.len() == OSCILLATION.0
             && self.changes.front().is_some_and(|at| now.since(*at) <= OSCILLATION.1)
@@ -200,12 +200,12 @@ impl<T: Lights> Intake<T> {
         self.undefined.filter(|(_, at)| now.since(*at) <= UNDEFINED_SHOWN).map(|(number, _)| number)
     }
 
-    /// Returns the time since the last message that was used; `None` before the first.
+    /// Returns the time since the last message that was used; `None` before the first message.
     pub fn age(&self, now: MonoTime) -> Option<Duration> {
         self.last_used.map(|at| now.since(at))
     }
 
-    /// Returns the time at which command state, undefined number or oscillation change without another
+    /// Returns the time at which command state, undefined number or oscillation changes without another
     /// message.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let requested = self.requested.map(|(_, at)| deadline_after(at, self.timeout));
@@ -220,8 +220,8 @@ impl<T: Lights> Intake<T> {
     }
 }
 
-/// Merges the hazard commands of topic and decider: the topic's count, unless it requests nothing or the
-/// decider requests on. A silent decider has no effect.
+/// Merges the hazard commands of topic and decider: the topic's command applies, unless it requests nothing
+/// or the decider requests on. A silent decider has no effect.
 pub fn merged_hazard(topic: CommandState<bool>, decider: CommandState<bool>) -> CommandState<bool> {
     match (topic, decider) {
         (_, CommandState::Requested(true))
@@ -254,7 +254,7 @@ mod tests {
         Intake::new(Duration::from_millis(limit_ms), stamp(0))
     }
 
-    /// Takes a turn command of one writer, whose numbers are the times of reception.
+    /// Handles a turn command of one writer, whose sequence numbers are the receive times.
     fn take(turns: &mut Intake<Turn>, number: u8, stamp_ms: i64, ms: u64) {
         let sample = SampleId { writer: WriterId::default(), sequence: i64::try_from(ms).unwrap() };
         let command = EnumOrUnknown::<TurnCommand>::from(number);

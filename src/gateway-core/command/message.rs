@@ -10,14 +10,14 @@ use super::push_button::PushButtonSettings;
 use can_signal::can::MAX_DATA;
 use can_signal::validation::integrity::Protection;
 
-/// A message the gateway sends.
+/// A message that the gateway sends.
 #[derive(Debug, Clone)]
 pub struct CommandMessage {
-    /// Name in the DBC, for texts.
+    /// Name in the DBC, used in texts.
     pub name: String,
     /// The permission of the allow-list to send it.
     pub permission: SendPermission,
-    /// Bits that none of the parts below sets.
+    /// Bits set by none of the parts below.
     pub background: [u8; MAX_DATA],
     /// Bits for the turn indicators; `None` = the message has none.
     pub turn: Option<TurnPart>,
@@ -27,13 +27,13 @@ pub struct CommandMessage {
     pub enable: Option<Enable>,
     /// Counter and checksum, of the same kinds as in received messages.
     pub protection: Option<Protection>,
-    /// The frames that are sent without authority.
+    /// Frames sent without authority.
     pub idle: Idle,
-    /// Times at which it is sent.
+    /// Interval, burst and minimum interval of its frames.
     pub timing: SendTiming,
 }
 
-/// The bits that request turn indicators. All patches set the same bits.
+/// Bits that request turn indicators. All patches set the same bits.
 #[derive(Debug, Clone)]
 pub struct TurnPart {
     /// Values that request neither side.
@@ -42,35 +42,35 @@ pub struct TurnPart {
     pub left: Patch,
     /// Values that request the right side.
     pub right: Patch,
-    /// Both sides, where the same signal requests hazard lights.
+    /// Values that request both sides, if the same signal requests hazard lights.
     pub hazard: Option<Patch>,
-    /// No request; as `off` where the vehicle has no such value.
+    /// Values for no request; `None` = same as `off`, if the vehicle has no such value.
     pub none: Option<Patch>,
 }
 
-/// The bits that request hazard lights. All patches set the same bits.
+/// Bits that request hazard lights. All patches set the same bits.
 #[derive(Debug, Clone)]
 pub struct HazardPart {
-    /// Off; of a button: not pressed.
+    /// Values for off; for a button: not pressed.
     pub off: Patch,
-    /// On; of a button: pressed.
+    /// Values for on; for a button: pressed.
     pub on: Patch,
-    /// No request; as `off` where the vehicle has no such value.
+    /// Values for no request; `None` = same as `off`, if the vehicle has no such value.
     pub none: Option<Patch>,
-    /// The timing of a button that springs back; `None` for a switch that stays.
+    /// Timing of a momentary button; `None` for a latching switch.
     pub button: Option<PushButtonSettings>,
 }
 
-/// The bits that enable the rest of the message. Both patches set the same bits.
+/// Bits that enable the rest of the message. Both patches set the same bits.
 #[derive(Debug, Clone)]
 pub struct Enable {
-    /// Values with which the rest of the message counts.
+    /// Values with which the rest of the message takes effect.
     pub on: Patch,
-    /// Values with which the rest does not count.
+    /// Values with which the rest has no effect.
     pub off: Patch,
 }
 
-/// The frames that are sent while nothing is requested with authority.
+/// Frames sent while nothing is requested with authority.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Idle {
     /// Frames without a request.
@@ -80,25 +80,25 @@ pub enum Idle {
     Silent,
 }
 
-/// When a message is sent.
+/// Send times of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct SendTiming {
     /// Interval of frames while nothing changes.
     pub period: Duration,
     /// Frames in quick succession after a change, the first included; at least 1.
     pub burst: u8,
-    /// Interval of these frames.
+    /// Interval between the frames of a burst.
     pub burst_gap: Duration,
-    /// Least interval of two frames, whatever happens; at most the period.
+    /// Minimum interval between two frames in any case; at most the period.
     pub min_send_interval: Duration,
 }
 
-/// The contents of a frame before counter and checksum.
+/// Contents of a frame before counter and checksum are added.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FrameContents {
-    /// Bytes before counter and checksum.
+    /// Data without counter and checksum.
     pub data: [u8; MAX_DATA],
-    /// True if it requests something of the vehicle.
+    /// True if the frame requests something from the vehicle.
     pub authority: bool,
 }
 

@@ -2,10 +2,10 @@
 //! the vehicle's report (docs/spec/vehicle-interface.md, "Arbitration of commands").
 //!
 //! Vocabulary: a *command* is one message of a sender; its *command state* combines all its messages; a
-//! *grant* is what the control mode allows; a *request* goes to the vehicle with authority; *compliance* is
-//! the result of comparing the vehicle's report with the request.
+//! *grant* is a function that the control mode allows; a *request* goes to the vehicle with authority;
+//! *compliance* is the result of comparing the vehicle's report with the request.
 //!
-//! Without a control mode no command is granted:
+//! Without a control mode nothing is granted:
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -48,7 +48,7 @@ pub enum Turn {
 
 named_by_variant!(Turn);
 
-/// The state of the vehicle's lights as the gateway reports it; `None` while a report is withheld.
+/// State of the vehicle's lights as reported by the gateway; `None` while a report is withheld.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Reported {
     /// Reported state of the turn indicators.

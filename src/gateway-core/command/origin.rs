@@ -1,6 +1,6 @@
-//! Origin of a message for the command machine, by which messages are put in order.
+//! Origin of a message for the command machine; determines the order of messages.
 
-/// Identity of one writer of a topic, with DDS its GUID. Two writers never share it.
+/// Identity of one writer of a topic; with DDS, its GUID. Two writers never share it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct WriterId(pub [u8; 16]);
 
@@ -9,7 +9,7 @@ pub struct WriterId(pub [u8; 16]);
 pub struct SampleId {
     /// Writer of the message.
     pub writer: WriterId,
-    /// Sequence number, which a writer counts upwards.
+    /// Sequence number, which increases with each message of the writer.
     pub sequence: i64,
 }
 
@@ -18,6 +18,6 @@ pub struct SampleId {
 pub enum CommandOrigin {
     /// A command topic of Autoware.
     Topic(SampleId),
-    /// This gateway's own decider, whose commands arrive in order and at once.
+    /// This gateway's own decider, whose commands arrive in order and without delay.
     Decider,
 }

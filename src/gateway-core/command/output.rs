@@ -1,9 +1,9 @@
-//! The outputs of the command machine.
+//! Outputs of the command machine.
 
 use super::allow_list::CommandFrame;
 use can_signal::can::{BusIndex, Frame};
 
-/// A frame to send or to show.
+/// A frame to send, or to show in a dry run.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CommandOutput {
     /// A frame to send to the vehicle. Report the result before the next `settle`:
@@ -15,9 +15,9 @@ pub enum CommandOutput {
         /// True if the contents, without counter and checksum, differ from the last frame of this message.
         is_news: bool,
     },
-    /// In a dry run, the frame that would be sent to the vehicle now.
+    /// A frame in a dry run, that would be sent to the vehicle now.
     WouldTransmit {
-        /// Bus it would be sent on.
+        /// Bus on which it would be sent.
         bus: BusIndex,
         /// Frame with counter and checksum.
         frame: Frame,

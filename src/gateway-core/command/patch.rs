@@ -1,4 +1,4 @@
-//! Bits of a frame that are set together, checked in advance so that nothing can fail while driving.
+//! Bits of a frame that are set together, checked at start-up so that nothing can fail while driving.
 
 use can_signal::can::MAX_DATA;
 use can_signal::dbc::codec::SignalCodec;
@@ -24,7 +24,7 @@ pub enum PatchError {
     /// A multiplexor removes the signal from some frames.
     #[error("a command signal must be in every frame, but this one is multiplexed")]
     Multiplexed,
-    /// Another signal sets one of the bits as well.
+    /// Another signal also sets one of the bits.
     #[error("its bits are set by another signal as well")]
     Overlap,
 }
@@ -48,22 +48,22 @@ impl Patch {
         Ok(())
     }
 
-    /// Returns true if both set the same bits, whatever their values.
+    /// Returns true if both patches set the same bits, regardless of values.
     pub fn sets_like(&self, other: &Self) -> bool {
         self.mask == other.mask
     }
 
-    /// Returns true if they have a bit in common.
+    /// Returns true if both patches have a bit in common.
     pub fn overlaps(&self, other: &Self) -> bool {
         self.mask.iter().zip(other.mask).any(|(mine, other)| mine & other != 0)
     }
 
-    /// Returns true if `data` has these values, whatever its other bits are.
+    /// Returns true if `data` has these values, regardless of its other bits.
     pub fn matches(&self, data: &[u8; MAX_DATA]) -> bool {
         data.iter().zip(self.mask).zip(self.bits).all(|((byte, mask), bits)| byte & mask == bits)
     }
 
-    /// Puts the values into `data` and leaves all other bits alone.
+    /// Writes the values into `data` and leaves all other bits unchanged.
     pub fn apply(&self, data: &mut [u8; MAX_DATA]) {
         for ((byte, mask), bits) in data.iter_mut().zip(self.mask).zip(self.bits) {
             *byte = *byte & !mask | bits;
@@ -78,7 +78,7 @@ fn mask_of(signal: &SignalCodec) -> Result<[u8; MAX_DATA], PatchError> {
     let (lowest, highest) = signal.range();
     let all_ones = if lowest < 0 { -1 } else { highest };
     let mut mask = [0; MAX_DATA];
-    // In range of every signal with or without a sign.
+    // In range of every signal, signed or unsigned.
     let _ = signal.write(all_ones, &mut mask);
     Ok(mask)
 }

@@ -1,5 +1,5 @@
-//! A momentary hazard button. Each press toggles the lights, so it is pressed again until the report shows
-//! the request, up to a number of attempts.
+//! A momentary hazard button. Each press toggles the lights, so the button is pressed until the report shows
+//! the request or the attempts are used up.
 
 use std::time::Duration;
 
@@ -10,8 +10,8 @@ use gateway_base::time::MonoTime;
 pub struct PushButtonSettings {
     /// Time for which the button is held down.
     pub press: Duration,
-    /// Time to wait for the report afterwards. It must be longer than the report takes, since a second press
-    /// would undo the first.
+    /// Time to wait for the report after a press. It must exceed the delay of the report, since a second
+    /// press would undo the first.
     pub wait: Duration,
     /// Largest number of presses for one request.
     pub attempts: u8,
@@ -30,7 +30,7 @@ pub struct PushButton {
     settings: PushButtonSettings,
     state: ButtonState,
     requested: Option<bool>,
-    /// True if the report has shown the request, so that a later change comes from elsewhere.
+    /// True if the report has shown the request, so a later change has another cause.
     done: bool,
     presses: u8,
 }
@@ -41,7 +41,8 @@ impl PushButton {
         Self { settings, state: ButtonState::Released, requested: None, done: false, presses: 0 }
     }
 
-    /// Updates the button to `now` and returns true while it is pressed. Without a report it is not pressed.
+    /// Updates the button to `now` and returns true while it is pressed. Without a report the button is not
+    /// pressed.
     pub fn update(&mut self, requested: Option<bool>, reported: Option<bool>, now: MonoTime) -> bool {
         if requested != self.requested {
             (self.requested, self.done, self.presses) = (requested, false, 0);
@@ -54,12 +55,12 @@ impl PushButton {
             ButtonState::Released | ButtonState::Pressed { .. } | ButtonState::AwaitingFeedback { .. } => {}
         }
         if requested.is_none() {
-            // Without authority the button is released; a press that was cut short is waited for.
+            // Without authority the button is released; the report of a press cut short is awaited.
             if matches!(self.state, ButtonState::Pressed { .. }) {
                 self.state = ButtonState::AwaitingFeedback { until: now.after(self.settings.wait) };
             }
         } else if requested == reported {
-            // A press for the request before may still show.
+            // A press for the previous request may still show.
             self.done |= self.presses > 0 || self.state == ButtonState::Released;
         } else if self.state == ButtonState::Released
             && reported.is_some()
@@ -72,7 +73,7 @@ impl PushButton {
         matches!(self.state, ButtonState::Pressed { .. })
     }
 
-    /// Returns true if all attempts for the present request were without response.
+    /// Returns true if no attempt for the current request had a response.
     pub fn has_given_up(&self) -> bool {
         self.state == ButtonState::Released && !self.done && self.is_exhausted()
     }
@@ -106,7 +107,7 @@ mod tests {
         attempts: 3,
     };
 
-    /// Returns the times at which the button goes down on a vehicle whose report follows a press after
+    /// Returns the times at which the button is pressed on a vehicle whose report follows a press after
     /// `delay_ms`, or never.
     fn presses(requested: bool, delay_ms: Option<u64>) -> Vec<u64> {
         let mut button = PushButton::new(RULES);

@@ -1,4 +1,4 @@
-//! Sender of one message: periodic, immediate on a change, within its least interval and with an unbroken
+//! Sends one message: periodically and immediately on a change, with a minimum interval and an unbroken
 //! counter. It recognises its own frames by loopback.
 
 use std::collections::VecDeque;
@@ -12,7 +12,7 @@ use gateway_base::time::{MonoTime, deadline_after};
 
 /// Largest number of own frames expected back by loopback.
 const MAX_UNCONFIRMED: usize = 8;
-/// Failures in a row after which sending counts as broken.
+/// Number of successive failures after which sending counts as broken.
 const BROKEN_AFTER: u32 = 10;
 const FOREIGN_SHOWN: Duration = Duration::from_secs(1);
 
@@ -21,7 +21,7 @@ const FOREIGN_SHOWN: Duration = Duration::from_secs(1);
 pub enum SendFailure {
     /// The send queue is full (`ENOBUFS`, `EAGAIN`); a later attempt may succeed.
     QueueFull,
-    /// The socket refused it; the code is the `errno`.
+    /// The socket refused the frame; the code is the `errno`.
     Refused(i32),
 }
 
@@ -41,7 +41,7 @@ pub enum FrameOrigin {
 pub struct SendCounts {
     /// Frames submitted for sending that did not fail.
     pub sent: u64,
-    /// Submitted frames that request something of the vehicle.
+    /// Submitted frames that request something from the vehicle.
     pub with_authority: u64,
     /// Frames not sent because the queue was full.
     pub queue_full: u64,
@@ -53,7 +53,7 @@ pub struct SendCounts {
     pub foreign: u64,
 }
 
-/// The frame submitted last, to be taken back if sending fails.
+/// The last submitted frame, which is rolled back if sending fails.
 #[derive(Debug, Clone)]
 struct SubmittedFrame {
     frame: Frame,
@@ -73,12 +73,12 @@ pub struct Sender {
     failures: u32,
     unconfirmed: VecDeque<Frame>,
     foreign_at: Option<MonoTime>,
-    /// Number of frames since start.
+    /// Number of frames since start, by outcome.
     pub counts: SendCounts,
 }
 
 impl Sender {
-    /// Creates a sender that has sent nothing yet.
+    /// Creates a sender that has sent nothing.
     pub fn new(message: &CommandMessage) -> Self {
         Self {
             contents: None,
@@ -115,7 +115,7 @@ impl Sender {
         }
         self.burst_left = self.burst_left.saturating_sub(1);
         let next = if self.burst_left > 0 { now.after(timing.burst_gap) } else { due.after(timing.period) };
-        // A late caller does not make up for what it missed.
+        // After a late call, missed frames are not sent.
         self.due = Some(if next > now { next } else { now.after(timing.period) });
         let counter = self.counter;
         let frame = encode(&message.permission, message.protection.as_ref(), contents.data, counter)?;
@@ -125,7 +125,7 @@ impl Sender {
         self.counts.with_authority += u64::from(contents.authority);
         let submitted = SubmittedFrame { frame: *frame.frame(), counter, authority: contents.authority };
         if self.submitted.replace(submitted).is_some() {
-            // The frame before has not failed.
+            // The previous frame has not failed.
             self.failures = 0;
         }
         if self.unconfirmed.len() == MAX_UNCONFIRMED {
@@ -135,13 +135,13 @@ impl Sender {
         Some(frame)
     }
 
-    /// Records when the frame submitted last was sent, from which the next one keeps its distance.
+    /// Records when the last submitted frame was sent. The minimum interval starts at this time.
     pub fn handle_sent(&mut self, at: MonoTime) {
         self.last_sent = self.last_sent.max(Some(at));
     }
 
-    /// Records that the frame submitted last could not be sent: its counter is used again, and a frame is due
-    /// after the least interval. The failure of an earlier frame is ignored.
+    /// Records that the last submitted frame could not be sent: its counter value is used again, and a frame
+    /// is due after the minimum interval. The failure of an earlier frame is ignored.
     pub fn handle_failure(
         &mut self,
         message: &CommandMessage,
@@ -175,12 +175,12 @@ impl Sender {
         FrameOrigin::Foreign
     }
 
-    /// Forgets the submitted frames, which are not sent in a dry run and do not come back.
+    /// Forgets the submitted frames, which in a dry run are not sent and do not come back.
     pub fn forget_echoes(&mut self) {
         self.unconfirmed.clear();
     }
 
-    /// Drops all pending frames, because nothing can be sent. The next contents count as a change.
+    /// Drops all pending frames because nothing can be sent. The next contents count as a change.
     pub fn cut_off(&mut self) {
         self.contents = None;
         self.due = None;
@@ -190,13 +190,13 @@ impl Sender {
         self.unconfirmed.clear();
     }
 
-    /// Returns the time at which a frame is due, or a foreign one is no longer shown.
+    /// Returns the time at which a frame is due, or a foreign frame is no longer shown.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let foreign = self.foreign_at.map(|at| deadline_after(at, FOREIGN_SHOWN)).filter(|at| *at > now);
         self.due.into_iter().chain(foreign).min()
     }
 
-    /// Returns true if a frame is still to be sent.
+    /// Returns true if a frame is still waiting to be sent.
     pub fn is_waiting(&self) -> bool {
         self.due.is_some()
     }
@@ -225,7 +225,7 @@ pub enum SendProblem {
     Broken,
 }
 
-/// Builds a frame with counter and checksum; `None` when they do not fit, which the configuration excludes.
+/// Builds a frame with counter and checksum; `None` if they do not fit, which the configuration prevents.
 fn encode(
     permission: &SendPermission,
     protection: Option<&Protection>,

@@ -16,17 +16,17 @@ use can_signal::validation::table::{Role, SignalTable};
 /// The `[command]` section of the gateway's configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CommandSettings {
-    /// Source of the commands that are obeyed.
+    /// Source of the accepted commands.
     pub source: CommandSource,
     /// Sending of frames, or a dry run.
     pub transmit: Transmit,
     /// Source of the control mode.
     pub mode_from: ModeFrom,
-    /// Longest time without a turn command.
+    /// Longest time without a turn command before the sender times out.
     pub turn_timeout: Duration,
-    /// Longest time without a hazard command.
+    /// Longest time without a hazard command before the sender times out.
     pub hazard_timeout: Duration,
-    /// Requests after a timeout and at the end.
+    /// Requests after a timeout and at shutdown.
     pub rules: ArbitrationRules,
     /// Time that the vehicle may take to show a request.
     pub limits: FeedbackLimits,
@@ -56,7 +56,7 @@ impl From<CommandOrigin> for CommandSource {
 /// Sending of frames to the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Transmit {
-    /// Dry run: frames are decided and shown, but not sent.
+    /// Dry run: frames are built and shown, but not sent.
     #[default]
     Off,
     /// Frames are sent to the vehicle.
@@ -68,10 +68,10 @@ pub enum Transmit {
 pub enum ModeFrom {
     /// The topic `/vehicle/status/control_mode` carries it.
     Topic {
-        /// Time for which the last mode holds without a message.
+        /// Time for which the last mode remains valid without a message.
         timeout: Duration,
     },
-    /// The signals of `[control_mode]` in the profile give it.
+    /// The signals of `[control_mode]` in the profile carry it.
     Signal,
 }
 
@@ -80,14 +80,14 @@ pub enum ModeFrom {
 pub struct CommandBinding {
     /// Messages that can be sent.
     pub allowed: AllowList,
-    /// Descriptions of these messages, in the order of the profile.
+    /// Descriptions of the messages in `allowed`, in the order of the profile.
     pub messages: Vec<CommandMessage>,
     /// Messages and signals that are received for commands.
     pub table: SignalTable,
     /// Signals of a driver override.
     pub driver: Vec<DriverSign>,
-    /// What a user must know, and consent to by the vehicle's name, before frames are sent; `None` where no
-    /// consent is needed.
+    /// What a user must know before frames are sent, and consent to by giving the vehicle's name; `None` if
+    /// no consent is needed.
     pub needs_consent: Option<String>,
 }
 
@@ -101,7 +101,8 @@ pub struct DriverSign {
 }
 
 impl CommandSettings {
-    /// Returns the longest time for which a control mode of the topic holds; `None` if it comes from signals.
+    /// Returns the longest time for which a control mode from the topic remains valid; `None` if it comes
+    /// from signals.
     pub fn mode_timeout(&self) -> Option<Duration> {
         if let ModeFrom::Topic { timeout } = self.mode_from { Some(timeout) } else { None }
     }
@@ -113,7 +114,7 @@ impl CommandBinding {
         self.messages.is_empty()
     }
 
-    /// Returns true if one signal requests turn indicators and hazard lights.
+    /// Returns true if the same signal requests turn indicators and hazard lights.
     pub fn shares_signal(&self) -> bool {
         self.messages.iter().filter_map(|message| message.turn.as_ref()).any(|turn| turn.hazard.is_some())
     }

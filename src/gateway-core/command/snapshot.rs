@@ -1,4 +1,4 @@
-//! The present state of commands to the vehicle, for people and programs that watch the gateway.
+//! Current state of commands to the vehicle, for people and programs that monitor the gateway.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -100,14 +100,14 @@ pub struct SentMessageSnapshot {
 }
 
 impl CommandFlow {
-    /// The signals and messages that are received for commands.
+    /// Returns the signals and messages received for commands.
     pub fn received_snapshot(&self, buses: &[Bus], now: MonoTime) -> ReceivedSnapshot {
         let (table, observations) = (&self.binding.table, &self.observations);
         let received = Received { used_by: UsedBy::Command, table, observations, buses };
         received.snapshot(now, |_, _| Vec::new())
     }
 
-    /// The present state.
+    /// Returns the current state.
     pub fn snapshot(&self, buses: &[Bus], now: MonoTime) -> CommandSnapshot {
         let (turn, hazard) = self.views();
         let messages = self.send_counts().zip(&self.binding.messages).map(|((name, counts), message)| {

@@ -1,35 +1,35 @@
-//! Filters messages of a topic that were meant for another time: messages kept for late readers (transient
-//! local), delivered long after they were sent, or overtaken by a later one.
+//! Filters out messages of a topic that were meant for another time: messages stored for late joiners
+//! (transient local), delivered long after they were sent, or overtaken by a later message.
 //!
 //! Messages of each writer are ordered by sequence number. Stamps of different writers are never compared,
-//! and a stamp affects only the first messages of a writer that was silent: no clock can silence an active
-//! writer.
+//! and a stamp affects only the first messages of a writer after silence, so a wrong clock cannot silence an
+//! active writer.
 
 use std::time::Duration;
 
 use super::origin::{SampleId, WriterId};
 use gateway_base::time::{MonoTime, Now, WallStamp};
 
-/// Kept messages arrive in one burst; the next message of an active sender comes later.
+/// Stored messages arrive in one burst; the next message of an active sender arrives later.
 const BURST: Duration = Duration::from_millis(50);
 
-/// Largest number of writers that are remembered; the one with the oldest message is forgotten first.
+/// Largest number of remembered writers; the writer with the oldest message is forgotten first.
 const MAX_WRITERS: usize = 16;
 
-/// Longest time for which a message rejects earlier ones, so that a writer that restarts under its old
-/// identity is soon accepted.
+/// Longest time for which a message causes earlier messages to be rejected, so that a writer that restarts
+/// under its old identity is soon accepted.
 const MAX_ORDER_MEMORY: Duration = Duration::from_secs(1);
 
 /// Reason why a message was meant for another time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Untimely {
-    /// A later message of the same writer was received before.
+    /// A later message of the same writer was received first.
     Overtaken,
-    /// Its writer was not active before, and its stamp is older than the limit or from before the start.
+    /// Its writer was not active, and its stamp is older than the limit or precedes the start.
     Stale,
 }
 
-/// Recognises the untimely messages of one topic.
+/// Recognises untimely messages of one topic.
 #[derive(Debug, Clone)]
 pub(super) struct StaleMessageFilter {
     started: WallStamp,
@@ -43,19 +43,20 @@ struct WriterHistory {
     last_received: MonoTime,
     /// Sequence number and receive time of the last message that was used.
     last_used: Option<(i64, MonoTime)>,
-    /// Receive time of the first message of the current burst of stale ones.
+    /// Receive time of the first message of the current burst of stale messages.
     suspected_at: Option<MonoTime>,
 }
 
 impl StaleMessageFilter {
-    /// Creates a filter for a topic that is subscribed to since `started`. A writer is active for `limit`
-    /// after each used message.
+    /// Creates a filter for a topic subscribed to since `started`. A writer is active for `limit` after each
+    /// used message.
     pub(super) fn new(started: WallStamp, limit: Duration) -> Self {
         Self { started, limit, writers: Vec::new() }
     }
 
-    /// Checks a message; `Ok` if it is to be used. From its second message on a writer is accepted whatever
-    /// its clock shows; a message without a stamp (zero) or with `ignores_stamp` is accepted at once.
+    /// Checks a message; `Ok` if it is to be used. From its second message on, a writer is accepted
+    /// regardless of its clock; a message without a stamp (zero) or with `ignores_stamp` is accepted
+    /// immediately.
     pub(super) fn check(
         &mut self,
         sample: SampleId,
@@ -80,7 +81,7 @@ impl StaleMessageFilter {
         Ok(())
     }
 
-    /// Returns true if a stamp is older than the limit or from before the start.
+    /// Returns true if a stamp is older than the limit or precedes the start.
     fn is_old(&self, stamp: WallStamp, now: Now) -> bool {
         let age_ns = now.wall.as_nanos().saturating_sub(stamp.as_nanos());
         let is_late = u64::try_from(age_ns).is_ok_and(|age_ns| Duration::from_nanos(age_ns) > self.limit);
@@ -131,8 +132,8 @@ mod tests {
         SampleId { writer: WriterId([writer; 16]), sequence }
     }
 
-    /// Returns which messages are rejected, given receive time and stamp of each message of one writer in ms
-    /// since the start of the gateway at 100 s.
+    /// Returns whether each message of one writer is rejected, given its receive time and stamp in ms since
+    /// the start of the gateway at 100 s.
     fn rejected(messages: &[(u64, i64)]) -> Vec<bool> {
         let mut filter = StaleMessageFilter::new(wall(0), LIMIT);
         let mut sequence = 0;

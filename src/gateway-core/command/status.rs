@@ -1,4 +1,4 @@
-//! The statuses of the command machine: one for each function, and one for sending.
+//! Statuses of the command machine: one for each function, and one for transmission.
 
 use super::Turn;
 use super::arbitration::DecisionReason;
@@ -16,7 +16,7 @@ use gateway_base::names::{variant, variant_name, words};
 use gateway_base::time::MonoTime;
 
 impl CommandFlow {
-    /// The statuses `turn_indicators_command`, `hazard_lights_command` and `command_transmission`.
+    /// Returns the statuses `turn_indicators_command`, `hazard_lights_command` and `command_transmission`.
     /// `mode_signals` names the signals of the control mode.
     pub fn statuses(&self, mode_signals: &SignalTable, buses: &[Bus], now: MonoTime) -> Vec<Status> {
         let (turn, hazard) = self.views();
@@ -35,7 +35,7 @@ impl CommandFlow {
         ]
     }
 
-    /// Turn indicators and hazard lights.
+    /// Returns the views of turn indicators and hazard lights.
     pub(super) fn views(&self) -> (FunctionView<'_, Turn>, FunctionView<'_, bool>) {
         let CommandFinding { decision, turn, hazard, .. } = &self.finding;
         let turn = FunctionView {
@@ -122,7 +122,7 @@ fn mode_text(mode: ModeState) -> String {
     }
 }
 
-/// One function with all that its status shows.
+/// One function with everything that its status shows.
 pub(super) struct FunctionView<'a, T> {
     pub(super) finding: &'a FunctionFinding<T>,
     pub(super) request: Option<T>,
@@ -165,7 +165,8 @@ impl<T: Lights> FunctionView<'_, T> {
         }
     }
 
-    /// A request as commanded: whether it was sent, and whether the report shows it.
+    /// Returns the message about a request as commanded: whether it was sent, and whether the report shows
+    /// it.
     fn delivery_message(&self) -> MessagePart {
         let request = request_text(self.request);
         match (self.finding.delivery, self.finding.compliance) {
@@ -181,7 +182,7 @@ impl<T: Lights> FunctionView<'_, T> {
         }
     }
 
-    /// Returns the latest command. Each value has a variant of its name, so the fallback `Never` is not
+    /// Returns the latest command. Each value has a variant of the same name, so the fallback `Never` is not
     /// reached.
     pub(super) fn latest_command(&self) -> LatestCommand {
         match self.finding.command_state {

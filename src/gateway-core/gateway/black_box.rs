@@ -1,8 +1,9 @@
-//! The last inputs and decisions, kept so that a fault on the road can be replayed on a desk.
+//! Keeps the latest inputs and decisions, so that a fault on the road can be replayed at a desk.
 //!
-//! A change to ERROR opens a window; some time later everything from before it until then is handed out as a
-//! candump log with the decisions beside it. A replay of the log takes the same decisions, once it has seen
-//! as much of the bus as the gateway had. Outputs are kept as well, for a recording in another format.
+//! A change to ERROR opens a window. When it closes, everything from some time before the change is returned
+//! as a candump log, with the decisions in a second file. A replay of the log makes the same decisions once
+//! it has seen as much of the bus as the gateway had. Outputs are also kept, for a recording in another
+//! format.
 
 use std::collections::VecDeque;
 use std::fmt::Write as _;
@@ -12,26 +13,26 @@ use crate::gateway::event::Output;
 use can_signal::can::{CanInput, LinkState, LogNote};
 use gateway_base::time::{MonoTime, Now, WallStamp};
 
-/// The limits of what is kept.
+/// Limits of the black box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BlackBoxSettings {
-    /// Time before the change to ERROR.
+    /// Time kept before a change to ERROR.
     pub before: Duration,
     /// Time kept after a change to ERROR.
     pub after: Duration,
-    /// Most inputs kept, whatever time they cover; one needs about 100 bytes.
+    /// Maximum number of inputs kept, regardless of the time they cover; each takes about 100 bytes.
     pub most_inputs: usize,
-    /// Most outputs that are kept; one needs some hundred bytes, one with all statuses some 10,000.
+    /// Maximum number of outputs kept; each takes some hundred bytes, or some 10,000 with all statuses.
     pub most_outputs: usize,
 }
 
-/// The inputs and decisions kept so far.
+/// Inputs and decisions kept so far.
 #[derive(Debug, Clone)]
 pub struct BlackBox {
     settings: BlackBoxSettings,
     interfaces: Vec<String>,
     inputs: VecDeque<(CanInput, Now)>,
-    /// Link of each bus before the first kept input.
+    /// Link state of each bus before the first kept input.
     links: Vec<LinkState>,
     decisions: VecDeque<(MonoTime, String)>,
     outputs: VecDeque<(Output, Now)>,
@@ -39,14 +40,14 @@ pub struct BlackBox {
     fault: Option<Now>,
 }
 
-/// A window that has closed: what was kept, from which the texts of its two files are made elsewhere, since
-/// that takes longer than the frame loop may wait.
+/// Contents of a closed window. The texts of its two files are generated elsewhere, since this takes longer
+/// than the frame loop may block.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
-    /// The change to ERROR that it is about.
+    /// The change to ERROR that opened the window.
     pub fault: Now,
     interfaces: Vec<String>,
-    /// Link of each bus before the first input.
+    /// Link state of each bus before the first input.
     links: Vec<LinkState>,
     inputs: Vec<(CanInput, Now)>,
     decisions: Vec<(MonoTime, String)>,
@@ -54,24 +55,25 @@ pub struct Recording {
 }
 
 impl BlackBox {
-    /// An empty box for buses on these interfaces, with their links.
+    /// Creates an empty box for buses on these interfaces, with their link states.
     pub fn new(settings: BlackBoxSettings, interfaces: Vec<String>, links: Vec<LinkState>) -> Self {
         let (inputs, decisions, outputs) = (VecDeque::new(), VecDeque::new(), VecDeque::new());
         Self { settings, interfaces, inputs, links, decisions, outputs, fault: None }
     }
 
-    /// Changes the limits. A longer time before a change to ERROR is covered once it has passed.
+    /// Changes the limits. A longer time before a change to ERROR applies only once that much time has
+    /// passed.
     pub fn reconfigure(&mut self, settings: BlackBoxSettings) {
         self.settings = settings;
     }
 
-    /// Keeps an input at the time it is handled.
+    /// Records an input with the time at which it is handled.
     pub fn keep(&mut self, input: CanInput, at: Now) {
         self.inputs.push_back((input, at));
         self.forget_before(at.mono);
     }
 
-    /// Keeps a decision, as a line without its time; `fault` marks a change to ERROR.
+    /// Records a decision as a line without its time; `fault` marks a change to ERROR.
     pub fn decided(&mut self, line: String, fault: bool, at: Now) {
         if fault && self.fault.is_none() {
             self.fault = Some(at);
@@ -80,20 +82,20 @@ impl BlackBox {
         self.forget_before(at.mono);
     }
 
-    /// Keeps an output at the time it is given out.
+    /// Records an output with the time at which it is published.
     pub fn given_out(&mut self, output: Output, at: Now) {
         self.outputs.push_back((output, at));
         self.forget_before(at.mono);
     }
 
-    /// The window that closes now, if one does.
+    /// Returns the window that closes at `now`; `None` if none does.
     pub fn take(&mut self, now: Now) -> Option<Recording> {
         let fault = self.fault.take_if(|fault| now.mono >= fault.mono.after(self.settings.after))?;
         self.forget_before(now.mono);
         Some(self.recording(fault))
     }
 
-    /// The open window, if one is, closed before its time because the gateway stops.
+    /// Closes the open window early, because the gateway stops, and returns it; `None` if none is open.
     pub fn flush(&mut self) -> Option<Recording> {
         self.fault.take().map(|fault| self.recording(fault))
     }
@@ -109,7 +111,7 @@ impl BlackBox {
         }
     }
 
-    /// Drops what no window that is open at `now` or later can cover, inputs and decisions alike.
+    /// Drops inputs, decisions and outputs that no window open at `now` or later can cover.
     fn forget_before(&mut self, now: MonoTime) {
         let (kept, most) = (self.settings.before + self.settings.after, self.settings.most_inputs);
         let is_old = |at: MonoTime| now.since(at) > kept;
@@ -135,7 +137,7 @@ impl BlackBox {
 }
 
 impl Recording {
-    /// A candump log. Lines that begin with `#` are notes of events for which candump has no line.
+    /// Returns a candump log. Lines that begin with `#` record events for which candump has no line.
     pub fn log(&self) -> String {
         let start = self.start();
         let mut log = String::new();
@@ -150,7 +152,8 @@ impl Recording {
         log
     }
 
-    /// A decision a line, as `replay` prints them; `line` writes one with its time since the first input.
+    /// Returns the decisions, one a line, as printed by `replay`; `line` formats one with its time since the
+    /// first input.
     pub fn decisions(&self, line: impl Fn(MonoTime, &str) -> String) -> String {
         let start = self.start().mono;
         let since = |at: MonoTime| MonoTime::from_nanos(at.as_nanos().saturating_sub(start.as_nanos()));
@@ -158,20 +161,21 @@ impl Recording {
         covered.map(|(at, text)| line(since(*at), text) + "\n").collect()
     }
 
-    /// The inputs in their order, with the stamps that they have in [`Self::log`].
+    /// Returns the inputs in order, with the stamps that they have in [`Self::log`].
     pub fn inputs(&self) -> impl Iterator<Item = (&CanInput, WallStamp)> {
         let start = self.start();
         self.inputs.iter().map(move |(input, at)| (input, wall(start, *at)))
     }
 
-    /// Returns the outputs from the first input on.
+    /// Returns the outputs since the first input.
     pub fn outputs(&self) -> impl Iterator<Item = (&Output, WallStamp)> {
         let start = self.start();
         let covered = self.outputs.iter().filter(move |(_, at)| at.mono >= start.mono);
         covered.map(move |(output, at)| (output, wall(start, *at)))
     }
 
-    /// Returns the time of the first input, with which the log begins; without one, the time of the fault.
+    /// Returns the time of the first input, with which the log begins; the time of the fault if there is no
+    /// input.
     pub fn start(&self) -> Now {
         self.inputs.first().map_or(self.fault, |(_, at)| *at)
     }
@@ -202,12 +206,12 @@ fn write_note(log: &mut String, start: Now, at: Now, interface: &str, note: LogN
     let _ = writeln!(log, "# ({}) {interface} {note}", stamp(start, at));
 }
 
-/// Seconds and microseconds of [`wall`].
+/// Returns the seconds and microseconds of [`wall`].
 fn stamp(start: Now, at: Now) -> String {
     wall(start, at).candump_text()
 }
 
-/// A time on the time line that decided, which the wall clock's steps leave alone.
+/// Returns a time on the monotonic time line used for decisions, which steps of the wall clock do not affect.
 fn wall(start: Now, at: Now) -> WallStamp {
     start.wall.after(at.mono.since(start.mono))
 }
@@ -327,7 +331,7 @@ mod tests {
         let mut black_box = black_box(1000);
         black_box.given_out(output(), at(5));
         black_box.keep(frame(1, 10), at(10));
-        // The wall clock was set back meanwhile; a time line is not.
+        // The wall clock was set back in the meantime; the time line was not.
         black_box.given_out(output(), Now { wall: at(0).wall, ..at(20) });
         black_box.decided("ERROR".into(), true, at(20));
         let recording = black_box.take(at(80)).unwrap();

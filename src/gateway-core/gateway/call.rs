@@ -1,5 +1,5 @@
-//! The calls of a live gateway, as a recording keeps them beside what was received: with both, a replay makes
-//! the same calls again, and the gateway decides the same at the same times.
+//! Calls of a live gateway. A recording stores them next to the received data, so that a replay can repeat
+//! the same calls and the gateway makes the same decisions at the same times.
 
 use crate::command::input::CommandInput;
 use crate::command::origin::{CommandOrigin, SampleId};
@@ -8,42 +8,42 @@ use crate::gateway::event::Input;
 use can_signal::can::{BusIndex, LinkState, LogNote};
 use gateway_base::time::Now;
 
-/// A call, but for the frames and samples themselves, which have messages of their own.
+/// A call, without its frames and samples, which are recorded as separate messages.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum GatewayCall {
-    /// The gateway starts with these links, one for each bus.
+    /// The gateway starts with these link states, one for each bus.
     Start(Vec<LinkState>),
-    /// So many inputs of the buses were read together; they follow, as frames and notes.
+    /// This many bus inputs were read together; they follow as frames and notes.
     Read(u32),
-    /// An input of a bus for which there is no frame.
+    /// An input of a bus that is not a frame.
     Note(BusIndex, LogNote),
-    /// A sample of ROS 2 was read; it follows.
+    /// A ROS 2 sample was read; it follows.
     Sample(SampleId),
-    /// What is due is handled.
+    /// Everything that is due is handled.
     Look,
-    /// The frame that was given out last was sent.
+    /// The last frame published by the gateway was sent.
     Sent,
-    /// The frame that was given out last could not be sent.
+    /// The last frame published by the gateway could not be sent.
     SendFailed(SendFailure),
-    /// The configuration was read again.
+    /// The configuration was reloaded.
     Reconfigure,
     /// The gateway is about to stop.
     Stop,
 }
 
-/// A call with its time, as the gateway's clocks had it.
+/// A call with its time on the gateway's clocks.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TimedCall {
-    /// Position among all calls since the start, from 1. A gap tells of calls that were not recorded.
+    /// Position among all calls since the start, from 1. A gap indicates calls that were not recorded.
     pub number: u64,
-    /// When it was made.
+    /// Time of the call on both clocks.
     pub at: Now,
-    /// The call.
+    /// The call at that time.
     pub call: GatewayCall,
 }
 
 impl GatewayCall {
-    /// Returns the call that tells the result of sending a frame; `None` for another input of the commands.
+    /// Returns the call that records the result of sending a frame; `None` for other inputs of the commands.
     pub fn of_result(result: &CommandInput) -> Option<Self> {
         match result {
             CommandInput::Sent(_) => Some(Self::Sent),
@@ -55,7 +55,7 @@ impl GatewayCall {
         }
     }
 
-    /// Returns the call that comes before a sample.
+    /// Returns the call that precedes a sample.
     pub fn of_sample(input: &Input) -> Self {
         let id = match input {
             Input::Command(

@@ -1,4 +1,4 @@
-//! The catalogue of all statuses of the gateway with their messages.
+//! Catalogue of all statuses of the gateway with their messages.
 
 use crate::command::catalogue::{COMMAND, COMMAND_TRANSMISSION};
 use crate::{v2i_reception, vehicle_lights, vehicle_status};
@@ -32,7 +32,7 @@ pub static SECTIONS: [&Section; 10] = [
     &v2i_reception::catalogue::V2I_TRAFFIC_LIGHTS,
 ];
 
-/// All reasons that are part of messages; also [`can_signal::can::catalogue::LINK`] gives reasons.
+/// All reasons that are part of messages, in addition to [`can_signal::can::catalogue::LINK`].
 pub static REASONS: [&[&MessageRow]; 7] = [
     validation::catalogue::MISSING,
     validation::catalogue::ASLEEP,

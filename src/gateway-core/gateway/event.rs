@@ -1,7 +1,7 @@
-//! The alphabet of the gateway: everything that can go in, everything that can come out.
+//! All inputs and outputs of the gateway.
 //!
-//! Each flow has its own inputs and outputs; here they are joined. The daemon makes [`Input`]s of what
-//! sockets receive and sends [`Output`]s to sockets; a replay makes the same `Input`s of a file.
+//! Each flow has its own inputs and outputs; this module joins them. The daemon creates [`Input`]s from
+//! received data and sends [`Output`]s to sockets; a replay creates the same `Input`s from a file.
 
 use derive_more::From;
 
@@ -17,45 +17,46 @@ use traffic_lights::output::TrafficLightOutput;
 use turn_signal::output::TurnSignalOutput;
 use turn_signal::planner_input::PlannerInput;
 
-/// One thing that happened outside.
+/// One external event.
 #[derive(Debug, Clone, PartialEq, From)]
 pub enum Input {
-    /// On a CAN bus, for every flow that reads some of its messages.
+    /// Event on a CAN bus, for every flow that reads some of its messages.
     Can(CanInput),
-    /// For the traffic lights.
+    /// Input of the traffic lights.
     TrafficLight(TrafficLightInput),
-    /// For the turn signal decider.
+    /// Input of the turn signal decider.
     Planner(PlannerInput),
-    /// For the command machine.
+    /// Input of the command machine.
     Command(CommandInput),
-    /// Nothing has happened, but a deadline has come.
+    /// No event, but a deadline has been reached.
     Tick,
 }
 
-/// One thing to do outside.
+/// One action for the caller.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Output {
-    /// Of the vehicle's lights.
+    /// Output of the vehicle's lights.
     VehicleLights(VehicleLightsOutput),
-    /// Of the vehicle's status.
+    /// Output of the vehicle's status.
     VehicleStatus(VehicleStatusOutput),
-    /// Of the traffic lights.
+    /// Output of the traffic lights.
     TrafficLights(TrafficLightOutput),
-    /// Of the turn signal decider.
+    /// Output of the turn signal decider.
     TurnSignal(TurnSignalOutput),
-    /// Of the command machine.
+    /// Output of the command machine.
     Command(CommandOutput),
     /// Publishes a `DiagnosticArray`.
     Diagnostics {
-        /// The statuses that are published.
+        /// Statuses to publish.
         diagnostics: Diagnostics,
-        /// Stamp of the header, which is the present time.
+        /// Stamp of the header: the current time.
         stamp: WallStamp,
     },
 }
 
 impl Input {
-    /// When the kernel or the recorder received it; `None` for what happened when it was read.
+    /// Returns the time at which the kernel or the recorder received the input; `None` for an event that
+    /// happens when it is read.
     pub fn stamp(&self) -> Option<WallStamp> {
         match self {
             Self::Can(input) => input.stamp(),

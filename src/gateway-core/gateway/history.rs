@@ -1,8 +1,8 @@
-//! What has changed in the last hours: reports, statuses, new requests to the vehicle, and the life of the
+//! Changes of the last hours: reports, statuses, new requests to the vehicle, and starts and stops of the
 //! process.
 //!
-//! [`History`] is bounded in bytes. When it is full, the subject that takes the most room loses its oldest
-//! entry, so that a status that changes all the time displaces itself and nothing else.
+//! [`History`] is bounded in bytes. When it is full, the subject that uses the most memory loses its oldest
+//! entry, so a status that changes constantly displaces only its own entries.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::RangeInclusive;
@@ -15,13 +15,14 @@ use gateway_base::time::{MonoTime, WallStamp};
 
 /// Longest text of an entry, bytes.
 const MAX_TEXT: usize = 2_000;
-/// Memory that an entry needs beside its texts, bytes.
+/// Memory per entry in addition to its texts, bytes.
 const OVERHEAD: usize = 240 + MAX_RECORDING;
-/// Largest number of an entry, which JavaScript still counts on from; a file with a larger one is not ours.
+/// Largest number of an entry, chosen so that JavaScript can still count on from it; a file with a larger
+/// number was not written by the gateway.
 const MAX_NUMBER: u64 = 1 << 52;
 /// Longest name of a recording, bytes.
 const MAX_RECORDING: usize = 64;
-/// Most subjects of a history that is restored.
+/// Maximum number of subjects in a restored history.
 const MAX_SUBJECTS: usize = 1_000;
 
 /// What a change is about.
@@ -44,18 +45,18 @@ pub enum ChangeKind {
     Missing,
 }
 
-/// A change, before it is kept.
+/// A change to be added to the history.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Change {
-    /// What it is about.
+    /// Kind of its subject.
     pub kind: ChangeKind,
     /// Severity of a status; WARN where a report ends.
     pub level: Level,
-    /// The report, the status, or whatever else has changed.
+    /// The report, status or other subject that has changed.
     pub subject: String,
-    /// Value of the report, message of the status, or what happened.
+    /// Value of the report, message of the status, or event.
     pub text: String,
-    /// What to do; empty if nothing is to be done.
+    /// Remedy; empty if no action is needed.
     pub remedy: String,
 }
 
@@ -82,7 +83,7 @@ pub struct HistoryEntry {
 }
 
 impl HistoryEntry {
-    /// Time of the computer's clock.
+    /// Returns the time by the computer's clock.
     pub fn stamp(&self) -> WallStamp {
         WallStamp::from_nanos(self.stamp_ns)
     }
@@ -98,7 +99,7 @@ pub struct InBlackBox {
     pub at_us: u64,
 }
 
-/// The changes of the last hours.
+/// Changes of the last hours.
 #[derive(Debug, Clone)]
 pub struct History {
     subjects: BTreeMap<String, Subject>,
@@ -118,21 +119,22 @@ struct Subject {
 #[derive(Debug, Clone)]
 struct Kept {
     entry: HistoryEntry,
-    /// When the gateway decided it; `None` for an entry of an earlier process, or about the process itself.
+    /// Time of the gateway's decision; `None` for an entry from an earlier process, or about the process
+    /// itself.
     at: Option<MonoTime>,
 }
 
-/// Which entries are asked for.
+/// Selects entries of the history.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct HistoryRequest {
-    /// Entries after this number, beginning with the oldest of them.
+    /// Entries after this number, starting with the oldest of them.
     pub after: Option<u64>,
-    /// Entries before this number, beginning with the newest of them; without a number, the newest of all.
+    /// Entries before this number, starting with the newest of them; without a number, the newest of all.
     pub before: Option<u64>,
-    /// Most entries that are wanted.
+    /// Maximum number of entries to return.
     pub count: Option<usize>,
-    /// Lowest level.
+    /// Lowest level to return.
     pub level: Level,
 }
 
@@ -148,10 +150,10 @@ pub struct HistoryPage {
 }
 
 impl History {
-    /// Most entries of an answer.
+    /// Maximum number of entries in an answer.
     pub const MAX_PAGE: usize = 500;
 
-    /// Creates an empty history that needs about so many bytes at most.
+    /// Creates an empty history that uses at most about `max_bytes` bytes.
     pub fn new(max_bytes: usize) -> Self {
         Self { subjects: BTreeMap::new(), max_bytes, bytes: 0, next_number: 1, revision: 0 }
     }
@@ -161,19 +163,18 @@ impl History {
         self.next_number
     }
 
-    /// Numbers the next entry with `number` at the least, so that no number comes twice that an earlier
-    /// process may have given.
+    /// Gives the next entry at least this `number`, so that no number of an earlier process is reused.
     pub fn go_on_from(&mut self, number: u64) {
         self.next_number = self.next_number.max(number.min(MAX_NUMBER));
     }
 
-    /// Returns a number that grows with each change of what is kept.
+    /// Returns a number that increases with each change of the contents.
     pub fn revision(&self) -> u64 {
         self.revision
     }
 
-    /// Puts entries of an earlier process before all that comes. Returns how many could not be used: their
-    /// numbers do not grow, they are longer than ours, or they have too many subjects.
+    /// Inserts entries of an earlier process before all later ones. Returns how many could not be used
+    /// because their numbers do not increase, they are too long, or they have too many subjects.
     pub fn restore(&mut self, entries: impl IntoIterator<Item = HistoryEntry>) -> u64 {
         let mut unusable = 0;
         for entry in entries {
@@ -193,7 +194,8 @@ impl History {
         unusable
     }
 
-    /// Keeps a change that the gateway decided at `at`, if it did, with the time of the computer's clock.
+    /// Adds a change. `at` is the time of the gateway's decision, if it made one, and `stamp` the time by the
+    /// computer's clock.
     pub fn add(&mut self, change: Change, at: Option<MonoTime>, stamp: WallStamp) {
         let Change { kind, level, subject, text, remedy } = change;
         let [subject, text, remedy] = [subject, text, remedy].map(shortened);
@@ -211,7 +213,7 @@ impl History {
         self.keep(Kept { entry, at });
     }
 
-    /// Notes that the frames of this time are in a recording of this name.
+    /// Marks the entries of this time span as covered by the recording with this name.
     pub fn recorded(&mut self, time: &RangeInclusive<MonoTime>, recording: &str) {
         let (start, end) = (*time.start(), *time.end());
         self.revision += 1;
@@ -222,7 +224,7 @@ impl History {
         for Kept { entry, at } in entries {
             let Some(at) = at.filter(|at| *at <= end) else { continue };
             let at_us = u64::try_from(at.since(start).as_micros()).unwrap_or(u64::MAX);
-            // The first recording that covers it has more of what came before.
+            // The first recording that covers it has more of the preceding time.
             entry.black_box.get_or_insert(InBlackBox { recording: recording.to_owned(), at_us });
         }
     }
@@ -234,7 +236,7 @@ impl History {
         self.subjects.values().find_map(|subject| Some(&subject.entries.get(find(subject)?)?.entry))
     }
 
-    /// Returns the entries that a request asks for, at most [`Self::MAX_PAGE`].
+    /// Returns the entries selected by `request`, at most [`Self::MAX_PAGE`].
     pub fn page(&self, request: HistoryRequest) -> HistoryPage {
         let count = request.count.unwrap_or(Self::MAX_PAGE).clamp(1, Self::MAX_PAGE);
         let after = request.after.unwrap_or(0);
@@ -248,7 +250,7 @@ impl History {
                 let end = subject.entries.partition_point(|kept| kept.entry.number < before).max(first);
                 let entries = subject.entries.range(first..end).map(|kept| &kept.entry);
                 let wanted = entries.filter(|entry| entry.level >= request.level);
-                // One more than wanted shows that there are more.
+                // One more entry than requested shows whether there are more.
                 let part: Vec<_> = if is_from_oldest {
                     wanted.take(count + 1).collect()
                 } else {
@@ -286,7 +288,7 @@ impl History {
         while self.bytes > self.max_bytes && self.drop_one() {}
     }
 
-    /// Drops the oldest entry of the largest subject; false if there is none.
+    /// Drops the oldest entry of the largest subject; returns false if there is none.
     fn drop_one(&mut self) -> bool {
         let largest = self.subjects.iter_mut().max_by_key(|(_, subject)| subject.bytes);
         let Some((name, subject)) = largest else { return false };
@@ -305,7 +307,7 @@ fn size(entry: &HistoryEntry) -> usize {
     OVERHEAD + entry.subject.len() + entry.text.len() + entry.remedy.as_ref().map_or(0, String::len)
 }
 
-/// The text, or as much of it as may be kept.
+/// Shortens a text to the length that may be kept.
 fn shortened(mut text: String) -> String {
     if text.len() > MAX_TEXT {
         let room = MAX_TEXT - '…'.len_utf8();
@@ -339,7 +341,7 @@ mod tests {
         page.entries.iter().map(|entry| entry.number).collect()
     }
 
-    /// 1 to 9: an even number is of `b`, another of `a`; 3, 6 and 9 are OK.
+    /// Adds entries 1 to 9: even numbers belong to `b`, odd numbers to `a`; 3, 6 and 9 are OK.
     fn nine() -> History {
         let mut history = History::new(1_000_000);
         for number in 1..10 {

@@ -1,7 +1,7 @@
-//! Handles reports that are decided late, because the process was stopped or the machine was busy.
+//! Handles reports that are decided late because the process was stopped or the machine was busy.
 //!
-//! Inputs of that time are decided in the order of their stamps, as in a recording. The reports are out of
-//! date when they are decided, so only the last one of each topic is published.
+//! Inputs of that time are handled in the order of their stamps, as in a recording. The resulting reports are
+//! out of date, so only the last report of each topic is published.
 
 use std::mem::{Discriminant, discriminant};
 use std::time::Duration;
@@ -20,7 +20,7 @@ pub(super) struct LateReports {
     held: Vec<(Report, Output)>,
 }
 
-/// What the outputs of a report topic have in common.
+/// Key of a report topic, shared by its outputs.
 #[derive(Debug, PartialEq)]
 enum Report {
     Lights(Discriminant<VehicleLightsOutput>),
@@ -28,7 +28,7 @@ enum Report {
 }
 
 impl Report {
-    /// The report that an output publishes; `None` for other outputs.
+    /// Returns the report topic of an output; `None` for other outputs.
     fn of(output: &Output) -> Option<Self> {
         match output {
             Output::VehicleLights(output) => Some(Self::Lights(discriminant(output))),
@@ -42,8 +42,8 @@ impl Report {
 }
 
 impl LateReports {
-    /// Keeps a report that is `lag` late, and returns true, if that is too late. A report in time replaces
-    /// the kept one of its topic.
+    /// Holds a report if its `lag` is too large, and returns true in that case. A report that is in time
+    /// discards the held report of its topic.
     pub(super) fn holds(&mut self, output: &Output, lag: Duration) -> bool {
         let Some(report) = Report::of(output) else { return false };
         let is_late = lag > MAX_REPORT_LAG;
@@ -54,7 +54,7 @@ impl LateReports {
         is_late
     }
 
-    /// Takes the kept reports. Call it when everything that is due has been decided.
+    /// Returns and removes the held reports. Call it when everything that is due has been decided.
     pub(super) fn take(&mut self) -> impl Iterator<Item = Output> + use<> {
         std::mem::take(&mut self.held).into_iter().map(|(_, output)| output)
     }

@@ -1,8 +1,8 @@
-//! Runs the gateway on live inputs: perception in the steps of a replay, commands in real time.
+//! Runs the gateway on live inputs: perception in the same steps as a replay, commands in real time.
 //!
-//! Inputs of perception are handled as soon as they are read, at the time they were received. A deadline is
-//! handled before the first input that was received after it, or [`LAG`] after its time. Commands and frames
-//! to the vehicle do not wait for this: they are due by the clock.
+//! Inputs of perception are handled as soon as they are read, with the time at which they were received. A
+//! deadline is handled before the first input received after it, or [`LAG`] after its time. Commands and
+//! frames to the vehicle do not wait for this: they follow the real-time clock.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -17,41 +17,41 @@ use crate::command::output::CommandOutput;
 use can_signal::can::LinkState;
 use gateway_base::time::{MonoTime, Now};
 
-/// What a live gateway is connected to: the sockets and files of the daemon, or the recording of a run.
+/// Connections of a live gateway: the sockets and files of the daemon, or the recording of a run.
 pub trait Edges {
-    /// An input or deadline of perception is handled next, at this time.
+    /// Called before an input or deadline of perception is handled at this time.
     fn handles(&mut self, input: &Input, at: Now);
 
-    /// Sends the frame of an output to the vehicle, which the gateway decided on at `read`. Returns the
-    /// result, and when it was known.
+    /// Sends the frame of an output to the vehicle; the gateway decided on it at `read`. Returns the result,
+    /// and when it was known.
     fn transmit(&mut self, output: &Output, frame: &CommandFrame, read: Now) -> (CommandInput, Now);
 
-    /// Takes an output.
+    /// Publishes an output.
     fn give_out(&mut self, output: GivenOut);
 
     /// Publishes a report that was held because it was late.
     fn publish_late(&mut self, output: &Output, read: Now);
 
-    /// All outputs of a time have been given out.
+    /// Called when all outputs of a time have been published.
     fn end_moment(&mut self, at: Now);
 }
 
-/// An output of a live gateway.
+/// An output of a live gateway, with the time of its decision.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GivenOut {
-    /// The output.
+    /// The output to publish.
     pub output: Output,
-    /// When its decision was due.
+    /// Time at which its decision was due.
     pub at: Now,
-    /// By how much later it is given out.
+    /// Delay from `at` until the output is published.
     pub lag: Duration,
-    /// The report is too late to be published now: [`Edges::publish_late`] follows unless a newer one comes
-    /// first.
+    /// True if the report is too late to be published now: [`Edges::publish_late`] follows unless a newer
+    /// report comes first.
     pub is_held: bool,
 }
 
 impl GivenOut {
-    /// Creates an output that is given out when it was due.
+    /// Creates an output that is published at the time it was due.
     pub fn on_time(output: Output, at: Now) -> Self {
         Self { output, at, lag: Duration::ZERO, is_held: false }
     }
@@ -62,22 +62,22 @@ impl GivenOut {
 pub struct Live {
     gateway: Gateway,
     time: LiveTime,
-    /// Inputs of perception that were read but not handled.
+    /// Inputs of perception that have been read but not handled.
     waiting: VecDeque<(Input, Now)>,
     handled: MonoTime,
     late_reports: LateReports,
 }
 
 impl Live {
-    /// Starts a gateway with the link of each bus.
+    /// Starts a gateway with the link state of each bus.
     pub fn new(settings: GatewaySettings, links: &[LinkState], now: Now) -> Self {
         let gateway = Gateway::with_links(settings, links, now);
         let (time, handled) = (LiveTime::starting_at(now), now.mono);
         Self { gateway, time, waiting: VecDeque::new(), handled, late_reports: LateReports::default() }
     }
 
-    /// Takes inputs that were read at `read`, commands are handled at once; inputs of perception are queued,
-    /// each after `observe` has seen it with its time. Then call [`Self::look`].
+    /// Accepts inputs that were read at `read`. Commands are handled immediately; inputs of perception are
+    /// queued after `observe` has received each with its time. Then call [`Self::look`].
     pub fn take<I: Into<Input>>(
         &mut self,
         inputs: impl IntoIterator<Item = I>,
@@ -96,14 +96,14 @@ impl Live {
         }
     }
 
-    /// Handles what is due at `read`, and gives out what comes of it.
+    /// Handles everything that is due at `read`, and publishes the resulting outputs.
     pub fn look(&mut self, read: Now, edges: &mut impl Edges) {
-        // The outputs from before the first step belong to the start.
+        // Outputs from before the first step belong to the start.
         self.give_out(read, self.now(), edges);
         while let Some(at) = self.step(read.mono, |input, at| edges.handles(input, at)) {
             self.give_out(read, at, edges);
         }
-        // All that was due at `read` is decided: what is held now is current.
+        // Everything due at `read` is decided, so the held reports are current.
         for output in self.late_reports.take() {
             edges.publish_late(&output, read);
         }
@@ -111,8 +111,8 @@ impl Live {
         self.give_out(read, read, edges);
     }
 
-    /// Gives out the outputs of a decision at `at` that was made at `read`. The result of sending a frame to
-    /// the vehicle goes back as an input.
+    /// Publishes the outputs of a decision due at `at` and made at `read`. The result of sending a frame to
+    /// the vehicle is passed back as an input.
     fn give_out(&mut self, read: Now, at: Now, edges: &mut impl Edges) {
         while let Some(output) = self.poll_output() {
             if let Output::Command(CommandOutput::Transmit { frame, .. }) = &output {
@@ -126,8 +126,8 @@ impl Live {
         edges.end_moment(at);
     }
 
-    /// Handles the next input or deadline of perception that is due at `read`, after `observe` has seen it.
-    /// Returns its time, or `None` if nothing is due.
+    /// Passes the next input or deadline of perception that is due at `read` to `observe`, then handles it.
+    /// Returns its time; `None` if nothing is due.
     pub fn step(&mut self, read: MonoTime, observe: impl FnOnce(&Input, Now)) -> Option<Now> {
         let deadline = self.next_deadline();
         let is_input = self.waiting.front().map(|(_, at)| at.mono < deadline);
@@ -149,7 +149,7 @@ impl Live {
         self.gateway.reconfigure(settings, now);
     }
 
-    /// Returns the gateway.
+    /// Returns the gateway behind the live inputs.
     pub fn gateway(&self) -> &Gateway {
         &self.gateway
     }
@@ -159,19 +159,18 @@ impl Live {
         self.time.now(self.handled)
     }
 
-    /// Queues the frames to the vehicle that are due at `read`. Call it after the steps until then.
+    /// Queues the frames to the vehicle that are due at `read`. Call it after all steps up to `read`.
     pub fn settle_commands(&mut self, read: Now) {
         self.gateway.read_wall_clock(read);
         self.gateway.settle_commands(read);
     }
 
-    /// Returns true if the last frames to the vehicle are out, after
-    /// [`CommandInput::Stop`].
+    /// Returns true after [`CommandInput::Stop`] once the last frames to the vehicle have been sent.
     pub fn is_finished(&self) -> bool {
         self.gateway.is_finished()
     }
 
-    /// Returns when to call [`Self::step`] and [`Self::settle_commands`] if nothing is read before.
+    /// Returns when to call [`Self::step`] and [`Self::settle_commands`] if nothing is read earlier.
     pub fn wake_at(&self) -> MonoTime {
         let step = self.next_deadline().after(LAG);
         self.gateway.next_command_deadline().map_or(step, |due| due.min(step))

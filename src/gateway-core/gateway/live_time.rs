@@ -1,56 +1,56 @@
-//! Live inputs on the time line that a recording of them would have.
+//! Places live inputs on the time line that their recording would have.
 //!
-//! A replay knows a frame only by its stamp. So that a drive and its recording decide alike, live
-//! frames are placed by their kernel stamps as well, to the microsecond that a log keeps, and
-//! deadlines wait a little for frames that were received before them but not yet read.
+//! A replay knows only the stamp of a frame. To make a drive and its recording lead to the same decisions,
+//! live frames are also placed by their kernel stamps, to the microsecond as in a log, and deadlines wait
+//! briefly for frames that were received before them but not yet read.
 
 use std::time::Duration;
 
 use gateway_base::time::{MonoTime, Now, WallStamp};
 
-/// The time a deadline waits for frames that were received before it; batches are 5 ms apart.
+/// Time for which a deadline waits for frames received before it; batches are 5 ms apart.
 pub const LAG: Duration = Duration::from_millis(20);
 
-/// A difference between stamps and the monotonic clock that changes by more than this is a step
-/// of the wall clock.
+/// Change of the difference between stamps and the monotonic clock above which it counts as a step of the
+/// wall clock, ns.
 const STEP: i64 = 1_000_000;
 
-/// Places live inputs in time.
+/// Converts stamps of live inputs to times.
 #[derive(Debug, Clone)]
 pub struct LiveTime {
-    /// Monotonic minus wall time, ns; whole microseconds.
+    /// Monotonic minus wall time, ns; a multiple of a microsecond.
     offset: i64,
-    /// Nothing is placed before this.
+    /// No input is placed before this time.
     reached: MonoTime,
 }
 
 impl LiveTime {
-    /// Creates a time that begins at `now`.
+    /// Creates a time line that begins at `now`.
     pub fn starting_at(now: Now) -> Self {
         Self { offset: offset(now), reached: whole_micros(now.mono) }
     }
 
-    /// When an input with this stamp, read at `read`, happened, in whole microseconds: not before inputs and
-    /// deadlines already placed, not after it was read.
+    /// Returns when an input with this stamp happened, in whole microseconds: not before inputs and deadlines
+    /// already placed, and not after it was read at `read`.
     pub fn arrival(&mut self, stamp: WallStamp, read: Now) -> Now {
         if offset(read).saturating_sub(self.offset).saturating_abs() > STEP {
             self.offset = offset(read);
         }
         let placed = stamp.as_nanos().saturating_add(self.offset);
         let placed = MonoTime::from_nanos(u64::try_from(placed).unwrap_or(0));
-        // Behind a deadline that was handled, up to the next microsecond: read from a log, it must not come
-        // before that deadline.
+        // After a handled deadline, rounded up to the next microsecond: when read from a log, the input must
+        // not precede that deadline.
         self.reached = next_whole_micros(whole_micros(placed.min(read.mono)).max(self.reached));
         self.now(self.reached)
     }
 
-    /// The time of a deadline that is handled now.
+    /// Returns the time of a deadline that is handled now.
     pub fn deadline(&mut self, at: MonoTime) -> Now {
         self.reached = self.reached.max(at);
         self.now(at)
     }
 
-    /// A monotonic time with the wall time that belongs to it.
+    /// Returns a monotonic time with its wall time.
     pub fn now(&self, mono: MonoTime) -> Now {
         let nanos = i64::try_from(mono.as_nanos()).unwrap_or(i64::MAX);
         Now { mono, wall: WallStamp::from_nanos(nanos.saturating_sub(self.offset)) }

@@ -1,16 +1,16 @@
-//! The gateway: two machines, each on its own clock, and the one place where they are joined.
+//! The gateway: two machines, each on its own clock, and the only place where they are joined.
 //!
-//! - **Perception** (buses, vehicle lights, traffic lights, decider) runs in the order of stamps, so that a
+//! - **Perception** (buses, vehicle lights, traffic lights, decider) runs in the order of stamps, so a
 //!   recording of a drive replays byte for byte: [`Gateway::handle_perception`],
 //!   [`Gateway::next_perception_deadline`].
-//! - **Commands** run in real time, so that frames to the vehicle wait for nothing:
-//!   [`Gateway::handle_command`], [`Gateway::settle_commands`], [`Gateway::next_command_deadline`].
+//! - **Commands** run in real time, so frames to the vehicle are never delayed: [`Gateway::handle_command`],
+//!   [`Gateway::settle_commands`], [`Gateway::next_command_deadline`].
 //!
-//! From perception to commands go: the frames and lost links of each bus, the decider's commands, and at each
-//! settling the reports of the vehicle's lights and the state of the buses. Back comes whose frame was
-//! received.
+//! Perception passes to commands: the frames and lost links of each bus, the decider's commands, and each
+//! time they settle the reports of the vehicle's lights and the state of the buses. Commands return the
+//! origin of each received frame.
 //!
-//! Where time is virtual, both clocks are one: [`Gateway::handle`], [`Gateway::next_deadline`]. Drain
+//! In virtual time, both share one clock: [`Gateway::handle`], [`Gateway::next_deadline`]. Drain
 //! [`Gateway::poll_output`] after each call of either kind.
 
 use std::collections::{BTreeSet, VecDeque};
@@ -60,35 +60,35 @@ pub mod snapshot;
 mod traffic_lights_with_unit;
 mod wall_clock;
 
-/// The settings of the gateway, checked by `config`.
+/// Settings of the gateway, checked by `config`.
 #[derive(Debug, Clone)]
 pub struct GatewaySettings {
-    /// ROS node name, which begins each diagnostic name.
+    /// ROS node name, the prefix of each diagnostic name.
     pub node: String,
-    /// The buses; [`BusIndex`] points here.
+    /// Buses, indexed by [`BusIndex`].
     pub buses: Vec<BusSettings>,
-    /// The binding of the vehicle profile for the vehicle's lights.
+    /// Binding of the vehicle profile for the vehicle's lights.
     pub lights: LightsBinding,
-    /// The binding of the vehicle profile for the vehicle's status.
+    /// Binding of the vehicle profile for the vehicle's status.
     pub status: StatusBinding,
-    /// What the configuration says of the vehicle and of the reports on its status.
+    /// Configuration of the vehicle and of the reports on its status.
     pub status_settings: StatusSettings,
-    /// The binding of the vehicle profile for traffic-light states from the network.
+    /// Binding of the vehicle profile for traffic-light states from the network.
     pub v2i: V2iBinding,
-    /// Traffic lights; without them, what `v2i` binds is not used.
+    /// Traffic lights; without them, `v2i` is not used.
     pub traffic_lights: Option<LightsFlowSettings>,
-    /// The turn signal decider; without it, its topics are not used.
+    /// Turn signal decider; without it, its topics are not used.
     pub turn_signal: Option<TurnSignalSettings>,
-    /// Commands to the vehicle, with the binding of the vehicle profile; without them no command is used.
+    /// Commands to the vehicle, with the binding of the vehicle profile; `None` = no commands are accepted.
     pub command: Option<(CommandSettings, CommandBinding)>,
-    /// When reports are published.
+    /// Publication of reports.
     pub publish: Publish,
-    /// The interval at which all statuses are refreshed, at most 500 ms.
+    /// Interval at which all statuses are refreshed, at most 500 ms.
     pub diagnostics_period: Duration,
 }
 
 impl GatewaySettings {
-    /// These settings with commands as a dry run: no frame to the vehicle.
+    /// Returns these settings with commands as a dry run: no frame is sent to the vehicle.
     #[must_use]
     pub fn dry(mut self) -> Self {
         if let Some((settings, _)) = &mut self.command {
@@ -97,15 +97,15 @@ impl GatewaySettings {
         self
     }
 
-    /// The interfaces that commands are sent on, by name, each once; none in a dry run.
+    /// Returns the names of the interfaces on which commands are sent, each once; none in a dry run.
     pub fn command_interfaces(&self) -> BTreeSet<&str> {
         let live = self.command.iter().filter(|(settings, _)| settings.transmit == Transmit::On);
         let entries = live.flat_map(|(_, binding)| binding.allowed.entries());
         entries.map(|(bus, _)| self.buses[usize::from(bus.0)].interface.as_str()).collect()
     }
 
-    /// The identifiers that matter on a bus, each match once: bound messages, signs of life, and the messages
-    /// that we alone may send. All others can be filtered out before they cost anything.
+    /// Returns the relevant identifiers of a bus, each match once: bound messages, heartbeat messages, and
+    /// messages that only the gateway may send. All other frames can be filtered out in the kernel.
     pub fn relevant_ids(&self, bus: BusIndex) -> Vec<IdMatch> {
         let mut ids = self.proving_ids(bus);
         ids.extend(self.status_ids(bus));
@@ -114,9 +114,9 @@ impl GatewaySettings {
         ids
     }
 
-    /// The identifiers whose frames prove a bus alive. A message that is bound for the vehicle's status alone
-    /// does so only on a bus without any other: it may come from another control unit than the lights, whose
-    /// event messages are valid while the bus is alive.
+    /// Returns the identifiers whose frames prove a bus alive. A message bound only for the vehicle's status
+    /// counts only on a bus without other bound messages, because it may come from a different control unit
+    /// than the lights, whose event messages are valid while the bus is alive.
     pub fn life_signs(&self, bus: BusIndex) -> Vec<IdMatch> {
         let proving = self.proving_ids(bus);
         if proving.is_empty() { self.status_ids(bus).collect() } else { proving }
@@ -127,7 +127,7 @@ impl GatewaySettings {
         bound.map(|message| message.ids)
     }
 
-    /// The relevant identifiers of a bus, but for messages of the status.
+    /// Returns the relevant identifiers of a bus, except messages of the status.
     fn proving_ids(&self, bus: BusIndex) -> Vec<IdMatch> {
         let command = self.command.iter().map(|(_, binding)| binding);
         let bound = self.lights.table.messages.iter().chain(&self.v2i.table.messages);
@@ -142,27 +142,27 @@ impl GatewaySettings {
     }
 }
 
-/// Both machines, and the outputs of both.
+/// Both machines and their outputs.
 #[derive(Debug, Clone)]
 pub struct Gateway {
     perception: Perception,
     commands: Option<CommandFlow>,
     command_headlines: Headlines,
-    /// `None` on virtual time.
+    /// `None` in virtual time.
     wall_clock: Option<WallClock>,
     outputs: VecDeque<Output>,
 }
 
 impl Gateway {
-    /// A gateway that has received nothing and whose links are all in state `link`; its first outputs are
-    /// the diagnostics of this state.
+    /// Creates a gateway that has received nothing and whose links are all in state `link`; its first outputs
+    /// are the diagnostics of this state.
     pub fn new(settings: GatewaySettings, link: LinkState, now: Now) -> Self {
         let links = vec![link; settings.buses.len()];
         Self::with_links(settings, &links, now)
     }
 
-    /// The same, with the link of each bus in the order of the settings; [`LinkState::Missing`] for
-    /// those that `links` leaves out.
+    /// Like [`Self::new`], but with the link state of each bus in the order of the settings; a bus that
+    /// `links` omits starts as [`LinkState::Missing`].
     pub fn with_links(settings: GatewaySettings, links: &[LinkState], now: Now) -> Self {
         let commands = settings.command.clone();
         let mut gateway = Self {
@@ -176,10 +176,10 @@ impl Gateway {
         gateway
     }
 
-    /// Continues with other settings, at the time of the last call for perception or later. What was
-    /// received, decided and counted stays as far as both settings have it, and all statuses are published.
+    /// Continues with other settings, at the time of the last call for perception or later. Values, decisions
+    /// and counts are kept as far as both settings include them, and all statuses are published.
     ///
-    /// Node, buses and their interfaces, the flows that run and the commands must be the same: see
+    /// Node, buses and their interfaces, the running flows and the commands must be the same: see
     /// [`configuration`].
     pub fn reconfigure(&mut self, settings: GatewaySettings, now: Now) {
         self.perception.reconfigure(settings, now);
@@ -187,14 +187,14 @@ impl Gateway {
         self.diagnose(changed, now);
     }
 
-    /// Takes one input in both machines, on one clock; `now` never lies before an earlier call's.
+    /// Passes one input to both machines, on one clock; `now` must not precede an earlier call.
     pub fn handle(&mut self, input: impl Into<Input>, now: Now) {
         if self.take(input.into(), now) {
             self.settle(now);
         }
     }
 
-    /// As [`Self::handle`], for what happens on a bus: it is looked at where it lies.
+    /// Like [`Self::handle`], but for CAN input, which is borrowed rather than moved.
     #[inline]
     pub fn handle_can(&mut self, input: &CanInput, now: Now) {
         if self.take_can(input, now) {
@@ -202,14 +202,14 @@ impl Gateway {
         }
     }
 
-    /// When to call [`Self::handle`] with [`Input::Tick`] if nothing else happens before.
+    /// Returns when to call [`Self::handle`] with [`Input::Tick`] if no input comes earlier.
     #[inline]
     pub fn next_deadline(&self) -> MonoTime {
         self.next_command_deadline().into_iter().fold(self.next_perception_deadline(), MonoTime::min)
     }
 
-    /// Takes one input in perception alone; `now`, in the order of stamps, never lies before an earlier
-    /// call. Commands learn of it and act on it at [`Self::settle_commands`].
+    /// Passes one input to perception only; `now`, in the order of stamps, must not precede an earlier call.
+    /// Commands are informed of it and act on it at [`Self::settle_commands`].
     pub fn handle_perception(&mut self, input: impl Into<Input>, now: Now) {
         if self.take(input.into(), now) {
             let changed = self.perceive(now);
@@ -217,27 +217,27 @@ impl Gateway {
         }
     }
 
-    /// When to call [`Self::handle_perception`] with [`Input::Tick`] if nothing else happens before.
+    /// Returns when to call [`Self::handle_perception`] with [`Input::Tick`] if no input comes earlier.
     #[inline]
     pub fn next_perception_deadline(&self) -> MonoTime {
         self.perception.next_deadline()
     }
 
-    /// Takes one input of the commands. They act on it at [`Self::settle_commands`].
+    /// Passes one input to the commands, which act on it at [`Self::settle_commands`].
     pub fn handle_command(&mut self, input: CommandInput, now: Now) {
         if let Some(commands) = &mut self.commands {
             commands.handle_input(input, now);
         }
     }
 
-    /// Brings commands alone up to `now`, which in real time never lies before an earlier call's.
+    /// Updates only the commands to `now`, which in real time must not precede an earlier call.
     pub fn settle_commands(&mut self, now: Now) {
         let changed = self.command(now);
         self.publish_changed(changed, now);
     }
 
-    /// Compares both clocks in real time, where this is called again and again. A step of the wall clock is
-    /// shown in the diagnostics and changes nothing else.
+    /// Compares both clocks. It is called repeatedly in real time. A step of the wall clock is shown in the
+    /// diagnostics and has no other effect.
     pub fn read_wall_clock(&mut self, now: Now) {
         let wall_clock = self.wall_clock.get_or_insert_with(|| WallClock::new(now));
         if wall_clock.read(now) {
@@ -246,39 +246,39 @@ impl Gateway {
         }
     }
 
-    /// When to call [`Self::settle_commands`] if nothing else happens before; `None` while nothing is due.
+    /// Returns when to call [`Self::settle_commands`] if no input comes earlier; `None` while nothing is due.
     #[inline]
     pub fn next_command_deadline(&self) -> Option<MonoTime> {
         self.commands.as_ref().and_then(CommandFlow::next_deadline)
     }
 
-    /// True if nothing is left to be sent after [`CommandInput::Stop`]; always without commands.
+    /// Returns true if nothing is left to be sent after [`CommandInput::Stop`]; always true without commands.
     pub fn is_finished(&self) -> bool {
         self.commands.as_ref().is_none_or(CommandFlow::is_finished)
     }
 
-    /// The next output, oldest first.
+    /// Returns the next output, oldest first.
     #[inline]
     pub fn poll_output(&mut self) -> Option<Output> {
         self.outputs.pop_front()
     }
 
-    /// The state of the vehicle's lights, for views.
+    /// Returns the state of the vehicle's lights, for views.
     pub fn lights(&self) -> &VehicleLights {
         &self.perception.lights
     }
 
-    /// The state of the vehicle's status, for views.
+    /// Returns the state of the vehicle's status, for views.
     pub fn vehicle_status(&self) -> &VehicleStatus {
         &self.perception.status
     }
 
-    /// The buses, in the order of the configuration.
+    /// Returns the buses in the order of the configuration.
     pub fn buses(&self) -> &[Bus] {
         &self.perception.buses
     }
 
-    /// All statuses as of now.
+    /// Returns all statuses as of `now`.
     pub fn statuses(&self, now: MonoTime) -> Vec<Status> {
         let mut statuses = self.perception.flow_statuses(now);
         if let Some(commands) = &self.commands {
@@ -290,7 +290,7 @@ impl Gateway {
         statuses
     }
 
-    /// Hands an input to the machines that it is for; false when it changes nothing.
+    /// Passes an input to the machines that need it; returns false if it changes nothing.
     fn take(&mut self, input: Input, now: Now) -> bool {
         match input {
             Input::Can(input) => return self.take_can(&input, now),
@@ -310,7 +310,8 @@ impl Gateway {
         true
     }
 
-    /// Commands see a frame first, since one of theirs is not the vehicle's, and take it after its bus has.
+    /// Handles an input of a bus. Commands classify a frame first: only frames of the vehicle reach its bus
+    /// and then the commands.
     fn take_can(&mut self, input: &CanInput, now: Now) -> bool {
         let Some(commands) = &mut self.commands else {
             return !matches!(self.perception.handle_can(input, now), None | Some(Effect::Repetition));
@@ -334,14 +335,14 @@ impl Gateway {
         is_news || commands.next_deadline().is_some_and(|due| due <= now.mono)
     }
 
-    /// Settles both machines and publishes the statuses that have changed.
+    /// Settles both machines and publishes changed statuses.
     fn settle(&mut self, now: Now) {
         let mut changed = self.perceive(now);
         changed.extend(self.command(now));
         self.diagnose(changed, now);
     }
 
-    /// Settles perception and hands the decider's commands over; gives the statuses that have changed.
+    /// Settles perception and passes the decider's commands on; returns the changed statuses.
     fn perceive(&mut self, now: Now) -> Vec<Status> {
         self.perception.settle(now, |output| {
             if let (Some(commands), Some(input)) = (&mut self.commands, decider_command(&output)) {
@@ -351,7 +352,7 @@ impl Gateway {
         })
     }
 
-    /// Settles commands on what perception reports now; gives the statuses that have changed.
+    /// Settles commands using the current reports of perception; returns the changed statuses.
     fn command(&mut self, now: Now) -> Vec<Status> {
         let Some(commands) = &mut self.commands else { return Vec::new() };
         let Perception { buses, lights, status, .. } = &self.perception;
@@ -368,7 +369,7 @@ impl Gateway {
         self.command_headlines.changed(commands.statuses(&status.binding().table, buses, now.mono))
     }
 
-    /// Publishes the changed statuses, buses included, and all statuses when they are due.
+    /// Publishes the changed statuses, buses included, and all statuses when a refresh is due.
     fn diagnose(&mut self, mut changed: Vec<Status>, now: Now) {
         changed.extend(self.perception.changed_buses(now.mono));
         self.publish_changed(changed, now);
@@ -389,7 +390,7 @@ impl Gateway {
     }
 }
 
-/// The command in an output of the decider.
+/// Returns the command in an output of the decider.
 fn decider_command(output: &Output) -> Option<CommandInput> {
     let Output::TurnSignal(output) = output else { return None };
     let origin = CommandOrigin::Decider;
@@ -404,7 +405,7 @@ fn decider_command(output: &Output) -> Option<CommandInput> {
     }
 }
 
-/// The control mode as commands take it.
+/// Converts a control mode for the commands.
 fn mode_state(judged: Judged<ControlMode>) -> ModeState {
     match judged {
         Ok((mode, _)) => ModeState::Known(mode),
@@ -413,7 +414,7 @@ fn mode_state(judged: Judged<ControlMode>) -> ModeState {
     }
 }
 
-/// The reports of the vehicle's lights as they are published.
+/// Returns the reports of the vehicle's lights as published.
 fn reported(lights: &VehicleLights) -> Reported {
     let (turn, hazard) = lights.reports();
     Reported {

@@ -1,4 +1,4 @@
-//! Perception: what is received of vehicle, road and planner in; reports, traffic lights and decisions out.
+//! Perception: converts input from vehicle, road and planner to reports, traffic lights and decisions.
 //!
 //! It runs in the order of stamps: the same inputs give the same outputs byte for byte.
 
@@ -29,7 +29,7 @@ pub(super) struct Perception {
     pub(super) buses: Vec<Bus>,
     bus_findings: Vec<Option<BusFinding>>,
     bus_rates: Vec<RateMeter>,
-    /// For each bus the relevant ids, with the messages bound to them.
+    /// Relevant identifiers of each bus, with the messages bound to them.
     routes: Vec<IdTable<Route>>,
     pub(super) lights: VehicleLights,
     pub(super) status: VehicleStatus,
@@ -40,7 +40,7 @@ pub(super) struct Perception {
     unsettled: Unsettled,
 }
 
-/// The deadlines of perception, each set when its part was settled.
+/// Deadlines of perception, each set when its part is settled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Timer {
     VehicleLights,
@@ -52,7 +52,7 @@ enum Timer {
     Diagnostics,
 }
 
-/// The flows of the vehicle that an input concerns, since they were settled.
+/// Vehicle flows affected by inputs since they were last settled.
 #[derive(Debug, Clone, Copy)]
 struct Unsettled {
     lights: bool,
@@ -64,28 +64,28 @@ impl Unsettled {
     const BOTH: Self = Self { lights: true, status: true };
 }
 
-/// The message of each flow that has an identifier.
+/// The message of each flow that has an identifier, by index.
 #[derive(Debug, Clone, Copy)]
 struct Route {
     lights: Option<MessageIndex>,
     status: Option<MessageIndex>,
     v2i: Option<MessageIndex>,
-    /// A frame of it proves the bus alive.
+    /// True if a frame of the message proves the bus alive.
     is_life_sign: bool,
 }
 
-/// What an input of a bus changes.
+/// Effect of an input of a bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Effect {
-    /// Nothing until the next deadline: a frame that shows again what is known.
+    /// No change until the next deadline: the frame repeats known values.
     Repetition,
-    /// Something is known now that was not before.
+    /// Something new is known.
     News,
-    /// Also, and values of the bus are gone that do not outlast its interruption.
+    /// Like [`Self::News`], and the values of the bus that do not survive its interruption are discarded.
     Forgotten(BusIndex, Interruption),
 }
 
-/// The state of the vehicle as the decider takes it.
+/// Returns the state of the vehicle for the decider.
 fn vehicle_state(status: &VehicleStatus) -> VehicleState {
     let PublishedStatus { velocity, gear, control_mode, doors } = status.published();
     VehicleState {
@@ -98,8 +98,8 @@ fn vehicle_state(status: &VehicleStatus) -> VehicleState {
 }
 
 impl Perception {
-    /// Nothing received yet; `links` has the link of each bus; a bus without one starts as
-    /// [`LinkState::Missing`].
+    /// Creates the state before any input; `links` has the state of each link. A bus without an entry starts
+    /// as [`LinkState::Missing`].
     pub(super) fn new(settings: GatewaySettings, links: &[LinkState], now: Now) -> Self {
         let bus_count = settings.buses.len();
         let links = links.iter().copied().chain(std::iter::repeat(LinkState::Missing));
@@ -124,8 +124,8 @@ impl Perception {
         }
     }
 
-    /// Continues with other settings of the same buses and flows, with the memory of all that both have.
-    /// Settle afterwards.
+    /// Continues with other settings of the same buses and flows, keeping the state of everything in both.
+    /// Call [`Self::settle`] afterwards.
     pub(super) fn reconfigure(&mut self, settings: GatewaySettings, now: Now) {
         let indices = (0..=u8::MAX).map(BusIndex).take(settings.buses.len());
         self.routes = indices.map(|bus| routes(&settings, bus)).collect();
@@ -145,12 +145,12 @@ impl Perception {
         self.timers.set(Timer::Diagnostics, now.mono);
     }
 
-    /// When something has to be settled without an input.
+    /// Returns when something must be settled without an input.
     pub(super) fn next_deadline(&self) -> MonoTime {
         self.timers.next_deadline().unwrap_or(MonoTime::MAX)
     }
 
-    /// Takes what happened on a bus; `None` when it changes nothing.
+    /// Handles an input of a bus; returns `None` if it changes nothing.
     pub(super) fn handle_can(&mut self, input: &CanInput, now: Now) -> Option<Effect> {
         if !matches!(input, CanInput::Frame { .. }) {
             self.unsettled = Unsettled::BOTH;
@@ -173,7 +173,7 @@ impl Perception {
         Some(Effect::News)
     }
 
-    /// `None` when the frame is not relevant, or from before the link was lost.
+    /// Returns `None` if the frame is irrelevant, or is left over from before the link was lost.
     fn handle_frame(&mut self, bus: BusIndex, frame: &Frame, stamp: WallStamp, now: Now) -> Option<Effect> {
         let routes = self.routes.get(usize::from(bus.0))?;
         let route = routes.get_merged(frame.id(), Route::or)?;
@@ -187,12 +187,12 @@ impl Perception {
         if !is_usable {
             return None;
         }
-        // On a bus that may sleep, how long it was quiet is part of why a value is missing.
+        // On a bus that may sleep, the length of a silence is part of the reason for a missing value.
         let mut is_news = known.settings().may_sleep
             || self.bus_findings[usize::from(bus.0)] != Some(known.finding(now.mono))
             || self.next_deadline() <= now.mono;
         let is_revived = !was_alive && route.is_life_sign;
-        // What a bus is silent about, or has just said again, concerns both.
+        // Both flows depend on silences of the bus, and on frames that end them.
         if is_revived || is_news {
             self.unsettled = Unsettled::BOTH;
         }
@@ -226,11 +226,10 @@ impl Perception {
         Effect::Forgotten(bus, by)
     }
 
-    /// Brings all flows up to now and hands their outputs to `emit`; gives the statuses of flows that have
-    /// changed.
+    /// Updates all flows to `now` and passes their outputs to `emit`; returns the statuses of changed flows.
     pub(super) fn settle(&mut self, now: Now, mut emit: impl FnMut(Output)) -> Vec<Status> {
         let unsettled = std::mem::replace(&mut self.unsettled, Unsettled::NONE);
-        // The deadlines of the buses are those of both.
+        // Both flows share the deadlines of the buses.
         let is_due =
             |timer| self.timers.is_expired(timer, now.mono) || self.timers.is_expired(Timer::Buses, now.mono);
         let (lights, status) = (
@@ -291,7 +290,7 @@ impl Perception {
         changed.extend(statuses.filter_map(|report| self.status.status(report, &self.buses, now.mono)));
     }
 
-    /// The statuses of the buses whose finding has changed.
+    /// Returns the statuses of buses whose finding has changed.
     pub(super) fn changed_buses(&mut self, now: MonoTime) -> Vec<Status> {
         let mut changed = Vec::new();
         for index in 0..self.buses.len() {
@@ -303,7 +302,7 @@ impl Perception {
         changed
     }
 
-    /// True if all statuses are to be published again; samples the rates they show.
+    /// Returns true if all statuses must be published again; also samples the rates that they show.
     pub(super) fn refresh_statuses(&mut self, now: MonoTime) -> bool {
         if !self.timers.is_expired(Timer::Diagnostics, now) {
             return false;
@@ -317,7 +316,7 @@ impl Perception {
         true
     }
 
-    /// All statuses of the flows.
+    /// Returns all statuses of the flows.
     pub(super) fn flow_statuses(&self, now: MonoTime) -> Vec<Status> {
         let mut statuses: Vec<_> = self.lights.tasks().map(|task| self.lights_status(task, now)).collect();
         statuses.extend(self.status.statuses(&self.buses, now));
@@ -328,12 +327,12 @@ impl Perception {
         statuses
     }
 
-    /// All statuses of the buses.
+    /// Returns all statuses of the buses.
     pub(super) fn bus_statuses(&self, now: MonoTime) -> impl Iterator<Item = Status> {
         (0..self.buses.len()).map(move |index| self.bus_status(index, now))
     }
 
-    /// The present states of the buses.
+    /// Returns the current states of the buses.
     pub(super) fn bus_snapshots(&self, now: MonoTime) -> impl Iterator<Item = BusSnapshot> {
         self.buses
             .iter()
@@ -373,6 +372,6 @@ fn routes(settings: &GatewaySettings, bus: BusIndex) -> IdTable<Route> {
         v2i: message_of(&settings.v2i.table.messages, ids),
         is_life_sign: life_signs.contains(&ids),
     };
-    // A heartbeat message may have frames in common with a bound one.
+    // A heartbeat message may share frames with a bound message.
     IdTable::merged(settings.relevant_ids(bus).into_iter().map(|ids| (ids, route(ids))), Route::or)
 }

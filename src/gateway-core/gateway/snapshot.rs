@@ -1,8 +1,8 @@
-//! The present state of the whole gateway in one value, for people and programs that watch it: terminal,
-//! page, `status`, metrics. `docs/status.md` describes its JSON.
+//! Current state of the whole gateway in one value, for people and programs that monitor it: terminal, page,
+//! `status`, metrics. `docs/status.md` describes its JSON.
 //!
-//! [`Gateway::snapshot`] takes it. It allocates, and is taken on demand or at a fixed rate, never for each
-//! frame. The process around the gateway adds its own state, of a type that the gateway does not know.
+//! [`Gateway::snapshot`] creates it. This allocates, so it happens on demand or at a fixed rate, never for
+//! each frame. The process around the gateway adds its own state, whose type the gateway does not know.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -19,7 +19,7 @@ use gateway_base::time::Now;
 use traffic_lights::snapshot::TrafficLightsSnapshot;
 use turn_signal::flow::snapshot::DeciderSnapshot;
 
-/// Version of the JSON: it grows when a field changes its meaning or goes. New fields leave it as it is.
+/// Version of the JSON: incremented when a field is removed or changes its meaning, but not for new fields.
 pub const SCHEMA: u32 = 2;
 
 /// The present state of the gateway.
@@ -87,7 +87,7 @@ pub struct KeyValue {
 }
 
 impl Gateway {
-    /// Returns the present state, without a process. `now` is not before the last call of the gateway.
+    /// Returns the current state, without the process. `now` must not precede the last call of the gateway.
     pub fn snapshot<P>(&self, now: Now) -> Snapshot<P> {
         let (perception, mono) = (&self.perception, now.mono);
         let (lights, buses) = (&perception.lights, &perception.buses);
@@ -119,7 +119,7 @@ impl Gateway {
 }
 
 impl<P> Snapshot<P> {
-    /// Returns what to do about a status, by its task; `None` while it is OK.
+    /// Returns the remedy for a status, by its task; `None` while the status is OK.
     pub fn remedy(&self, task: &str) -> Option<&str> {
         self.diagnostics.iter().find(|status| status.task == task)?.remedy.as_deref()
     }

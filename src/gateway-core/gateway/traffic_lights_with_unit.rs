@@ -1,4 +1,4 @@
-//! The traffic lights with the V2X unit on CAN beside them, whose states go into their stores.
+//! Traffic lights together with the V2X unit on CAN, whose states are written to their stores.
 
 use super::headlines::Headlines;
 use crate::v2i_reception::V2iReception;
@@ -9,8 +9,8 @@ use gateway_base::time::{MonoTime, Now};
 use traffic_lights::flow::{LightsFlowSettings, TrafficLightFlow};
 use traffic_lights::input::TrafficLightInput;
 
-/// The traffic-light flow, and the reception of the V2X unit. Each run of the flow begins with the states of
-/// the unit.
+/// The traffic-light flow, and the reception of the V2X unit. Each update of the flow starts with the states
+/// of the unit.
 #[derive(Debug, Clone)]
 pub(super) struct TrafficLightsWithUnit {
     pub(super) flow: TrafficLightFlow,
@@ -27,7 +27,7 @@ impl TrafficLightsWithUnit {
         }
     }
 
-    /// Continues with other settings and another binding. Settle afterwards.
+    /// Continues with other settings and another binding. Call [`Self::settle`] afterwards.
     pub(super) fn reconfigure(&mut self, settings: LightsFlowSettings, binding: V2iBinding, now: Now) {
         let ended = self.reception.reconfigure(binding);
         if self.flow.reconfigure(settings, now) {
@@ -37,7 +37,7 @@ impl TrafficLightsWithUnit {
         }
     }
 
-    /// Takes an input of the flow. Settle afterwards.
+    /// Handles an input of the flow. Call [`Self::settle`] afterwards.
     pub(super) fn handle_input(&mut self, input: TrafficLightInput, now: Now) {
         if self.flow.handle_input(input, now) {
             self.give_all_states(now);
@@ -49,8 +49,7 @@ impl TrafficLightsWithUnit {
         self.flow.set_unit_states(states, now);
     }
 
-    /// Brings the reception up to now, and then the flow with what has changed. Returns the statuses that
-    /// have changed.
+    /// Updates the reception to `now`, then the flow with the changed states. Returns the changed statuses.
     pub(super) fn settle(&mut self, buses: &[Bus], now: Now) -> Vec<Status> {
         let settled = self.reception.settle(buses, now);
         if !settled.changes.is_empty() {
@@ -61,7 +60,7 @@ impl TrafficLightsWithUnit {
         if has_news { self.headlines.changed(self.statuses(buses, now.mono)) } else { Vec::new() }
     }
 
-    /// Returns when something has to be settled without an input.
+    /// Returns when something must be settled without an input.
     pub(super) fn next_deadline(&self, now: MonoTime) -> MonoTime {
         self.reception.next_deadline(now).into_iter().fold(self.flow.next_deadline(now), MonoTime::min)
     }

@@ -1,5 +1,5 @@
-//! Steps of the wall clock, and their status. No decision depends on the wall clock, but the stamps of what
-//! is published do.
+//! Steps of the wall clock, and their status. Published stamps depend on the wall clock, but no decision
+//! does.
 
 use std::time::Duration;
 
@@ -7,31 +7,30 @@ use super::catalogue::{self, WALL_CLOCK};
 use gateway_base::diagnostics::Status;
 use gateway_base::time::{MonoTime, Now};
 
-/// Task of the status in diagnostics. A replay has no wall clock, and so no such status.
+/// Task of the status in diagnostics. A replay has no wall clock and therefore does not report this status.
 pub const WALL_CLOCK_TASK: &str = "wall_clock";
 
-/// The smallest change between two readings that is a step, in ns; a clock that is merely slewed stays far
-/// below.
+/// Smallest change between two readings that counts as a step, ns; a slewed clock stays far below.
 const MIN_STEP_NS: i64 = 10_000_000;
-/// The time for which a step is a warning.
+/// Time for which a step is shown as a warning.
 const STEP_SHOWN: Duration = Duration::from_secs(10);
 
-/// Steps of the wall clock against the monotonic one.
+/// Detects steps of the wall clock relative to the monotonic clock.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct WallClock {
     last_read: Now,
     steps: u64,
-    /// The last step in ns, and when it was noticed.
+    /// The last step in ns, and when it was detected.
     last_step: Option<(i64, MonoTime)>,
 }
 
 impl WallClock {
-    /// A clock that has not stepped until `now`.
+    /// Creates a detector that has found no step until `now`.
     pub(super) fn new(now: Now) -> Self {
         Self { last_read: now, steps: 0, last_step: None }
     }
 
-    /// Compares both clocks with their last readings; true if the wall clock has stepped since.
+    /// Compares both clocks with their last readings; returns true if the wall clock has stepped since.
     pub(super) fn read(&mut self, now: Now) -> bool {
         let Now { mono, wall } = std::mem::replace(&mut self.last_read, now);
         let elapsed = i64::try_from(now.mono.since(mono).as_nanos()).unwrap_or(i64::MAX);
@@ -45,7 +44,7 @@ impl WallClock {
     }
 
     /// Returns the status `wall_clock`.
-    #[allow(clippy::cast_precision_loss)] // a step to the millisecond
+    #[allow(clippy::cast_precision_loss)] // a step, rounded to milliseconds
     pub(super) fn status(&self, now: MonoTime) -> Status {
         let text = |step_ns: i64| format!("{:+.3}", step_ns as f64 / 1e9);
         let recent = self.last_step.filter(|(_, at)| now.since(*at) <= STEP_SHOWN);

@@ -1,6 +1,6 @@
-//! The compiled part of a vehicle profile about traffic-light states received over CAN.
+//! Compiled part of a vehicle profile for traffic-light states received over CAN.
 //!
-//! `config` builds it once at start and has checked it against the DBC.
+//! `config` builds it once at start-up and has checked it against the DBC.
 
 use std::time::Duration;
 
@@ -8,12 +8,12 @@ use can_signal::validation::meaning::Meaning;
 use can_signal::validation::table::{MessageIndex, Role, SignalIndex, SignalTable};
 use traffic_lights::bulb::BulbSet;
 
-/// The signals that the profile binds for the v2i channel; none by default.
+/// Signals that the profile binds for the v2i channel; none by default.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct V2iBinding {
-    /// The bound messages and signals.
+    /// Bound messages and signals.
     pub table: SignalTable,
-    /// The sources in the order of the profile; no two of them have the same id.
+    /// Sources in the order of the profile; ids are unique across sources.
     pub sources: Vec<V2iSource>,
 }
 
@@ -39,21 +39,21 @@ impl V2iBinding {
     }
 }
 
-/// The binding of one `[[v2i]]` section.
+/// Binding of one `[[v2i]]` section.
 #[derive(Debug, Clone, PartialEq)]
 pub struct V2iSource {
-    /// The signals of the states.
+    /// Signals of the states.
     pub states: V2iStates,
-    /// Status signals, true when the states can be used. All of them must be true: one without a value makes
-    /// the states invalid, since the unit that sends them may have failed (docs/spec/traffic-lights.md,
+    /// Status signals, true when the states can be used. All of them must be true: a signal without a value
+    /// makes the states invalid, since the unit that sends them may have failed (docs/spec/traffic-lights.md,
     /// "V2X unit on CAN").
     pub status: Vec<Role<bool>>,
 }
 
-/// The form in which states are sent.
+/// Encoding of the states.
 #[derive(Debug, Clone, PartialEq)]
 pub enum V2iStates {
-    /// A signal of its own for one group or head.
+    /// A separate signal for one group or head.
     Single(BoundGroup),
     /// One message that carries one group after another.
     Cycling(CyclingMessage),
@@ -64,23 +64,23 @@ pub enum V2iStates {
 pub struct BoundGroup {
     /// Relation id of a group, or way id of a head.
     pub id: i64,
-    /// Its state. All groups of a cycle have the same signal.
+    /// Signal of its state. All groups of a cycle use the same signal.
     pub state: Role<BulbSet>,
-    /// The confidence of the unit; `None` means 1.
+    /// Confidence reported by the unit; `None` = 1.
     pub confidence: Option<Confidence>,
 }
 
-/// The confidence of a unit: raw value / `full`.
+/// Confidence reported by a unit: raw value / `full`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Confidence {
     /// The signal, with 0 to `full` defined; "not available" counts as 1.
     pub role: Role<()>,
-    /// The raw value that means 1; at least 1.
+    /// Raw value that corresponds to a confidence of 1; at least 1.
     pub full: u32,
 }
 
 impl Confidence {
-    /// Returns the confidence for a raw value, 0 to 1; `None` when the value is not defined.
+    /// Returns the confidence for a raw value, 0 to 1; `None` if the value is not defined.
     pub(super) fn of(&self, raw: i128) -> Option<f64> {
         match self.role.values.meaning(raw) {
             Meaning::Defined(()) => u32::try_from(raw).ok().map(|raw| f64::from(raw) / f64::from(self.full)),
@@ -90,19 +90,19 @@ impl Confidence {
     }
 }
 
-/// A message that carries one group after another. Its signals are in each of its frames.
+/// A message that carries one group after another. Each of its frames contains all its signals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CyclingMessage {
-    /// The signal with the number of the intersection.
+    /// Signal with the number of the intersection.
     pub intersection: SignalIndex,
-    /// The signal with the number of the signal group there.
+    /// Signal with the number of the signal group at the intersection.
     pub group: SignalIndex,
-    /// The mapped groups, ascending by their keys; all have the same signals.
+    /// Mapped groups, ascending by key; all have the same signals.
     pub groups: Vec<(GroupKey, BoundGroup)>,
     /// Age at which a state that is not received again becomes invalid while the message continues for other
     /// groups.
     pub timeout: Duration,
 }
 
-/// The raw values of intersection and signal group.
+/// Raw values of intersection and signal group.
 pub type GroupKey = (i128, i128);

@@ -1,4 +1,4 @@
-//! What the status of a V2X unit says.
+//! Status messages of a V2X unit.
 
 use gateway_base::diagnostics::{Section, messages};
 
@@ -25,5 +25,5 @@ messages! {
     }
 }
 
-/// The reception from a V2X unit.
+/// Reception from a V2X unit.
 pub static V2I_TRAFFIC_LIGHTS: Section = Section { names: &["v2i_traffic_lights"], messages: &[V2I] };

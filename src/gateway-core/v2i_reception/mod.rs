@@ -1,10 +1,10 @@
-//! Traffic-light states that a V2X unit sends over CAN, validated like every received signal
+//! Traffic-light states sent by a V2X unit over CAN, validated like every received signal
 //! (docs/spec/traffic-lights.md, "V2X unit on CAN").
 //!
 //! Valid states belong in the *ground truth* of the v2i channel: the network's reports are its ground truth,
-//! and the detected store stays free for imitated errors of the reception. Ground truth cannot be "unknown".
-//! So a group that is not available, faulty, undefined, stale or cut off is *removed*: an arbiter then knows
-//! that the network does not report it, while a held state would show an old light as a present one.
+//! and the detected store stays free for simulated reception errors. Ground truth cannot be "unknown". A
+//! group that is not available, faulty, undefined, stale or cut off is therefore *removed*: an arbiter then
+//! knows that the network does not report it, while a held state would present an old light as current.
 
 pub mod binding;
 pub mod catalogue;
@@ -25,9 +25,9 @@ use traffic_lights::engine::LightObservation;
 /// A valid state of a group.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ValidState {
-    /// The bulbs of the group, at least one.
+    /// Bulbs of the group, at least one.
     pub bulbs: BulbSet,
-    /// The confidence of the unit, 0 to 1.
+    /// Confidence reported by the unit, 0 to 1.
     pub confidence: f64,
     /// Receive time and stamp of its frame.
     pub received: ReceiveTime,
@@ -39,10 +39,10 @@ impl From<ValidState> for LightObservation {
     }
 }
 
-/// The reason why a group has no valid state. Raw values follow their signals.
+/// Reason why a group has no valid state. Raw values follow their signals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, From)]
 pub enum InvalidReason {
-    /// A signal has no value that may be used.
+    /// A signal has no usable value.
     #[from]
     Signal(Unusable),
     /// The message is received, but without this group since the start or since an interruption.
@@ -53,18 +53,18 @@ pub enum InvalidReason {
     StatesUnusable(SignalIndex, i128),
 }
 
-/// The state of one group for diagnostics.
+/// State of one group for diagnostics.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GroupFinding {
     /// Relation id of a group, or way id of a head.
     pub id: i64,
-    /// Its state, or the reason why it has none.
+    /// Its state, or the reason why it has no valid state.
     pub state: Result<ValidState, InvalidReason>,
 }
 
 impl InvalidReason {
-    /// Returns whether it is worth a warning: receiving nothing is normal away from an intersection; an
-    /// undefined value, a fault and a unit that sends nothing are not.
+    /// Returns whether the finding deserves a warning. Receiving nothing is normal away from an intersection;
+    /// an undefined value, a fault and a silent unit are not.
     pub fn is_bad(self) -> bool {
         match self {
             Self::NotReceived | Self::NotReceivedAgain | Self::Signal(Unusable::NotAvailable(..)) => false,
@@ -73,26 +73,26 @@ impl InvalidReason {
     }
 }
 
-/// The result of [`V2iReception::settle`].
+/// Result of [`V2iReception::settle`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Settled {
-    /// The new states of the groups whose bulbs or confidence changed, by id, in the order of the profile;
-    /// `None` removes a state.
+    /// New states of the groups whose bulbs or confidence changed, by id, in the order of the profile; `None`
+    /// removes a state.
     pub changes: Vec<(i64, Option<ValidState>)>,
-    /// True when the diagnostics have changed.
+    /// True if the diagnostics have changed.
     pub news: bool,
 }
 
 /// Counts of received states since the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct V2iCounts {
-    /// Number of valid frames with a group that the profile does not map.
+    /// Number of valid frames whose group is not mapped by the profile.
     pub unmapped: u64,
-    /// Number of times that a group's state, status or confidence became undefined.
+    /// Number of times the state, status or confidence of a group became undefined.
     pub undefined: u64,
 }
 
-/// The reception of the states of all bound groups.
+/// Receives the states of all bound groups.
 #[derive(Debug, Clone)]
 pub struct V2iReception {
     binding: V2iBinding,
@@ -101,27 +101,27 @@ pub struct V2iReception {
     counts: V2iCounts,
 }
 
-/// Where a group is bound.
+/// Position of a group in the binding.
 #[derive(Debug, Clone, Copy)]
 struct Place {
     /// Position of its source.
     source: usize,
-    /// Its own position there.
+    /// Position of the group within its source.
     own: usize,
 }
 
 #[derive(Debug, Clone)]
 struct Tracked {
     at: Place,
-    /// Its state in the last frame of a cycling message that carried it.
+    /// Its state in the last frame that carried it, if a cycling message does.
     last: Option<CyclingState>,
-    /// Its state at the last call of `settle`; `None` before the first.
+    /// Its state at the last call of `settle`; `None` before the first call.
     state: Option<State>,
 }
 
 type State = Result<ValidState, InvalidReason>;
 
-/// The state in one frame of a cycling message.
+/// State in one frame of a cycling message.
 #[derive(Debug, Clone, Copy)]
 struct CyclingState {
     state: State,
@@ -129,7 +129,7 @@ struct CyclingState {
 }
 
 impl V2iReception {
-    /// Creates the reception of a profile. Nothing has been received.
+    /// Creates the reception of a profile before any frame.
     pub fn new(binding: V2iBinding) -> Self {
         let groups = binding.sources.iter().enumerate().flat_map(|(source, bound)| {
             let count = match &bound.states {
@@ -147,9 +147,9 @@ impl V2iReception {
         }
     }
 
-    /// Continues with another binding. Values that were received of its messages stay; states in a message
-    /// that carries many groups are forgotten. Returns the ids of all states that were valid: remove them
-    /// before [`Self::settle`] returns the new ones.
+    /// Continues with another binding. Values received in its messages are kept; states from cycling messages
+    /// are forgotten. Returns the ids of all states that were valid: remove them before [`Self::settle`]
+    /// returns the new ones.
     pub fn reconfigure(&mut self, binding: V2iBinding) -> Vec<i64> {
         if self.binding == binding {
             return Vec::new();
@@ -165,12 +165,13 @@ impl V2iReception {
         &self.binding
     }
 
-    /// Counts since the start.
+    /// Returns the counts since the start.
     pub fn counts(&self) -> V2iCounts {
         self.counts
     }
 
-    /// Takes a frame of a bound message, after its bus has. Call [`Self::settle`] afterwards.
+    /// Handles a frame of a bound message; its bus must handle the frame first. Call [`Self::settle`]
+    /// afterwards.
     pub fn frame_arrived(
         &mut self,
         message: MessageIndex,
@@ -190,7 +191,7 @@ impl V2iReception {
             })
         };
         for (index, _, cycle) in cycles() {
-            // A state from before an interruption of the message is not valid after it.
+            // A state from before an interruption of the message is not valid afterwards.
             let is_interrupted = cycle.groups.first().is_some_and(|(_, group)| {
                 observations.valid(&binding.table, group.state.signal, buses, now.mono).is_err()
             });
@@ -220,7 +221,7 @@ impl V2iReception {
         }
     }
 
-    /// Forgets what does not outlast an interruption of a bus.
+    /// Forgets the values that do not survive an interruption of a bus.
     pub fn forget(&mut self, bus: BusIndex, by: Interruption) {
         self.observations.forget(&self.binding.table, bus, by);
     }
@@ -259,8 +260,8 @@ impl V2iReception {
         })
     }
 
-    /// Returns the next time to call [`Self::settle`] if nothing is received; `None` when only an input
-    /// changes anything.
+    /// Returns the next time to call [`Self::settle`] if nothing is received; `None` if only an input can
+    /// change anything.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let expiry = |tracked: &Tracked| {
             let V2iStates::Cycling(cycle) = &self.binding.sources.get(tracked.at.source)?.states else {
@@ -290,7 +291,7 @@ fn bound(binding: &V2iBinding, Place { source, own }: Place) -> Option<(&V2iSour
 
 type Context<'a> = (&'a V2iBinding, &'a Observations, &'a [Bus], MonoTime);
 
-/// Returns the state of a group now. `last` is its state in a cycling message.
+/// Returns the current state of a group. `last` is its state in a cycling message.
 fn evaluate(
     context: Context<'_>,
     source: &V2iSource,
@@ -328,7 +329,7 @@ fn last_observation(
     last.map_err(|reason| Unusable::Absent(signal, reason).into())
 }
 
-/// Checks that a status signal with this value lets the states be used.
+/// Checks that a status signal with this value permits the use of the states.
 fn usable(role: &Role<bool>, raw: i128) -> Result<(), InvalidReason> {
     if role.defined(raw)? { Ok(()) } else { Err(InvalidReason::StatesUnusable(role.signal, raw)) }
 }

@@ -4,9 +4,9 @@
 use can_signal::validation::meaning::Meaning;
 use traffic_lights::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
 
-/// Returns the standard's numbers, 0 to 9, with their bulbs. `protected`, an arrow or else a circle, is the
-/// shape of green for a movement without conflicting traffic: its number does not include a direction. Only
-/// green is ever an arrow, since Autoware before April 2026 passes on an arrow of any colour.
+/// Returns the numbers 0 to 9 of the standard, with their bulbs. `protected` is the shape of green, arrow or
+/// circle, for a movement without conflicting traffic: the number itself has no direction. Only green is ever
+/// an arrow, since Autoware before April 2026 treats an arrow of any colour as permission to pass.
 pub fn movement_phase_states(protected: BulbShape) -> [(i128, Meaning<BulbSet>); 10] {
     let one = |color, status, shape| {
         let bulb = Bulb { color, status, shape };
@@ -16,11 +16,11 @@ pub fn movement_phase_states(protected: BulbShape) -> [(i128, Meaning<BulbSet>);
     let circle = BulbShape::Circle;
     [
         (0, Meaning::NotAvailable),
-        // Dark: the colour of a lamp that is off is not sent.
+        // Dark: the colour of an unlit lamp is not sent.
         (1, one(Color::Unknown, BulbStatus::SolidOff, circle)),
         (2, one(Color::Red, BulbStatus::Flashing, circle)),
         (3, lit(Color::Red, circle)),
-        // Red and yellow together would come out of the arbiter as one of them.
+        // The arbiter would reduce red and yellow together to one of them.
         (4, lit(Color::Red, circle)),
         (5, lit(Color::Green, circle)),
         (6, lit(Color::Green, protected)),

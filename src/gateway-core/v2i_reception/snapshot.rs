@@ -1,4 +1,4 @@
-//! What was received of a V2X unit, for people and programs that watch the gateway.
+//! Signals and messages received from a V2X unit, for people and programs that monitor the gateway.
 
 use super::V2iReception;
 use can_signal::can::Bus;

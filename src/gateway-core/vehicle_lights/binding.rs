@@ -1,7 +1,7 @@
 //! Binding of a vehicle's lights to signals, compiled from its profile.
 //!
-//! Built once at start by `config`, which has checked it against the DBC. Everything is addressed by
-//! index, so that no name is looked up per frame.
+//! Built once at start-up by `config`, which has checked it against the DBC. Everything is addressed by
+//! index, so no name is looked up per frame.
 
 use std::time::Duration;
 
@@ -19,7 +19,7 @@ use can_signal::validation::table::{Role, SignalIndex, SignalTable};
 pub struct LightsBinding {
     /// Messages and signals of the lights.
     pub table: SignalTable,
-    /// What must be observed before anything is reported.
+    /// Observations required before anything is reported.
     pub requirements: Vec<Requirement>,
     /// Sources of the turn state.
     pub turn: TurnBinding,
@@ -36,12 +36,12 @@ pub struct LightsBinding {
 /// Binding of one state.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum StateBinding<S> {
-    /// The profile does not mention the lights, so that there are neither reports nor diagnostics.
+    /// The profile does not mention the lights: no reports and no diagnostics.
     #[default]
     LeftOut,
-    /// The vehicle does not have the lights, so that DISABLE is reported.
+    /// The vehicle does not have the lights: DISABLE is reported.
     NotFitted,
-    /// The vehicle has the lights, but no signal shows them, so that nothing is reported.
+    /// The vehicle has the lights, but no signal shows them: nothing is reported.
     NotVisible {
         /// True if the configuration accepts that there is no report.
         is_acknowledged: bool,
@@ -50,14 +50,14 @@ pub enum StateBinding<S> {
     From(Sources<S>),
 }
 
-/// Binding of the turn indicators, which is never [`StateBinding::NotVisible`].
+/// Binding of the turn indicators, never [`StateBinding::NotVisible`].
 pub type TurnBinding = StateBinding<TurnSource>;
 
 /// Binding of the hazard lights.
 pub type HazardBinding = StateBinding<HazardSource>;
 
 impl<S> StateBinding<S> {
-    /// Sources of the state, most trusted first; empty when there are none.
+    /// Returns the sources of the state, most trusted first; empty if there are none.
     pub fn sources(&self) -> &[NamedSource<S>] {
         match self {
             Self::LeftOut | Self::NotFitted | Self::NotVisible { .. } => &[],
@@ -67,7 +67,7 @@ impl<S> StateBinding<S> {
 }
 
 impl LightsBinding {
-    /// True if the configuration accepts that the hazard lights are not visible.
+    /// Returns true if the configuration accepts that the hazard lights are not visible.
     pub fn is_acknowledged(&self) -> bool {
         matches!(self.hazard, HazardBinding::NotVisible { is_acknowledged: true })
     }
@@ -78,7 +78,7 @@ impl LightsBinding {
 pub struct Sources<S> {
     /// At least one source, most trusted first.
     pub list: Vec<NamedSource<S>>,
-    /// Time for which a source may contradict the deciding one before diagnostics warn.
+    /// Time for which a source may contradict the deciding one before diagnostics show a warning.
     pub disagreement: Duration,
 }
 
@@ -87,9 +87,9 @@ pub struct Sources<S> {
 pub struct NamedSource<S> {
     /// Name in diagnostics; empty for the only source.
     pub name: String,
-    /// True if it is a fallback for others.
+    /// Role of the source in the fusion.
     pub settings: SourceSettings,
-    /// Signal that must be on for the source to apply, such as the flag of a bank of lamps; `None` = it
+    /// Signal that must be on for the source to apply, e.g. the flag of a lamp group; `None` = the source
     /// always applies.
     pub condition: Option<Role<bool>>,
     /// Signals of the source.
@@ -97,14 +97,14 @@ pub struct NamedSource<S> {
 }
 
 impl<S> NamedSource<S> {
-    /// Signal of its condition; `None` without one.
+    /// Returns the signal of its condition; `None` if it has none.
     pub fn condition_signal(&self) -> Option<SignalIndex> {
         self.condition.as_ref().map(|role| role.signal)
     }
 }
 
 impl<S> Sources<S> {
-    /// A state with one source.
+    /// Creates a state with one source.
     pub fn only(source: S) -> Self {
         let settings = SourceSettings::default();
         Self {
@@ -121,17 +121,17 @@ pub enum TurnSource {
     Enumerated {
         /// State of the turn indicators.
         role: Role<TurnCode>,
-        /// Least time for which a side is on from its press; `None` = as long as the signal shows it.
+        /// Minimum time for which a side is on after its press; `None` = as long as the signal shows it.
         tap_hold: Option<Duration>,
     },
-    /// One steady signal for each side.
+    /// One steady signal per side.
     Pair {
         /// Signals of the sides.
         pair: SidePair,
         /// The same as in [`Self::Enumerated`].
         tap_hold: Option<Duration>,
     },
-    /// One flashing lamp signal for each side.
+    /// One flashing lamp signal per side.
     Lamps {
         /// Lamps, where `true` = lit, both in the same message.
         pair: SidePair,
@@ -140,7 +140,7 @@ pub enum TurnSource {
         /// True if the message shows every flash.
         resolution: Resolution,
     },
-    /// A momentary stalk, which springs back.
+    /// A momentary stalk, which returns to its middle position.
     Stalk {
         /// Position of the stalk.
         role: Role<StalkPosition>,
@@ -150,7 +150,7 @@ pub enum TurnSource {
 }
 
 impl TurnSource {
-    /// True if it can report that both sides are on.
+    /// Returns true if the source can report that both sides are on.
     pub fn shows_both(&self) -> bool {
         match self {
             Self::Enumerated { role, .. } => {
@@ -161,7 +161,7 @@ impl TurnSource {
         }
     }
 
-    /// Signals of the source.
+    /// Returns the signals of the source.
     pub fn signals(&self) -> impl Iterator<Item = SignalIndex> {
         let (first, second) = match self {
             Self::Enumerated { role, .. } => (role.signal, None),
@@ -172,23 +172,23 @@ impl TurnSource {
     }
 }
 
-/// One signal for each side, `true` = on.
+/// One signal per side, `true` = on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SidePair {
     /// Signal of the left side.
     pub left: Role<bool>,
     /// Signal of the right side.
     pub right: Role<bool>,
-    /// Meaning of both sides on at once.
+    /// Meaning of both sides being on at once.
     pub both: BothOn,
 }
 
-/// Meaning of both sides of a pair on at once.
+/// Meaning of both sides of a pair being on at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum BothOn {
     /// The hazard lights are on.
     Hazard,
-    /// The vehicle never sends it, so that it is an undefined value.
+    /// The vehicle never sends this, so it counts as an undefined value.
     Undefined,
 }
 
@@ -197,14 +197,14 @@ pub enum BothOn {
 pub enum HazardSource {
     /// Both turn sides on at once, from the turn sources that can report it.
     BothSides,
-    /// A signal of its own gives them.
+    /// A separate signal.
     Signal {
         /// Signal of the hazard lights.
         role: Role<HazardCode>,
         /// Names of the reasons, indexed by [`HazardCode::reason`].
         reasons: Vec<String>,
     },
-    /// A momentary button, of which each press switches the lights on or off.
+    /// A momentary button; each press switches the lights on or off.
     Button {
         /// Position of the button, `true` = pressed.
         role: Role<bool>,
@@ -216,7 +216,7 @@ pub enum HazardSource {
 }
 
 impl HazardSource {
-    /// Signal of the source; `None` for one that follows the turn sources.
+    /// Returns the signal of the source; `None` for a source that follows the turn sources.
     pub fn signal(&self) -> Option<SignalIndex> {
         match self {
             Self::BothSides => None,
@@ -226,7 +226,7 @@ impl HazardSource {
     }
 }
 
-/// Signals that report a defective sensor or lamp, and their effect on the report.
+/// Signals that report a defective sensor or lamp, and the effect of a fault on the report.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FaultBinding {
     /// Fault signals, each with a text for diagnostics.
@@ -238,7 +238,7 @@ pub struct FaultBinding {
 /// A signal that reports a defective part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FaultSignal {
-    /// The signal, where `true` = defective.
+    /// Signal, where `true` = defective.
     pub role: Role<bool>,
     /// Sides whose lamps the part concerns.
     pub sides: Sides,
@@ -259,9 +259,9 @@ pub enum OnFault {
 /// Content of the turn report while the hazard lights are on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum TurnWhileHazard {
-    /// DISABLE, as with every known vehicle interface.
+    /// DISABLE, as in every known vehicle interface.
     #[default]
     Disable,
-    /// The state of the turn signal itself.
+    /// The state of the turn signals themselves.
     Keep,
 }

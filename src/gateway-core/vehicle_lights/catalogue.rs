@@ -1,4 +1,4 @@
-//! What the statuses of turn indicators and hazard lights say.
+//! Status messages of turn indicators and hazard lights.
 
 use crate::vehicle_report::catalogue::REPORT;
 use gateway_base::diagnostics::{Section, messages};
@@ -29,6 +29,6 @@ messages! {
     }
 }
 
-/// The reports on turn indicators and hazard lights.
+/// Reports on turn indicators and hazard lights.
 pub static SECTION: Section =
     Section { names: &["turn_indicators", "hazard_lights"], messages: &[REPORT, LIGHTS] };

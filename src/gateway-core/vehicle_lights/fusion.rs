@@ -1,10 +1,10 @@
 //! Fusion of several sources of one state.
 //!
-//! Sources are ordered by trust, as in the profile. The first one decides: its value is the state. When
-//! it is unavailable, the first fallback below it that has a value decides; without one there is no
-//! state. All other values are compared with the chosen one. Which values contradict each other is
-//! decided by a function, since a stalk cannot know of the hazard lights. A source that does not apply at
-//! present, by its condition, neither decides nor contradicts.
+//! Sources are ordered by trust, as in the profile. The first source decides: its value is the state. If it
+//! is unavailable, the first fallback below it that has a value decides; if there is none, there is no state.
+//! All other values are compared with the chosen value. A function decides which values contradict each
+//! other, since a stalk cannot show the hazard lights. A source whose condition is off neither decides nor
+//! contradicts.
 
 use std::time::Duration;
 
@@ -17,7 +17,7 @@ mod properties;
 /// Settings of one source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SourceSettings {
-    /// True if it may replace a source above it that is unavailable.
+    /// True if the source may replace an unavailable source above it.
     pub fallback: bool,
 }
 
@@ -62,15 +62,15 @@ struct Source<T> {
     contradicts: Option<(T, MonoTime)>,
 }
 
-/// True if two turn states can hold at once: equal ones, and hazard with any other, since it overlays
-/// the request of the stalk.
+/// Returns true if two turn states can apply at once: equal states, and hazard with any other state, since
+/// hazard overlays the request of the stalk.
 pub fn turn_codes_agree(one: TurnCode, other: TurnCode) -> bool {
     one == other || one == TurnCode::Both || other == TurnCode::Both
 }
 
 impl<T: Copy + PartialEq> Fusion<T> {
-    /// Sources without any state. A contradiction with the chosen source becomes a disagreement after
-    /// `limit`; `agree` tells which values do not contradict (usually `|a, b| a == b`).
+    /// Creates a fusion without any state. A contradiction with the chosen source becomes a disagreement
+    /// after `limit`; `agree` returns true for values that do not contradict (usually `|a, b| a == b`).
     pub fn new(
         sources: impl IntoIterator<Item = SourceSettings>,
         limit: Duration,
@@ -80,9 +80,9 @@ impl<T: Copy + PartialEq> Fusion<T> {
         Self { limit, agree, sources, chosen: None, now: MonoTime::ZERO }
     }
 
-    /// Takes the current state of every source in the order of the profile, `None` for one that does not
-    /// apply, and ignores surplus ones. `None` when no source applies. A `now` before the last one counts as
-    /// the last one.
+    /// Fuses the current states of all sources in the order of the profile. The state is `None` for a source
+    /// that does not apply; surplus states are ignored. Returns `None` if no source applies. A `now` before
+    /// the previous one counts as the previous one.
     pub fn update<D>(
         &mut self,
         states: impl IntoIterator<Item = Option<Result<T, D>>, IntoIter: Clone>,
@@ -107,8 +107,8 @@ impl<T: Copy + PartialEq> Fusion<T> {
         fused
     }
 
-    /// Sources that contradict the chosen one for longer than the limit, most trusted first. An
-    /// unavailable source contradicts none.
+    /// Returns the sources that have contradicted the chosen source for longer than the limit, most trusted
+    /// first. An unavailable source contradicts nothing.
     pub fn disagreements(&self) -> impl Iterator<Item = Disagreement<T>> + '_ {
         let disagreement = |(other, source): (usize, &Source<T>)| {
             let ((chosen, chosen_value), (other_value, since)) = (self.chosen?, source.contradicts?);
@@ -118,7 +118,7 @@ impl<T: Copy + PartialEq> Fusion<T> {
         self.sources.iter().enumerate().filter_map(disagreement)
     }
 
-    /// The next instant at which [`Self::disagreements`] grows without a new state and
+    /// Returns the next instant at which [`Self::disagreements`] grows without a new state and
     /// [`Self::update`] is due.
     pub fn next_deadline(&self) -> Option<MonoTime> {
         let due = |source: &Source<T>| source.contradicts.map(|(_, since)| deadline_after(since, self.limit));
@@ -126,7 +126,7 @@ impl<T: Copy + PartialEq> Fusion<T> {
     }
 
     /// Fuses the states of some sources, each with its position, in the order of the profile, without
-    /// changing the contradictions. `None` without any source.
+    /// changing the contradictions. Returns `None` without any source.
     pub fn choose<D>(&self, states: impl IntoIterator<Item = (usize, Result<T, D>)>) -> Option<Fused<T, D>> {
         let mut states = states.into_iter().map(|(source, state)| Fused { state, source });
         let first = states.next()?;

@@ -1,12 +1,12 @@
-//! Derives the lasting state of the turn indicators from flashing lamps.
+//! Derives the steady state of the turn indicators from flashing lamps.
 //!
-//! A side is on from its first lit frame until the hold time after its last. A frame with a single lamp
-//! lit shows the side. Both lit together mean hazard once a frame with both follows at least the
-//! confirmation time after the first one without a single lamp in between, so that a change of sides,
-//! which may show both for a frame, is not hazard. A single lamp lit for as long ends hazard early. Off
+//! A side is on from its first lit frame until the hold time has passed since its last lit frame. A frame
+//! with a single lamp lit shows the side. Two lit lamps mean hazard if another such frame follows after at
+//! least the confirmation time, with no single lamp lit in between. A change of sides, which may show both
+//! for a frame, is therefore not hazard. A single lamp lit for the confirmation time ends hazard early. Off
 //! is reported only after dark lamps have been observed for a hold time.
 //!
-//! Both lamps must be in the same message. Frames with an unknown lamp are treated as unknown.
+//! Both lamps must be in the same message. A frame in which a lamp is unknown is treated as unknown.
 
 mod flashing;
 pub mod timing;
@@ -21,13 +21,13 @@ use flashing::{FlashRate, Flashes, Lit};
 use gateway_base::time::{MonoTime, deadline_after};
 pub use timing::LampSettings;
 
-/// Irregularities of the lamps, which do not change the state.
+/// Irregularities of the lamps; they do not change the state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LampFindings {
-    /// A single side flashed too fast, as flashers do when a bulb has failed. Lasts until that side
+    /// A single side flashed too fast, as flashers do when a bulb has failed. Remains set until that side
     /// flashes at an ordinary rate.
     pub bulb_failure: Sides,
-    /// The lamp is lit for longer than the limit without a dark frame.
+    /// The lamp has been lit for longer than the limit without a dark frame.
     pub does_not_flash: Sides,
     /// Both sides flash too fast for ordinary hazard lights, as with emergency braking or a rear-end
     /// alert (4 ± 1 Hz). Requires frames at most half such a flash apart.
@@ -39,13 +39,13 @@ pub struct LampFindings {
 pub struct Lamp {
     settings: LampSettings,
     now: MonoTime,
-    /// First of the frames in a row that show both lamps; `None` while they are unknown.
+    /// First of the successive frames that show both lamps; `None` while they are unknown.
     known_since: Option<MonoTime>,
     left: Side,
     right: Side,
-    /// Frames with both lamps lit, without a single lamp in between.
+    /// Frames with both lamps lit, without a frame with a single lamp in between.
     both: Option<Run>,
-    /// Frames with a single lamp lit, without both or the other in between.
+    /// Frames with a single lamp lit, without a frame with both or the other in between.
     alone: Option<(TurnCode, Run)>,
     last_both: Option<MonoTime>,
     state: TurnCode,
@@ -55,7 +55,7 @@ pub struct Lamp {
 
 #[derive(Debug, Clone, Copy, Default)]
 struct Side {
-    /// First of the lit frames in a row.
+    /// First of the successive lit frames.
     lit_since: Option<MonoTime>,
     last_lit: Option<MonoTime>,
 }
@@ -67,7 +67,7 @@ struct Run {
 }
 
 impl Lamp {
-    /// Lamps without any frame.
+    /// Creates the machine before any frame.
     pub fn new(settings: LampSettings) -> Self {
         Self {
             settings,
@@ -89,7 +89,7 @@ impl Lamp {
         *self = Self::new(self.settings);
     }
 
-    /// Irregularities of the lamps.
+    /// Returns the irregularities of the lamps.
     pub fn findings(&self) -> LampFindings {
         self.findings
     }
@@ -146,7 +146,7 @@ impl Lamp {
         self.flashes.forget();
     }
 
-    /// Lamps that were lit have stayed lit until now.
+    /// Extends the lit time of lit lamps to the current time.
     fn extend_lit(&mut self) {
         let (left, right) = (self.left.lit_since.is_some(), self.right.lit_since.is_some());
         self.left.last_lit = if left { Some(self.now) } else { self.left.last_lit };
@@ -159,7 +159,7 @@ impl Lamp {
         }
     }
 
-    /// The run that continues without frames and will change the state; `None` without such a run.
+    /// Returns the run that continues without frames and will change the state; `None` if there is none.
     fn run_by_time(&self) -> Option<Run> {
         if !self.settings.lit_until_changed {
             return None;
@@ -182,7 +182,7 @@ impl Lamp {
         }
     }
 
-    /// Time of the last frame that supports the state; `None` while the state lasts by itself.
+    /// Returns the time of the last frame that supports the state; `None` if the state lasts without frames.
     fn state_until(&self) -> Option<MonoTime> {
         let lasting = |side: Side| self.settings.lit_until_changed && side.lit_since.is_some();
         match self.state {
@@ -195,7 +195,7 @@ impl Lamp {
 
     fn update_state(&mut self) {
         let hold = self.settings.hold;
-        // Twice, since a side that replaces hazard may have ended as well.
+        // Twice, since a side that replaces hazard may also have ended.
         for _ in 0..2 {
             if self.state_until().is_some_and(|last| self.now.since(last) > hold) {
                 self.state = match (self.state, self.alone) {
@@ -255,8 +255,8 @@ impl StateMachine for Lamp {
         self.update_state();
     }
 
-    /// [`TurnCode::Both`] for hazard; `None` also while dark lamps have not been observed for long enough
-    /// to tell off from the dark part of a flash.
+    /// Returns [`TurnCode::Both`] for hazard; `None` also while dark lamps have not been observed for long
+    /// enough to distinguish off from the dark part of a flash.
     fn state(&self) -> Option<TurnCode> {
         let known_since = self.known_since?;
         let proven = self.state != TurnCode::Off || self.now.since(known_since) > self.settings.hold;

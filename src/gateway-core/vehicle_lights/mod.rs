@@ -1,8 +1,8 @@
 //! Vehicle lights: turn-indicator and hazard-light reports from bound frames.
 //!
 //! A *message* carries *signals*; an *observation* is the last raw value of a signal; a *reading* is an
-//! observation with its age checked and its meaning; a *verdict* is the state of a report or the reason
-//! why it is unavailable; a *finding* is the part of a verdict that diagnostics show.
+//! observation with its age checked and its meaning; a *verdict* is the state of a report or the reason why
+//! it is unavailable; a *finding* is the part of a verdict shown in diagnostics.
 
 pub mod binding;
 pub mod catalogue;
@@ -45,12 +45,12 @@ pub struct VehicleLights {
     hazard_task: LightsTask,
 }
 
-/// Actions and changes after an evaluation.
+/// Actions and changes resulting from an evaluation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Steps {
-    /// Action on the turn topic; `None` = nothing.
+    /// Action on the turn topic; `None` = no action.
     pub turn: Option<Step<TurnIndicators>>,
-    /// Action on the hazard topic; `None` = nothing.
+    /// Action on the hazard topic; `None` = no action.
     pub hazard: Option<Step<HazardLights>>,
     /// True if the turn finding changed.
     pub turn_changed: bool,
@@ -59,7 +59,7 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// Outputs of the actions, the turn report first.
+    /// Returns the outputs of the actions, the turn report first.
     pub fn outputs(&self) -> impl Iterator<Item = VehicleLightsOutput> + use<> {
         let turn = self.turn.map(VehicleLightsOutput::TurnIndicators);
         let hazard = self.hazard.map(VehicleLightsOutput::HazardLights);
@@ -68,7 +68,7 @@ impl Steps {
 }
 
 impl VehicleLights {
-    /// Reports without any frame received or report published.
+    /// Creates reports before any frame or publication.
     pub fn new(binding: LightsBinding, publish: Publish) -> Self {
         let signals_of = |task| signals_of(&binding, task);
         Self {
@@ -83,9 +83,9 @@ impl VehicleLights {
         }
     }
 
-    /// Continues with another binding and publication scheme. What was received, published and found stays as
-    /// far as both bindings have it; a source that is another starts without a memory. Call [`Self::settle`]
-    /// afterwards.
+    /// Continues with another binding and publication scheme. Received values, published reports and findings
+    /// are kept as far as both bindings include them; a changed source starts without its history. Call
+    /// [`Self::settle`] afterwards.
     pub fn reconfigure(&mut self, binding: LightsBinding, publish: Publish, now: MonoTime) {
         let (before, table) = (&self.binding, &binding.table);
         let is_same_signal = |signal: SignalIndex| {
@@ -114,12 +114,12 @@ impl VehicleLights {
         self.binding = binding;
     }
 
-    /// Binding of the lights.
+    /// Returns the binding of the lights.
     pub fn binding(&self) -> &LightsBinding {
         &self.binding
     }
 
-    /// Tasks with diagnostics: all that the profile mentions.
+    /// Returns the tasks with diagnostics: all lights that the profile mentions.
     pub fn tasks(&self) -> impl Iterator<Item = Task> + use<> {
         let turn = !matches!(self.binding.turn, TurnBinding::LeftOut);
         let hazard = !matches!(self.binding.hazard, HazardBinding::LeftOut);
@@ -127,13 +127,13 @@ impl VehicleLights {
         turn.into_iter().chain(hazard.then_some(Task::HazardLights))
     }
 
-    /// Last values of the bound signals.
+    /// Returns the last values of the bound signals.
     pub fn observations(&self) -> &Observations {
         &self.observations
     }
 
-    /// Takes a frame of a bound message. Call [`Self::settle`] afterwards if it brings news; without, both
-    /// reports and findings stay as they are until their deadline.
+    /// Handles a frame of a bound message. If it returns [`Arrival::News`], call [`Self::settle`] afterwards;
+    /// otherwise reports and findings stay unchanged until their deadline.
     pub fn frame_arrived(
         &mut self,
         message: MessageIndex,
@@ -143,24 +143,23 @@ impl VehicleLights {
     ) -> Arrival {
         match self.observations.frame_arrived(&self.binding.table, message, frame, stamp, now) {
             Ok(Arrival::Repetition) if !self.memory.observes_frames() => Arrival::Repetition,
-            // A frame that is not used is counted, and its signals have no value for that reason.
+            // A frame that is not used is counted, and its signals have no value as a result.
             Ok(_) | Err(_) => Arrival::News,
         }
     }
 
-    /// Compares a frame of any message that is received with the requirements of the profile; true if a state
-    /// changes. `was_alive` is false if the bus had been silent before. Call [`Self::settle`] afterwards if
-    /// it changes one.
+    /// Compares any received frame with the requirements of the profile; returns true if a state changes.
+    /// `was_alive` is false if the bus had been silent before. Call [`Self::settle`] after a change.
     pub fn observe(&mut self, bus: BusIndex, frame: &Frame, was_alive: bool, now: MonoTime) -> bool {
         self.requirements.frame_arrived(&self.binding.requirements, bus, frame, was_alive, now)
     }
 
-    /// The requirement of the profile that is not met; `None` = all are.
+    /// Returns the requirement of the profile that is not met; `None` = all are met.
     pub fn unmet(&self) -> Option<Unmet> {
         self.requirements.unmet()
     }
 
-    /// Forgets what does not outlast an interruption of a bus.
+    /// Forgets the values that do not survive an interruption of a bus.
     pub fn forget(&mut self, bus: BusIndex, by: Interruption) {
         self.observations.forget(&self.binding.table, bus, by);
         if by == Interruption::LinkLost {
@@ -181,12 +180,12 @@ impl VehicleLights {
         }
     }
 
-    /// Reports published at present; `None` = withheld.
+    /// Returns the currently published reports; `None` = withheld.
     pub fn reports(&self) -> (Option<TurnIndicators>, Option<HazardLights>) {
         (self.turn.current().map(|(turn, _)| turn), self.hazard.current().map(|(hazard, _)| hazard))
     }
 
-    /// The next instant at which [`Self::settle`] is due without an event.
+    /// Returns the next instant at which [`Self::settle`] is due without an event.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let stale = self.observations.next_deadline(&self.binding.table, now);
         let remembered = self.memory.next_deadline();
@@ -201,7 +200,7 @@ fn published<T: Copy>(verdict: &Verdict<T>) -> Option<(T, WallStamp)> {
     verdict.publish.map(|(value, received)| (value, received.stamp))
 }
 
-/// Signals on which the state of a task depends, without fault signals.
+/// Returns the signals on which the state of a task depends, without fault signals.
 fn signals_of(binding: &LightsBinding, task: Task) -> Vec<SignalIndex> {
     let turn = binding.turn.sources().iter();
     if task == Task::TurnIndicators {

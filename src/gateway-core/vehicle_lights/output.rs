@@ -6,9 +6,9 @@ use crate::vehicle_report::Step;
 /// A report to publish or to withdraw.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum VehicleLightsOutput {
-    /// For the topic of `TurnIndicatorsReport`.
+    /// On the topic of `TurnIndicatorsReport`.
     TurnIndicators(Step<TurnIndicators>),
-    /// For the topic of `HazardLightsReport`.
+    /// On the topic of `HazardLightsReport`.
     HazardLights(Step<HazardLights>),
 }
 

@@ -1,4 +1,4 @@
-//! What a raw value of a bound signal shows of the lights, for pictures and pages; its texts are in
+//! State of the lights shown by a raw value of a bound signal, for pictures and pages; its texts are in
 //! [`role_texts`](super::role_texts).
 
 use super::binding::{FaultBinding, HazardSource, LightsBinding, TurnSource};
@@ -7,12 +7,12 @@ use super::state::TurnCode;
 use can_signal::validation::meaning::Meaning;
 use can_signal::validation::table::{Role, SignalIndex};
 
-/// What a raw value shows. Of several uses of one signal the first in this order counts.
+/// State shown by a raw value. If a signal has several uses, the first variant in this order applies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum RawState {
     /// A fault, or a value without a meaning.
     Faulty,
-    /// Both sides, or the hazard lights.
+    /// Both sides or the hazard lights are on.
     Hazard,
     /// The left side is on.
     Left,
@@ -22,11 +22,11 @@ pub enum RawState {
     NotAvailable,
     /// Off, at rest, or no fault.
     Off,
-    /// None of these: a button, or a condition.
+    /// None of the above: a button, or a condition.
     Other,
 }
 
-/// What a raw value shows by all uses of its signal.
+/// Returns the state shown by a raw value, over all uses of its signal.
 pub fn raw_state(binding: &LightsBinding, signal: SignalIndex, raw: i128) -> RawState {
     let mut states = Vec::new();
     let mut use_of = UseOf { signal, raw, states: &mut states };
@@ -46,7 +46,7 @@ pub fn raw_state(binding: &LightsBinding, signal: SignalIndex, raw: i128) -> Raw
     states.into_iter().min().unwrap_or(RawState::Other)
 }
 
-/// The uses of one signal, with what its value shows in each.
+/// Uses of one signal, with the state that its value shows in each.
 struct UseOf<'a> {
     signal: SignalIndex,
     raw: i128,

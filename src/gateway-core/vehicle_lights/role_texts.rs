@@ -6,12 +6,12 @@ use super::state::TurnCode;
 use can_signal::validation::display::{RoleTexts, ValueText, role_texts};
 use can_signal::validation::table::SignalIndex;
 
-/// Meanings of `raw`, one for each role of `signal`.
+/// Returns the meanings of `raw`, one for each role of `signal`.
 pub fn texts(binding: &LightsBinding, signal: SignalIndex, raw: i128) -> Vec<ValueText> {
     roles(binding).into_iter().filter(|role| role.signal == signal).map(|role| role.value_text(raw)).collect()
 }
 
-/// All roles of all signals in the order turn, hazard, faults.
+/// Returns all roles of all signals in the order turn, hazard, faults.
 pub fn roles(binding: &LightsBinding) -> Vec<RoleTexts> {
     let mut roles = Vec::new();
     for named in binding.turn.sources() {
@@ -80,7 +80,7 @@ fn condition_role<S>(named: &NamedSource<S>) -> Option<RoleTexts> {
 }
 
 fn fault_roles(faults: &FaultBinding) -> impl Iterator<Item = RoleTexts> {
-    // The profile names the part, or the fault itself, in free words.
+    // The profile names the part, or the fault itself, in free text.
     let subject = |text: &str| {
         if text.contains("fault") { text.to_owned() } else { format!("fault of {text}") }
     };

@@ -1,5 +1,5 @@
-//! Evaluation of the sources of both reports: signals are read, state machines advanced and the
-//! sources of each report fused.
+//! Evaluates the sources of both reports: reads signals, advances state machines and fuses the sources of
+//! each report.
 
 use super::binding::{
     BothOn, HazardBinding, HazardSource, LightsBinding, SidePair, StateBinding, TurnBinding, TurnSource,
@@ -18,14 +18,14 @@ use can_signal::validation::table::{Role, SignalIndex};
 use can_signal::validation::unusable::Unusable;
 use gateway_base::time::{MonoTime, Now};
 
-/// Binding, observations and buses at one moment.
+/// Binding, observations and buses at one instant.
 #[derive(Debug, Clone, Copy)]
 pub struct LightsContext<'a> {
-    /// Compiled profile of the lights.
+    /// Compiled binding of the lights.
     pub binding: &'a LightsBinding,
     /// Last values of the bound signals.
     pub observations: &'a Observations,
-    /// Requirement of the profile that is not met; `None` = all are.
+    /// Requirement of the profile that is not met; `None` = all are met.
     pub unmet: Option<&'a Unmet>,
     /// Buses that carry the signals.
     pub buses: &'a [Bus],
@@ -40,7 +40,7 @@ impl LightsContext<'_> {
         Ok(self.observations.defined(table, role, self.buses, self.now.mono)?)
     }
 
-    /// The receive time of the condition's signal while a source applies; `None` without a condition.
+    /// Returns the receive time of the condition's signal if the source applies; `None` without a condition.
     fn judge_condition(
         self,
         condition: Option<&Role<bool>>,
@@ -51,7 +51,7 @@ impl LightsContext<'_> {
         if is_on { Ok(Some(received)) } else { Err(UnavailableReason::NotSelected(role.signal, raw)) }
     }
 
-    /// Both sides of a pair, with the later receive time.
+    /// Returns both sides of a pair, with the later receive time.
     fn judge_pair(self, pair: &SidePair) -> Judged<Sides> {
         match (self.judge(&pair.left), self.judge(&pair.right)) {
             (Ok((left, since)), Ok((right, received))) => Ok((Sides { left, right }, since.newest(received))),
@@ -60,8 +60,8 @@ impl LightsContext<'_> {
         }
     }
 
-    /// Passes an input to a state machine and returns its state; `unknown` is the reason while it has
-    /// none.
+    /// Passes an input to a state machine and returns its state; `unknown` is the reason while the state is
+    /// unknown.
     fn track<M: StateMachine>(
         self,
         machine: &mut M,
@@ -71,7 +71,7 @@ impl LightsContext<'_> {
         let now = self.now.mono;
         match input {
             Ok((input, received)) => {
-                // A frame that was received now is new; taking it twice does no harm.
+                // A frame received now is new; processing it twice does no harm.
                 if received.at == now {
                     machine.observe(Some(input), now);
                 } else {
@@ -86,7 +86,7 @@ impl LightsContext<'_> {
         }
     }
 
-    /// The state of a steady signal, whose taps may be held.
+    /// Returns the state of a steady signal, whose taps may be held.
     fn hold_taps(
         self,
         tap: Option<&mut TapHold>,
@@ -99,7 +99,7 @@ impl LightsContext<'_> {
         }
     }
 
-    /// The state of a pair, where both sides on at once may be undefined.
+    /// Returns the state of a pair, where both sides on at once may be undefined.
     fn pair_state(self, pair: &SidePair, state: Judged<TurnCode>) -> Judged<TurnCode> {
         let is_undefined = |(code, _)| code == TurnCode::Both && pair.both == BothOn::Undefined;
         if !state.is_ok_and(is_undefined) {
@@ -110,7 +110,7 @@ impl LightsContext<'_> {
         Err(UnavailableReason::BothOn(signals.map(|signal| (signal, raw(signal)))))
     }
 
-    /// Lights that are not fitted are off, as of now.
+    /// Returns off, as of now, for lights that are not fitted.
     fn not_fitted<T>(self, off: T) -> FusedState<T> {
         let received = ReceiveTime { at: self.now.mono, stamp: self.now.wall };
         FusedState { state: Ok((off, received)), source: 0, warnings: Warnings::default() }
@@ -120,9 +120,9 @@ impl LightsContext<'_> {
 /// State machines and contradictions of the sources of both reports.
 #[derive(Debug, Clone)]
 pub struct SourceMemory {
-    /// `None` when the binding has no sources.
+    /// `None` if the binding has no sources.
     turn: Option<SourceGroup<TurnReader, TurnCode>>,
-    /// `None` when the binding has no sources.
+    /// `None` if the binding has no sources.
     hazard: Option<SourceGroup<HazardReader, HazardCode>>,
 }
 
@@ -149,7 +149,7 @@ pub struct FusedState<T> {
 const HAZARD_OFF: HazardCode = HazardCode { active: false, reason: None };
 
 impl SourceMemory {
-    /// Sources that have received no frame.
+    /// Creates sources before any frame.
     pub fn new(binding: &LightsBinding) -> Self {
         let agree = |one: HazardCode, other: HazardCode| one.active == other.active;
         Self {
@@ -158,8 +158,8 @@ impl SourceMemory {
         }
     }
 
-    /// The sources of another binding, with the memory of those that both have. A source is the same at the
-    /// same position, with the same settings and signals, as far as `is_same_signal` says so of its signals.
+    /// Returns the sources of another binding, keeping the memory of sources in both. A source is the same if
+    /// it has the same position and settings, and its signals are the same according to `is_same_signal`.
     #[must_use]
     pub fn carried_over(
         &self,
@@ -206,7 +206,7 @@ impl SourceMemory {
         SourceStates { turn, hazard }
     }
 
-    /// True if a state depends on when frames come, not on their values alone.
+    /// Returns true if a state depends on when frames arrive, not only on their values.
     pub fn observes_frames(&self) -> bool {
         let has_machine = |reader: &TurnReader| match &reader.kind {
             TurnKind::Enumerated(_, tap) | TurnKind::Pair(_, tap) => tap.is_some(),
@@ -217,7 +217,7 @@ impl SourceMemory {
             || self.hazard.iter().any(|group| group.readers.iter().any(is_button))
     }
 
-    /// The next instant at which [`Self::evaluate`] is due without an event.
+    /// Returns the next instant at which [`Self::evaluate`] is due without an event.
     pub fn next_deadline(&self) -> Option<MonoTime> {
         let turn = self.turn.iter().flat_map(|group| group.deadlines(TurnReader::next_deadline));
         let hazard = self.hazard.iter().flat_map(|group| group.deadlines(HazardReader::next_deadline));
@@ -229,13 +229,13 @@ fn not_visible<T>() -> FusedState<T> {
     FusedState { state: Err(UnavailableReason::NotVisible), source: 0, warnings: Warnings::default() }
 }
 
-/// The sources of one state in the order of the profile.
+/// Sources of one state in the order of the profile.
 #[derive(Debug, Clone)]
 struct SourceGroup<R, T> {
     readers: Vec<R>,
     conditions: Vec<Option<Role<bool>>>,
     fusion: Fusion<T>,
-    /// The last state of each source, kept so that an evaluation allocates nothing.
+    /// Last state of each source, stored so that an evaluation allocates nothing.
     states: Vec<Judged<T>>,
 }
 
@@ -251,8 +251,8 @@ impl<R, T: Copy + PartialEq> SourceGroup<R, T> {
         })
     }
 
-    /// Takes over the memory of the sources that two bindings have alike, and the memory of the fusion when
-    /// all of them are.
+    /// Keeps the memory of the sources that are the same in two bindings, and the memory of the fusion if all
+    /// sources are the same.
     fn carry_over<S: PartialEq>(
         &mut self,
         was: &Self,
@@ -274,8 +274,8 @@ impl<R, T: Copy + PartialEq> SourceGroup<R, T> {
         }
     }
 
-    /// Evaluates every source and fuses the states. `read` gets the reason for which a source must not be
-    /// read, since its condition is off or unknown.
+    /// Evaluates every source and fuses the states. `read` receives the reason why a source must not be read:
+    /// its condition is off or unknown.
     fn evaluate(
         &mut self,
         context: LightsContext<'_>,
@@ -310,13 +310,13 @@ impl<R, T: Copy + PartialEq> SourceGroup<R, T> {
         FusedState { state, source, warnings: Warnings { lamps: None, fallback, disagreement } }
     }
 
-    /// The sources that apply, with their states.
+    /// Returns the sources that apply, with their states.
     fn applicable(&self) -> impl Iterator<Item = (usize, Judged<T>)> {
         self.states.iter().enumerate().filter_map(|(source, state)| Some((source, applicable(*state)?)))
     }
 
-    /// Fuses the sources for which `is_included` holds; returns the state and the deciding source. When none
-    /// of them applies, the first one gives the reason.
+    /// Fuses the sources for which `is_included` holds; returns the state and the deciding source. If none of
+    /// them applies, the first source gives the reason.
     fn choose(&self, is_included: impl Fn(&R) -> bool) -> (Judged<T>, usize) {
         let is_included = |source: usize| is_included(&self.readers[source]);
         let states = self.applicable().filter(|(source, _)| is_included(*source));
@@ -333,7 +333,7 @@ impl<R, T: Copy + PartialEq> SourceGroup<R, T> {
     }
 }
 
-/// The state of a source; `None` when the source does not apply.
+/// Returns the state of a source; `None` if the source does not apply.
 fn applicable<T>(state: Judged<T>) -> Option<Judged<T>> {
     (!matches!(state, Err(UnavailableReason::NotSelected(..)))).then_some(state)
 }
@@ -421,7 +421,8 @@ impl TurnReader {
     }
 }
 
-/// The reason of two to report first: fault, then invalid, then not available, and a sleep of the bus last.
+/// Returns the reason to report first: a fault, then an invalid value, then "not available", and a sleep of
+/// the bus last.
 fn graver(first: UnavailableReason, second: UnavailableReason) -> UnavailableReason {
     let gravity = |reason: UnavailableReason| {
         (

@@ -1,9 +1,9 @@
-//! Stalks and buttons: the requested state from the positions of a control.
+//! Stalks and buttons: derives the requested state from the positions of a control.
 //!
-//! A latched stalk stays in its position and needs no memory, unless its taps are held. A momentary one
-//! springs back: the effect of a press depends on the request before it and on the deepest detent it reached.
-//! (On its way to the full detent a stalk passes the half one, in frames or between them.) The effect is
-//! therefore determined again with each frame of the press, from the request before it.
+//! A latched stalk stays in its position and needs no memory, unless its taps are held. A momentary stalk
+//! returns to its middle position: the effect of a press depends on the previous request and on the deepest
+//! detent reached. (On its way to the full detent a stalk passes the half detent, in frames or between them.)
+//! The effect is therefore determined again with each frame of the press, from the previous request.
 //!
 //! At start, and after a gap that could hide a press, nothing is assumed to be requested and the state
 //! is unknown for a while.
@@ -55,17 +55,17 @@ impl StalkPosition {
 pub enum Comfort {
     /// A number of flashes at a rate.
     Flashes {
-        /// Number of flashes; 0 when the vehicle has no comfort flashing.
+        /// Number of flashes; 0 if the vehicle has no comfort flashing.
         count: u8,
         /// Flashes per minute; 0 counts as 1.
         per_minute: u8,
     },
-    /// It lasts a fixed duration.
+    /// A fixed duration.
     For(Duration),
 }
 
 impl Comfort {
-    /// Time between the tap and the end of the last flash cycle.
+    /// Returns the time between the tap and the end of the last flash cycle.
     pub fn duration(self) -> Duration {
         match self {
             Self::Flashes { count, per_minute } => {
@@ -79,25 +79,25 @@ impl Comfort {
 /// Effect of a press to the side opposite to the requested one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum OppositePress {
-    /// The request ends with it.
+    /// The press ends the request.
     Cancels,
-    /// The other side is requested.
+    /// The press requests the other side.
     Switches,
 }
 
 /// Effect of a press to the side that is already latched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum RepeatedPress {
-    /// The request ends with it.
+    /// The press ends the request.
     Cancels,
-    /// The request stays after it.
+    /// The request continues.
     Keeps,
 }
 
 /// Rules and times of a momentary stalk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StalkSettings {
-    /// Flashing after a tap to the half detent; longer while it is held.
+    /// Flashing after a tap to the half detent; lasts longer while the stalk is held.
     pub comfort: Comfort,
     /// Effect of a tap to the opposite half detent.
     pub opposite_half: OppositePress,
@@ -105,20 +105,20 @@ pub struct StalkSettings {
     pub opposite_full: OppositePress,
     /// Effect of a press to the latched side.
     pub repeat: RepeatedPress,
-    /// Longest time for which a full press lasts after its release; `None` = unlimited. The return by the
-    /// steering wheel is mechanical and does not appear in the positions.
+    /// Longest time for which the request of a full press lasts after its release; `None` = unlimited. The
+    /// return by the steering wheel is mechanical and does not appear in the positions.
     pub max_on: Option<Duration>,
     /// Longest gap in the positions that cannot hide a press.
     pub max_gap: Duration,
-    /// Time for which the stalk must be observed, at start and after a longer gap, until an earlier
-    /// request is assumed to have ended and the state is known.
+    /// Time for which the stalk must be observed, at start and after a longer gap, before an earlier request
+    /// is assumed to have ended and the state is known.
     pub startup_delay: Duration,
 }
 
 impl Default for StalkSettings {
-    /// Three flashes at 90 a minute (2 s); an opposite tap cancels, an opposite full press switches, a
-    /// repeated press cancels; no limit; a gap of 100 ms, shorter than a hand moves; a startup delay of
-    /// 4 s, the longest comfort flashing.
+    /// Returns three flashes at 90 a minute (2 s); an opposite tap cancels, an opposite full press switches,
+    /// a repeated press cancels; no limit; a gap of 100 ms, shorter than a movement of the hand; a startup
+    /// delay of 4 s, the longest comfort flashing.
     fn default() -> Self {
         Self {
             comfort: Comfort::Flashes { count: 3, per_minute: 90 },
@@ -180,7 +180,7 @@ impl Side {
 }
 
 impl MomentaryStalk {
-    /// A stalk without any frame.
+    /// Creates the machine before any frame.
     pub fn new(settings: StalkSettings) -> Self {
         Self {
             settings,
@@ -202,7 +202,7 @@ impl MomentaryStalk {
 
     fn released(&mut self) {
         if self.press.take().is_some() {
-            // The limit of a full press runs from its release.
+            // The limit of a full press starts at its release.
             let now = self.visibility.now();
             let max_on = self.settings.max_on;
             if let Some(requested) =
@@ -241,7 +241,7 @@ impl MomentaryStalk {
         }
     }
 
-    /// The instant at which the request ends; `None` without a limit and while the stalk is held.
+    /// Returns the instant at which the request ends; `None` without a limit, or while the stalk is held.
     fn request_end(&self) -> Option<MonoTime> {
         let until = self.requested.filter(|_| self.press.is_none())?.until?;
         Some(deadline_after(until, Duration::ZERO))

@@ -27,7 +27,7 @@ pub enum TurnCode {
 named_by_variant!(TurnCode);
 
 impl TurnCode {
-    /// The state in which these sides are on.
+    /// Returns the state in which these sides are on.
     pub fn from_sides(Sides { left, right }: Sides) -> Self {
         match (left, right) {
             (false, false) => Self::Off,
@@ -57,7 +57,7 @@ pub struct HazardCode {
 }
 
 impl HazardCode {
-    /// Name in texts, `on` or `off`.
+    /// Returns the name used in texts, `on` or `off`.
     pub fn name(self) -> &'static str {
         if self.active { "on" } else { "off" }
     }
@@ -71,34 +71,34 @@ pub type Judged<T> = Result<(T, ReceiveTime), UnavailableReason>;
 pub enum UnavailableReason {
     /// No signal of the vehicle shows the state.
     NotVisible,
-    /// A requirement of the profile is not met, so that the vehicle may be another one.
+    /// A requirement of the profile is not met, so the profile may be for another vehicle.
     OtherVehicle(Unmet),
-    /// The condition of the source is off with this raw value, so that the source does not apply.
+    /// The condition of the source is off with this raw value, so the source does not apply.
     NotSelected(SignalIndex, i128),
-    /// A signal has no value that may be used.
+    /// A signal has no usable value.
     #[from]
     Signal(Unusable),
     /// Left and right are on at once, which the profile declares undefined.
     BothOn([(SignalIndex, i128); 2]),
-    /// The lamps have not been observed for long enough to tell off from the dark part of a flash.
+    /// The lamps have not been observed for long enough to distinguish off from the dark part of a flash.
     WatchingLamps([SignalIndex; 2]),
     /// The stalk or button has not been observed for long enough to exclude an earlier press.
     Settling(SignalIndex),
 }
 
 impl UnavailableReason {
-    /// True for a permitted sleep of the bus, which is no failure of the report.
+    /// Returns true for a permitted sleep of the bus, which is not a failure of the report.
     pub fn is_sleep(self) -> bool {
         matches!(self, Self::Signal(reason) if reason.is_sleep())
     }
 
-    /// True if the reason is a failure of the report: neither a permitted sleep nor a vehicle that never
-    /// shows the state.
+    /// Returns true if the reason is a failure of the report: neither a permitted sleep nor a vehicle that
+    /// never shows the state.
     pub fn is_failure(self) -> bool {
         !self.is_sleep() && !matches!(self, Self::NotVisible)
     }
 
-    /// Kind of failure that this reason causes.
+    /// Returns the kind of failure that this reason causes.
     pub fn kind(self) -> FaultKind {
         match self {
             Self::Signal(reason) => reason.kind(),
@@ -112,25 +112,25 @@ impl UnavailableReason {
     }
 }
 
-/// A state machine that derives a lasting state from the frames of a momentary or flashing signal.
+/// A state machine that derives a steady state from the frames of a momentary or flashing signal.
 ///
-/// Call [`Self::observe`] for every frame and once when the signal becomes unavailable, and
-/// [`Self::advance`] at [`Self::next_deadline`]. A `now` before the last one counts as the last one.
+/// Call [`Self::observe`] for every frame and once when the signal becomes unavailable, and [`Self::advance`]
+/// at [`Self::next_deadline`]. A `now` before the previous one counts as the previous one.
 pub trait StateMachine {
     /// Content of a frame.
     type Input;
     /// State that the sources derive.
     type State;
 
-    /// Takes a frame; `None` = unknown, also when the last frame is no longer valid.
+    /// Processes a frame; `None` = unknown, or the last frame is no longer valid.
     fn observe(&mut self, input: Option<Self::Input>, now: MonoTime);
 
-    /// Lets time pass without a frame.
+    /// Advances the time without a frame.
     fn advance(&mut self, now: MonoTime);
 
-    /// The derived state; `None` while it is unknown.
+    /// Returns the derived state; `None` while it is unknown.
     fn state(&self) -> Option<Self::State>;
 
-    /// The next instant at which [`Self::advance`] is due without a frame.
+    /// Returns the next instant at which [`Self::advance`] is due without a frame.
     fn next_deadline(&self) -> Option<MonoTime>;
 }

@@ -1,4 +1,4 @@
-//! Diagnostic status of the two reports.
+//! Diagnostic status of the lights reports.
 
 pub(super) mod snapshot;
 #[cfg(test)]
@@ -26,9 +26,9 @@ use gateway_base::time::MonoTime;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Task {
-    /// The report on turn indicators.
+    /// Report on turn indicators.
     TurnIndicators,
-    /// The report on hazard lights.
+    /// Report on hazard lights.
     HazardLights,
 }
 
@@ -41,12 +41,13 @@ pub struct LightsFinding {
     fault: Option<ActiveFault>,
     withheld: bool,
     warnings: Warnings,
-    /// True if lamps or a stalk are observed again after a permitted sleep of the bus, which is no failure.
+    /// True if lamps or a stalk are observed again after a permitted sleep of the bus, which is not a
+    /// failure.
     waking_up: bool,
 }
 
 impl LightsFinding {
-    /// The finding of a verdict.
+    /// Returns the finding of a verdict.
     pub fn of<T>(verdict: &Verdict<T>) -> Self {
         Self {
             reason: verdict.state.as_ref().err().copied(),
@@ -57,7 +58,7 @@ impl LightsFinding {
         }
     }
 
-    /// The finding after an earlier one.
+    /// Returns this finding as the successor of `before`.
     fn after(self, before: Option<&Self>) -> Self {
         let observes = |reason: UnavailableReason| {
             matches!(reason, UnavailableReason::WatchingLamps(_) | UnavailableReason::Settling(_))
@@ -67,7 +68,7 @@ impl LightsFinding {
         Self { waking_up: slept && self.reason.is_some_and(observes), ..self }
     }
 
-    /// `None` without a failure, see [`UnavailableReason::is_failure`].
+    /// Returns the kind of failure; `None` without a failure, see [`UnavailableReason::is_failure`].
     fn kind(&self) -> Option<FaultKind> {
         let reason = self.reason.filter(|reason| reason.is_failure() && !self.waking_up);
         let reason = reason.map(UnavailableReason::kind);
@@ -75,7 +76,7 @@ impl LightsFinding {
     }
 }
 
-/// The finding of a task with its history.
+/// Finding of a task, with its history.
 #[derive(Debug, Clone)]
 pub(super) struct LightsTask {
     task: Task,
@@ -96,12 +97,12 @@ impl LightsTask {
         self.task
     }
 
-    /// Replaces the signals on which the state depends; the history stays.
+    /// Replaces the signals on which the state depends; the history is kept.
     pub(super) fn reconfigure(&mut self, signals: Vec<SignalIndex>) {
         self.signals.reconfigure(signals);
     }
 
-    /// Takes the current verdict and returns whether its finding has changed.
+    /// Updates the finding from the current verdict and returns whether it has changed.
     pub(super) fn update<T>(&mut self, verdict: &Verdict<T>, context: LightsContext<'_>) -> bool {
         let finding = LightsFinding::of(verdict).after(self.finding.as_ref());
         self.reason = verdict.reason;
@@ -117,7 +118,7 @@ impl LightsTask {
 }
 
 impl VehicleLights {
-    /// Diagnostic status of a task.
+    /// Returns the diagnostic status of a task.
     pub fn status(&self, which: Task, buses: &[Bus], now: MonoTime) -> Status {
         let (task, report) = match which {
             Task::TurnIndicators => (&self.turn_task, self.turn.current().map(|(value, _)| value.name())),
@@ -146,7 +147,8 @@ impl VehicleLights {
         Status { signals, ..Status::new(&SECTION, which.name(), &message, values) }
     }
 
-    /// Kind of failure of a report (`None` = none), and whether it is still published.
+    /// Returns the kind of failure of a report (`None` = no failure), and whether the report is still
+    /// published.
     pub fn failure(&self, which: Task) -> (Option<FaultKind>, bool) {
         let (task, published) = match which {
             Task::TurnIndicators => (&self.turn_task, self.turn.current().is_some()),
@@ -220,7 +222,7 @@ fn fault_message(
     }
 }
 
-/// Why a state is unavailable: the kind and the cause.
+/// Returns the message for an unavailable state: the kind of failure and the cause.
 fn unavailable_message(binding: &LightsBinding, buses: &[Bus], reason: UnavailableReason) -> MessagePart {
     if reason == UnavailableReason::NotVisible && binding.is_acknowledged() {
         return catalogue::acknowledged();

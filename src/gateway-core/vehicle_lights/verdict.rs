@@ -1,7 +1,7 @@
 //! Verdict of each report: the state to publish, or the reason to withhold it.
 //!
-//! This is the only place where the four fates of a value collapse into a report
-//! (docs/spec/vehicle-interface.md, "The four fates of a value" and "Report rules").
+//! Only here do the four fates of a value collapse into a report (docs/spec/vehicle-interface.md,
+//! "The four fates of a value" and "Report rules").
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -56,9 +56,9 @@ pub struct ActiveFault {
 pub struct Verdict<T> {
     /// The state with its receive time, or the reason why it is unavailable.
     pub state: Judged<T>,
-    /// First active fault signal in the order of the profile; `None` = no fault.
+    /// First active fault in the order of the profile; `None` = no fault.
     pub fault: Option<ActiveFault>,
-    /// The state to publish; `None` when it is unavailable or withheld because of a fault.
+    /// State to publish; `None` if it is unavailable, or withheld because of a fault.
     pub publish: Option<(T, ReceiveTime)>,
     /// Reason why the hazard lights are on, for diagnostics; `None` = none given.
     pub reason: Option<Reason>,
@@ -71,13 +71,13 @@ pub struct Verdict<T> {
 /// Reason why the hazard lights are on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reason {
-    /// Position of the source that gives the reason.
+    /// Position of the source that reports the reason.
     pub source: usize,
-    /// Position in the list of reasons of the source.
+    /// Position of the reason in the list of the source.
     pub index: u8,
 }
 
-/// Verdicts of both reports at one moment.
+/// Verdicts of both reports at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Verdicts {
     /// Verdict of the turn indicators.
@@ -86,7 +86,7 @@ pub struct Verdicts {
     pub hazard: Verdict<HazardLights>,
 }
 
-/// Evaluates the sources of both reports and gives their verdicts.
+/// Evaluates the sources of both reports and returns the verdicts.
 pub fn judge(memory: &mut SourceMemory, context: LightsContext<'_>) -> Verdicts {
     let binding = context.binding;
     let SourceStates { mut turn, mut hazard } = memory.evaluate(context);
@@ -115,8 +115,8 @@ pub fn judge(memory: &mut SourceMemory, context: LightsContext<'_>) -> Verdicts 
     }
 }
 
-/// Withholds a state while a requirement is not met. A contradicted one counts more than any other reason,
-/// except that the vehicle never shows the state; an open one counts less.
+/// Withholds a state while a requirement is not met. A contradicted requirement replaces any other reason,
+/// except that the vehicle never shows the state; an open requirement replaces none.
 fn require<T>(unmet: Unmet, state: &mut Judged<T>) {
     let has_reason = state
         .as_ref()
@@ -130,7 +130,7 @@ fn lights_of(code: HazardCode) -> HazardLights {
     if code.active { HazardLights::Enable } else { HazardLights::Disable }
 }
 
-/// Turn report of a state; with hazard lights the turn indicators show no direction.
+/// Returns the turn report of a state; while the hazard lights are on, the turn indicators show no direction.
 fn turn_of(code: TurnCode) -> TurnIndicators {
     match code {
         TurnCode::Left => TurnIndicators::EnableLeft,

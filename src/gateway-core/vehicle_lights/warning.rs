@@ -1,4 +1,4 @@
-//! Irregularities that change no report: lamps that do not flash as they should, sources that disagree.
+//! Irregularities that change no report: lamps that do not flash correctly, sources that disagree.
 
 use super::binding::LightsBinding;
 use super::catalogue;
@@ -11,29 +11,29 @@ use gateway_base::diagnostics::MessagePart;
 /// Irregularities of the sources of one report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Warnings {
-    /// Lamps that do not flash as they should, of the most trusted source with any.
+    /// Incorrectly flashing lamps of the most trusted source that has any.
     pub lamps: Option<LampWarning>,
-    /// The fallback in use and the reason for it.
+    /// Fallback in use and the reason for it.
     pub fallback: Option<Fallback>,
-    /// The most trusted source that contradicts the deciding one for too long.
+    /// The most trusted source that has contradicted the deciding source for too long.
     pub disagreement: Option<Contradiction>,
 }
 
 /// A fallback in use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Fallback {
-    /// Position of the fallback.
+    /// Position of the fallback in the profile.
     pub by: usize,
     /// Reason why the most trusted source is unavailable.
     pub reason: UnavailableReason,
 }
 
-/// Lamps that do not flash as they should.
+/// Lamps that do not flash correctly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LampWarning {
     /// Signals of the left and the right lamp.
     pub lamps: [SignalIndex; 2],
-    /// Irregularities of the lamps.
+    /// Kinds of irregularity of these lamps.
     pub findings: LampFindings,
 }
 
@@ -42,17 +42,17 @@ pub struct LampWarning {
 pub struct Contradiction {
     /// Position of the deciding source.
     pub chosen: usize,
-    /// Name of its value.
+    /// Name of the deciding source's value.
     pub chosen_value: &'static str,
     /// Position of the contradicting source.
     pub other: usize,
-    /// Name of its value.
+    /// Name of the contradicting source's value.
     pub other_value: &'static str,
 }
 
 impl Warnings {
-    /// Message of each warning; `source_name` names a source by its position, `unavailable` describes the
-    /// reason why a source is unavailable.
+    /// Returns the message of each warning; `source_name` returns the name of the source at a position,
+    /// `unavailable` describes the reason why a source is unavailable.
     pub fn messages<'a>(
         self,
         binding: &LightsBinding,

@@ -1,4 +1,4 @@
-//! What the statuses of all reports of the vehicle say.
+//! Status messages shared by all reports of the vehicle.
 
 use gateway_base::diagnostics::messages;
 

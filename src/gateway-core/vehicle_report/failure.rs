@@ -1,4 +1,4 @@
-//! The failures of a report since start: how many of each kind, and the last one.
+//! Failures of a report since start: number by kind, and the latest failure.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -28,7 +28,7 @@ pub struct LastFailure {
     pub age_ms: u64,
 }
 
-/// The failures of a report since start.
+/// Failures of a report since start.
 #[derive(Debug, Clone, Default)]
 pub struct FailureHistory {
     counts: FailureCounts,
@@ -39,13 +39,12 @@ pub struct FailureHistory {
 struct Failure {
     kind: FaultKind,
     text: String,
-    /// The instant at which it began.
+    /// Time at which the failure began.
     at: MonoTime,
 }
 
 impl FailureHistory {
-    /// Records a change of what is wrong with the report, from a failure of kind `before` to one of kind
-    /// `kind`.
+    /// Records a change of the report's failure from kind `before` to `kind`.
     pub fn changed(
         &mut self,
         before: Option<FaultKind>,
@@ -65,12 +64,12 @@ impl FailureHistory {
         self.last = Some(Failure { kind, text: text(), at });
     }
 
-    /// Number of failures since start.
+    /// Returns the number of failures since start.
     pub fn counts(&self) -> FailureCounts {
         self.counts
     }
 
-    /// The last failure; `None` before the first.
+    /// Returns the last failure; `None` before the first.
     pub fn last(&self, now: MonoTime) -> Option<LastFailure> {
         self.last.as_ref().map(|failure| LastFailure {
             kind: failure.kind,
@@ -79,7 +78,7 @@ impl FailureHistory {
         })
     }
 
-    /// Values for a diagnostic status; `is_bad` is true while the last failure lasts.
+    /// Returns the values for a diagnostic status; `is_bad` is true while the last failure persists.
     pub fn status_values(&self, is_bad: bool, now: MonoTime) -> [(&'static str, String); 4] {
         let last = match &self.last {
             Some(failure) if is_bad => failure.text.clone(),

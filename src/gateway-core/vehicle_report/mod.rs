@@ -1,5 +1,4 @@
-//! What every report of the vehicle has in common: when it is published, how it fails, and what of that is
-//! shown.
+//! Common parts of all vehicle reports: publication, failures and snapshots.
 
 pub mod catalogue;
 mod failure;

@@ -16,14 +16,14 @@ pub enum Publish {
 /// Action on a topic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step<T> {
-    /// Publish the value with the stamp of the frame that carried it, the newest of several.
+    /// Publish the value with the stamp of the frame that carried it; of several frames, the newest.
     Publish(T, WallStamp),
-    /// Stop publishing, so that no reader takes an older value for a current one.
+    /// Stop publishing, so that no reader mistakes an old value for a current one.
     Withdraw,
 }
 
 impl<T: Copy> Step<T> {
-    /// The value to publish; `None` when the report is withdrawn.
+    /// Returns the value to publish; `None` if the report is withdrawn.
     pub fn value(self) -> Option<T> {
         if let Self::Publish(value, _) = self { Some(value) } else { None }
     }
@@ -38,13 +38,13 @@ pub struct ReportFlow<T> {
 }
 
 impl<T: Copy + PartialEq> ReportFlow<T> {
-    /// A topic on which nothing has been published.
+    /// Creates a topic on which nothing has been published.
     pub fn new(publish: Publish) -> Self {
         Self { publish, current: None, due: None }
     }
 
-    /// Changes the publication scheme. What is published stays; a periodic report is due a new period from
-    /// now at the latest.
+    /// Changes the publication scheme. The published value is kept; a periodic report is due at most one new
+    /// period from now.
     pub fn reconfigure(&mut self, publish: Publish, now: MonoTime) {
         if self.publish == publish {
             return;
@@ -59,7 +59,7 @@ impl<T: Copy + PartialEq> ReportFlow<T> {
         };
     }
 
-    /// Takes the current value and stamp (`None` = withheld) and returns the action; `None` = nothing.
+    /// Updates the current value and stamp (`None` = withheld) and returns the action; `None` = no action.
     pub fn update(&mut self, state: Option<(T, WallStamp)>, now: MonoTime) -> Option<Step<T>> {
         let before = std::mem::replace(&mut self.current, state);
         let Some((value, stamp)) = state else {
@@ -72,7 +72,7 @@ impl<T: Copy + PartialEq> ReportFlow<T> {
             return None;
         }
         if let Publish::Periodic(period) = self.publish {
-            // A late call does not shift the period, a change does.
+            // A late call does not shift the period, but a change does.
             let on_time =
                 self.due.filter(|_| !changed).map(|due| due.after(period)).filter(|next| *next > now);
             self.due = Some(on_time.unwrap_or_else(|| now.after(period)));
@@ -80,12 +80,12 @@ impl<T: Copy + PartialEq> ReportFlow<T> {
         Some(Step::Publish(value, stamp))
     }
 
-    /// Value and stamp published at present; `None` = withheld.
+    /// Returns the currently published value and stamp; `None` = withheld.
     pub fn current(&self) -> Option<(T, WallStamp)> {
         self.current
     }
 
-    /// The next instant at which a periodic report is due; `None` = none.
+    /// Returns the next instant at which a periodic report is due; `None` if no report is due.
     pub fn next_deadline(&self) -> Option<MonoTime> {
         self.due
     }

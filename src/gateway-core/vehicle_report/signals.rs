@@ -1,4 +1,4 @@
-//! The signals on which a report depends, with what was received of them.
+//! Signals on which a report depends, with their received values.
 
 use can_signal::validation::display::raw_text;
 use can_signal::validation::integrity::IntegrityCounts;
@@ -7,45 +7,45 @@ use can_signal::validation::table::{MessageIndex, SignalIndex, SignalTable};
 use gateway_base::diagnostics::RateMeter;
 use gateway_base::time::MonoTime;
 
-/// The signals of a report, and the rate of the frames that carry them.
+/// Signals of a report, and the rate of the frames that carry them.
 #[derive(Debug, Clone, Default)]
 pub struct ReportSignals {
     signals: Vec<SignalIndex>,
     rate: RateMeter,
 }
 
-/// What was received of all signals of a flow.
+/// Received values of all signals of a flow.
 #[derive(Debug, Clone, Copy)]
 pub struct ReceivedSignals<'a> {
     /// Messages and signals of the flow.
     pub table: &'a SignalTable,
-    /// Last values.
+    /// Last values of the signals in `table`.
     pub observations: &'a Observations,
 }
 
 impl ReportSignals {
-    /// The signals of a report of which nothing was received.
+    /// Creates the signals of a report before any frame.
     pub fn new(signals: Vec<SignalIndex>) -> Self {
         Self { signals, rate: RateMeter::default() }
     }
 
-    /// Replaces the signals; the rate stays.
+    /// Replaces the signals; the rate is kept.
     pub fn reconfigure(&mut self, signals: Vec<SignalIndex>) {
         self.signals = signals;
     }
 
-    /// Names of the signals, as `MESSAGE.SIGNAL`.
+    /// Returns the names of the signals as `MESSAGE.SIGNAL`.
     pub fn names(&self, table: &SignalTable) -> Vec<String> {
         self.signals.iter().map(|signal| table.signals[signal.0].name.clone()).collect()
     }
 
-    /// Samples the count of frames from which the rate is computed; call it at every refresh.
+    /// Samples the frame count from which the rate is computed; call it at every refresh.
     pub fn sample_rate(&mut self, received: ReceivedSignals<'_>, now: MonoTime) {
         let frames = self.frames(received);
         self.rate.sample(frames, now);
     }
 
-    /// Values for a diagnostic status; none without signals.
+    /// Returns the values for a diagnostic status; empty without signals.
     pub fn status_values(&self, received: ReceivedSignals<'_>, now: MonoTime) -> Vec<(&'static str, String)> {
         if self.signals.is_empty() {
             return Vec::new();
@@ -92,7 +92,7 @@ impl ReportSignals {
     }
 }
 
-/// The integrity counts of messages; none if no message has integrity rules.
+/// Returns the integrity counts of messages; empty if no message has integrity rules.
 fn integrity_values(received: ReceivedSignals<'_>, messages: &[MessageIndex]) -> Vec<(&'static str, String)> {
     let observations = received.observations;
     let counts: Vec<_> =

@@ -1,4 +1,4 @@
-//! The present state of a report, for people and programs that watch the gateway.
+//! Current state of a report, for people and programs that monitor the gateway.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! Publication of a report with each new frame that carries it, and never twice.
+//! Publication of a report exactly once for each new frame that carries it.
 
 use std::time::Duration;
 
@@ -11,42 +11,43 @@ use gateway_base::time::MonoTime;
 pub struct StreamFlow<T> {
     min_period: Duration,
     current: Option<(T, ReceiveTime)>,
-    /// Receive time of the last value that was published.
+    /// Receive time of the last published value.
     published: Option<MonoTime>,
-    /// From when the next value may be published.
+    /// Earliest time of the next publication.
     due: MonoTime,
 }
 
 impl<T: Copy> StreamFlow<T> {
-    /// A topic on which nothing has been published. In the long run reports are `min_period` apart at least.
+    /// Creates a topic on which nothing has been published. On average, reports are at least `min_period`
+    /// apart.
     pub fn new(min_period: Duration) -> Self {
         Self { min_period, current: None, published: None, due: MonoTime::ZERO }
     }
 
-    /// Changes the shortest time between two reports.
+    /// Changes the minimum average interval between two reports.
     pub fn reconfigure(&mut self, min_period: Duration) {
         self.min_period = min_period;
         self.due = MonoTime::ZERO;
     }
 
-    /// Takes the current value with its receive time (`None` = withheld) and returns the action; `None` =
-    /// nothing.
+    /// Updates the current value and its receive time (`None` = withheld) and returns the action; `None` = no
+    /// action.
     pub fn update(&mut self, state: Option<(T, ReceiveTime)>, now: MonoTime) -> Option<Step<T>> {
         let before = std::mem::replace(&mut self.current, state);
         let Some((value, received)) = state else {
             return before.map(|_| Step::Withdraw);
         };
-        // A frame that came too early is not published later, when it is older.
+        // A frame that arrived too early is not published later, when it is older.
         if received.at != now || self.published == Some(received.at) || now < self.due {
             return None;
         }
         self.published = Some(received.at);
-        // A value that comes somewhat early or late does not shift the rhythm.
+        // A value that comes somewhat early or late does not shift the period.
         self.due = self.due.after(self.min_period).max(now);
         Some(Step::Publish(value, received.stamp))
     }
 
-    /// Value and receive time at present; `None` = withheld.
+    /// Returns the current value and receive time; `None` = withheld.
     pub fn current(&self) -> Option<(T, ReceiveTime)> {
         self.current
     }

@@ -1,7 +1,7 @@
 //! Binding of a vehicle's status to signals, compiled from its profile.
 //!
-//! Built once at start by `config`, which has checked it against the DBC. Everything is addressed by
-//! index, so that no name is looked up per frame.
+//! Built once at start-up by `config`, which has checked it against the DBC. Everything is addressed by
+//! index, so no name is looked up per frame.
 
 use super::control_mode::ControlModeBinding;
 use super::doors::Door;
@@ -11,14 +11,14 @@ use super::steering::SteeringSource;
 use super::velocity::binding::VelocityBinding;
 use can_signal::validation::table::{SignalIndex, SignalTable};
 
-/// Binding of the vehicle's status; empty for a profile that describes none.
+/// Binding of the vehicle's status; empty if the profile does not describe it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StatusBinding {
     /// Messages and signals of the status.
     pub table: SignalTable,
     /// Velocity; `None` = the profile does not describe it.
     pub velocity: Option<VelocityBinding>,
-    /// Sources of the steering, the most trusted first; none = the profile does not describe it.
+    /// Sources of the steering, most trusted first; empty = the profile does not describe it.
     pub steering: Vec<SteeringSource>,
     /// Gear; `None` = the profile does not describe it.
     pub gear: Option<GearBinding>,
@@ -29,7 +29,7 @@ pub struct StatusBinding {
 }
 
 impl StatusBinding {
-    /// All quantities.
+    /// Returns all quantities.
     pub fn quantities(&self) -> impl Iterator<Item = &Quantity> {
         let speeds = self.velocity.iter().flat_map(VelocityBinding::speed_signals);
         let yaw_rates = self.velocity.iter().flat_map(VelocityBinding::yaw_rates);
@@ -37,7 +37,7 @@ impl StatusBinding {
         speeds.map(|signal| &signal.quantity).chain(yaw_rates).chain(steering)
     }
 
-    /// Text of the quality flag on a signal; empty without one.
+    /// Returns the text of the quality flag on a signal; empty if it has no flag.
     pub fn flag_text(&self, signal: SignalIndex) -> &str {
         let mut flags = self.quantities().flat_map(|quantity| &quantity.flags);
         flags.find(|flag| flag.role.signal == signal).map_or("", |flag| &flag.text)

@@ -1,4 +1,4 @@
-//! What the statuses of velocity, steering, gear, control mode and doors say.
+//! Status messages of velocity, steering, gear, control mode and doors.
 
 use crate::vehicle_report::catalogue::REPORT;
 use gateway_base::diagnostics::{Section, messages};
@@ -36,7 +36,7 @@ messages! {
     }
 }
 
-/// The reports on the vehicle's status.
+/// Reports on the vehicle's status.
 pub static SECTION: Section = Section {
     names: &["velocity", "steering", "gear", "control_mode", "doors"],
     messages: &[REPORT, STATUS],

@@ -1,4 +1,5 @@
-//! The control mode of a vehicle with drive-by-wire: of a signal that names it, or of bits for each axis.
+//! Control mode of a vehicle with drive-by-wire, from a signal that names the mode or from bits for each
+//! axis.
 
 use super::state::{Judged, StatusContext, StatusReason};
 use crate::control_mode::ControlMode;
@@ -8,18 +9,18 @@ use can_signal::validation::table::{Role, SignalIndex};
 /// Binding of the control mode.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ControlModeBinding {
-    /// The signals that give it.
+    /// Signals of the mode.
     pub source: ControlModeSource,
-    /// True if `NOT_READY` is published while the mode is unknown; false if nothing is.
+    /// True if `NOT_READY` is published while the mode is unknown; false if nothing is published then.
     pub is_not_ready_while_unknown: bool,
 }
 
-/// The signals that give the control mode.
+/// Signals of the control mode.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ControlModeSource {
     /// One signal names the mode.
     Named(Role<ControlMode>),
-    /// A bit for each axis.
+    /// One bit for each axis.
     Axes(Box<Axes>),
 }
 
@@ -28,18 +29,18 @@ pub enum ControlModeSource {
 pub struct Axes {
     /// Steering; `None` if the kit cannot steer.
     pub steering: Option<Role<bool>>,
-    /// Accelerator, brake and whatever else moves the vehicle; empty if the kit cannot.
+    /// Accelerator, brake and other bits of longitudinal control; empty if the kit has none.
     pub longitudinal: Vec<Role<bool>>,
-    /// The kit can be engaged.
+    /// Bits that are true if the kit can be engaged.
     pub ready: Vec<Role<bool>>,
-    /// The driver or an emergency stop has taken over.
+    /// Bits that are true if the driver or an emergency stop has taken over.
     pub overrides: Vec<Role<bool>>,
-    /// The kit is faulty.
+    /// Bits that are true if the kit is faulty.
     pub faults: Vec<Role<bool>>,
 }
 
 impl ControlModeBinding {
-    /// All roles with a name for texts.
+    /// Returns all roles with their names in texts.
     pub fn switches(&self) -> Vec<(&'static str, &Role<bool>)> {
         let ControlModeSource::Axes(axes) = &self.source else { return Vec::new() };
         let steering = axes.steering.iter().map(|role| ("steering by wire", role));
@@ -51,7 +52,7 @@ impl ControlModeBinding {
             .collect()
     }
 
-    /// All signals.
+    /// Returns all signals.
     pub fn signals(&self) -> Vec<SignalIndex> {
         match &self.source {
             ControlModeSource::Named(role) => vec![role.signal],
@@ -59,10 +60,10 @@ impl ControlModeBinding {
         }
     }
 
-    /// Reads the mode.
+    /// Evaluates the mode.
     ///
     /// # Errors
-    /// The reason why it is unknown: `AUTONOMOUS` and every other mode need each signal.
+    /// Fails with the reason why the mode is unknown: `AUTONOMOUS` and every other mode need each signal.
     pub fn judge(&self, context: StatusContext<'_>) -> Judged<ControlMode> {
         match &self.source {
             ControlModeSource::Named(role) => context.defined(role),
@@ -94,7 +95,7 @@ impl Axes {
         } else if overrides.any_on {
             ControlMode::Disengaged
         } else if longitudinal.any_on && longitudinal.any_off {
-            // Half of an axis is neither the computer's nor the driver's.
+            // A partly controlled axis belongs neither to the computer nor to the driver.
             ControlMode::NotReady
         } else {
             match (steering.any_on, longitudinal.any_on) {
@@ -108,7 +109,7 @@ impl Axes {
     }
 }
 
-/// The roles with their name.
+/// Returns the roles, each with the same name.
 fn named<'a>(
     name: &'static str,
     roles: &'a [Role<bool>],
@@ -116,7 +117,7 @@ fn named<'a>(
     roles.iter().map(move |role| (name, role))
 }
 
-/// What the signals of a group say together.
+/// Combined state of the signals of a group.
 struct Group {
     any_on: bool,
     any_off: bool,

@@ -1,4 +1,4 @@
-//! The doors, each with a word for "unknown" of its own.
+//! Doors; each door can be unknown separately.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -9,7 +9,7 @@ use can_signal::validation::table::Role;
 use can_signal::validation::unusable::Unusable;
 use gateway_base::names::named_by_variant;
 
-/// Most doors of a vehicle.
+/// Maximum number of doors of a vehicle.
 pub const MAX_DOORS: usize = 16;
 
 /// State of a door, as in `DoorStatus.status`.
@@ -45,18 +45,18 @@ impl DoorState {
 /// A door of the vehicle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Door {
-    /// Name for people, e.g. `front left`; the description in the layout of the doors.
+    /// Name for display, e.g. `front left`; used as description in the layout of the doors.
     pub name: String,
-    /// Passengers get on through it.
+    /// True if passengers board through this door.
     pub is_entrance: bool,
-    /// Passengers get off through it.
+    /// True if passengers alight through this door.
     pub is_exit: bool,
     /// Meanings of the raw values.
     pub role: Role<DoorState>,
 }
 
 impl Door {
-    /// Its name, and whether passengers get on and off through it.
+    /// Returns the name, and whether passengers board and alight through this door.
     pub fn layout_text(&self) -> String {
         let uses = [(self.is_entrance, "entrance"), (self.is_exit, "exit")];
         let uses = uses.into_iter().filter_map(|(is_used, text)| is_used.then_some(text));
@@ -64,7 +64,7 @@ impl Door {
     }
 }
 
-/// The states of all doors in the order of the profile.
+/// States of all doors in the order of the profile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct DoorStates {
     states: [DoorState; MAX_DOORS],
@@ -72,7 +72,7 @@ pub struct DoorStates {
 }
 
 impl DoorStates {
-    /// Returns true if a door is not closed, false if all are; `None` if neither is known.
+    /// Returns true if a door is not closed, false if all are; `None` if neither is certain.
     pub fn has_open(&self) -> Option<bool> {
         let is_open =
             |state: &DoorState| matches!(state, DoorState::Opened | DoorState::Opening | DoorState::Closing);
@@ -82,19 +82,19 @@ impl DoorStates {
         self.as_slice().iter().all(|state| *state == DoorState::Closed).then_some(false)
     }
 
-    /// The states, one for each door.
+    /// Returns the states, one for each door.
     pub fn as_slice(&self) -> &[DoorState] {
         &self.states[..self.count]
     }
 }
 
-/// Returns the doors with their states in words.
+/// Returns the doors with their states as text.
 pub fn doors_text<'a>(doors: impl Iterator<Item = (&'a str, DoorState)>) -> String {
     doors.map(|(name, state)| format!("{name} {}", state.name())).collect::<Vec<_>>().join(", ")
 }
 
 impl FromIterator<DoorState> for DoorStates {
-    /// More than [`MAX_DOORS`] are left out.
+    /// Doors beyond [`MAX_DOORS`] are omitted.
     fn from_iter<I: IntoIterator<Item = DoorState>>(states: I) -> Self {
         let mut all = Self::default();
         for (place, state) in all.states.iter_mut().zip(states) {
@@ -105,8 +105,8 @@ impl FromIterator<DoorState> for DoorStates {
     }
 }
 
-/// Reads all doors. The report is unavailable while no door is known; otherwise a door without a value is
-/// `UNKNOWN` in it. Also returns the first reason why a door is not known.
+/// Evaluates all doors. The report is unavailable while no door is known; otherwise it contains a door
+/// without a value as `UNKNOWN`. Also returns the first reason why a door is not known.
 pub fn judge(doors: &[Door], context: StatusContext<'_>) -> (Judged<DoorStates>, Option<StatusReason>) {
     let mut newest: Option<ReceiveTime> = None;
     let mut unknown = None;

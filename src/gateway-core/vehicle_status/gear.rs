@@ -1,4 +1,4 @@
-//! The engaged gear: one or more signals that name it, the most trusted first.
+//! The engaged gear, from one or more signals that name it, most trusted first.
 
 use std::time::Duration;
 
@@ -91,8 +91,8 @@ impl Gear {
         std::iter::once(Self::Neutral).chain(FORWARD).chain(others)
     }
 
-    /// The direction in which the engine moves the vehicle: 1 forward, −1 backward; `None` in neutral and
-    /// park.
+    /// Returns the direction in which the engine moves the vehicle: 1 forward, −1 backward; `None` in neutral
+    /// and park.
     pub fn direction(self) -> Option<f64> {
         if matches!(self, Self::Neutral | Self::Park) {
             return None;
@@ -101,19 +101,19 @@ impl Gear {
     }
 }
 
-/// What a raw value says of the gear.
+/// Meaning of a raw value for the gear.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GearCode {
     /// This gear is engaged.
     Engaged(Gear),
     /// The gearbox is between two gears.
     Between,
-    /// Any gear but reverse, of a gearbox that shows no other.
+    /// Any gear except reverse, if the gearbox shows only reverse.
     NotReverse,
 }
 
 impl GearCode {
-    /// Name in texts, e.g. `DRIVE` or `between gears`.
+    /// Returns the name used in texts, e.g. `DRIVE` or `between gears`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Engaged(gear) => gear.name(),
@@ -128,7 +128,7 @@ impl GearCode {
 pub struct GearBinding {
     /// At least one source, most trusted first.
     pub sources: Vec<GearSource>,
-    /// Longest time between two gears.
+    /// Longest time for which the gearbox may be between two gears.
     pub shifting: Duration,
 }
 
@@ -141,12 +141,13 @@ pub struct GearSource {
     pub role: Role<GearCode>,
 }
 
-/// When the gearbox left a gear, by each source.
+/// Time at which the gearbox left a gear, for each source.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Shifting(Vec<Option<MonoTime>>);
 
 impl Shifting {
-    /// The gear that a code names. A gearbox that stays between gears is faulty after a while.
+    /// Returns the gear that a code names. A gearbox that stays between gears counts as faulty after
+    /// `shifting`.
     pub fn judge(
         &mut self,
         binding: &GearBinding,
@@ -176,7 +177,7 @@ impl Shifting {
         self.0.get(source).copied().flatten()
     }
 
-    /// When a gearbox has been between gears for too long.
+    /// Returns the time from which a gearbox has been between gears for too long.
     pub fn next_deadline(&self, binding: &GearBinding, now: MonoTime) -> Option<MonoTime> {
         let deadlines = self.0.iter().flatten().map(|since| deadline_after(*since, binding.shifting));
         deadlines.filter(|at| *at > now).min()
@@ -184,7 +185,7 @@ impl Shifting {
 }
 
 impl GearBinding {
-    /// Signals of all sources.
+    /// Returns the signals of all sources.
     pub fn signals(&self) -> impl Iterator<Item = SignalIndex> {
         self.sources.iter().map(|source| source.role.signal)
     }

@@ -1,11 +1,11 @@
-//! The reports and their measured values for whatever shows them: headings, names, units and texts.
+//! Reports and their measured values for display: headings, names, units and texts.
 
 use super::StatusReport;
 
 /// A measured value of a report, in SI units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Measure {
-    /// Speed of the middle of the rear axle, m/s, forward positive.
+    /// Speed at the middle of the rear axle, m/s, forward positive.
     Speed,
     /// Heading rate, rad/s, counter-clockwise positive.
     HeadingRate,
@@ -13,18 +13,18 @@ pub enum Measure {
     TireAngle,
 }
 
-/// How a measured value is shown.
+/// Presentation of a measured value.
 #[derive(Debug, Clone, Copy)]
 pub struct MeasureRow {
-    /// Name for people.
+    /// Name for display.
     pub name: &'static str,
-    /// Unit for people, with the space before it where there is one.
+    /// Unit for display, including a leading space if it has one.
     pub unit: &'static str,
-    /// Value for people of one SI unit.
+    /// Factor from the SI unit to the display unit.
     pub factor: f64,
-    /// Number of decimals for people.
+    /// Number of decimals for display.
     pub decimals: usize,
-    /// Name of the metric without its unit.
+    /// Name of the metric, without its unit.
     pub metric: &'static str,
     /// SI unit in the name of the metric.
     pub metric_unit: &'static str,
@@ -65,7 +65,7 @@ const TIRE_ANGLE: MeasureRow = MeasureRow {
 };
 
 impl StatusReport {
-    /// Heading of the report for people.
+    /// Returns the heading of the report for display.
     pub fn title(self) -> &'static str {
         match self {
             Self::Velocity => "Velocity",
@@ -78,7 +78,7 @@ impl StatusReport {
 }
 
 impl Measure {
-    /// How it is shown.
+    /// Returns the presentation of the measure.
     pub const fn row(self) -> &'static MeasureRow {
         match self {
             Self::Speed => &SPEED,
@@ -87,7 +87,7 @@ impl Measure {
         }
     }
 
-    /// The report that has it.
+    /// Returns the report that contains the measure.
     pub const fn report(self) -> StatusReport {
         match self {
             Self::Speed | Self::HeadingRate => StatusReport::Velocity,
@@ -95,7 +95,7 @@ impl Measure {
         }
     }
 
-    /// Returns the value in the unit for people.
+    /// Returns the value in the display unit.
     pub fn shown(self, value: f64) -> f64 {
         value * self.row().factor
     }
@@ -109,7 +109,7 @@ impl Measure {
         format!("{}{unit}", if is_zero { text.trim_start_matches('-') } else { &text })
     }
 
-    /// Returns the texts of several values in a row.
+    /// Returns the texts of several values, one after another.
     pub fn texts(values: &[(Self, f64)]) -> String {
         values.iter().map(|(measure, value)| measure.text(*value)).collect::<Vec<_>>().join(", ")
     }

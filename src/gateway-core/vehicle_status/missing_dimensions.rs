@@ -1,4 +1,4 @@
-//! What the configuration does not say of the car although a report needs it.
+//! Dimensions of the car that a report needs but the configuration lacks.
 
 use super::StatusReport;
 use super::binding::StatusBinding;
@@ -6,8 +6,8 @@ use super::settings::{GeometryKey, VehicleGeometry};
 use super::steering::AngleOf;
 use super::velocity::binding::HeadingRateSource;
 
-/// The sources that cannot be used because a dimension of the car is not configured: the report, the source
-/// and the dimension.
+/// Returns the sources that cannot be used because a dimension of the car is not configured, each with
+/// report, source and dimension.
 pub fn missing_dimensions(
     binding: &StatusBinding,
     geometry: &VehicleGeometry,

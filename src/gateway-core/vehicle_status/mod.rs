@@ -1,7 +1,7 @@
 //! Vehicle status: reports on velocity, steering, gear, control mode and doors from bound frames.
 //!
-//! The same promise as for the lights: what is unknown, invalid or faulty is not published, and diagnostics
-//! give the reason (docs/spec/vehicle-interface.md, "Vehicle status").
+//! As with the lights, an unknown, invalid or faulty value is not published, and diagnostics show the reason
+//! (docs/spec/vehicle-interface.md, "Vehicle status").
 
 pub mod binding;
 pub mod catalogue;
@@ -51,7 +51,7 @@ pub use status::snapshot::{DoorSnapshot, VehicleStatusSnapshot};
 pub struct VehicleStatus {
     binding: StatusBinding,
     settings: StatusSettings,
-    /// The messages whose every frame is published.
+    /// Messages whose every frame is published.
     streamed: Vec<MessageIndex>,
     observations: Observations,
     shifting: Shifting,
@@ -65,9 +65,9 @@ pub struct VehicleStatus {
     tasks: Vec<StatusTask>,
 }
 
-/// Values of the reports that are published.
+/// Currently published values of the reports.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[allow(missing_docs)] // their names say it
+#[allow(missing_docs)] // the field names are sufficient
 pub struct PublishedStatus {
     pub velocity: Option<Velocity>,
     pub gear: Option<Gear>,
@@ -75,14 +75,14 @@ pub struct PublishedStatus {
     pub doors: Option<DoorStates>,
 }
 
-/// A value, the source that decided, and what else is to be shown.
+/// A value, the source that decided, and its finding.
 struct Verdict<T> {
     state: Judged<T>,
     finding: StatusFinding,
 }
 
 impl VehicleStatus {
-    /// Reports without any frame received or report published.
+    /// Creates reports before any frame or publication.
     pub fn new(binding: StatusBinding, settings: StatusSettings, publish: Publish) -> Self {
         Self {
             streamed: streamed(&binding),
@@ -101,8 +101,8 @@ impl VehicleStatus {
         }
     }
 
-    /// Continues with another binding and other settings of the same reports. What was received, published
-    /// and found stays as far as both bindings have it. Call [`Self::settle`] afterwards.
+    /// Continues with another binding and other settings of the same reports. Received values, published
+    /// reports and findings are kept as far as both bindings include them. Call [`Self::settle`] afterwards.
     pub fn reconfigure(
         &mut self,
         binding: StatusBinding,
@@ -127,22 +127,22 @@ impl VehicleStatus {
         (self.binding, self.settings) = (binding, settings);
     }
 
-    /// Binding of the status.
+    /// Returns the binding of the status.
     pub fn binding(&self) -> &StatusBinding {
         &self.binding
     }
 
-    /// The control mode at `now`, whether or not its topic is published.
+    /// Returns the control mode at `now`, whether or not its topic is published.
     ///
     /// # Errors
-    /// The reason why it is unknown.
+    /// Fails with the reason why the mode is unknown.
     pub fn control_mode(&self, buses: &[Bus], now: Now) -> Judged<ControlMode> {
         let binding = self.binding.control_mode.as_ref().ok_or(StatusReason::NoSource)?;
         binding.judge(self.context(buses, now))
     }
 
-    /// What values are judged with at `now`, apart from the requirements of the profile: commands need a
-    /// profile without any.
+    /// Returns the context for judging values at `now`, without the requirements of the profile: commands
+    /// need a profile without requirements.
     fn context<'a>(&'a self, buses: &'a [Bus], now: Now) -> StatusContext<'a> {
         StatusContext {
             table: &self.binding.table,
@@ -154,7 +154,7 @@ impl VehicleStatus {
         }
     }
 
-    /// The values that are published now; `None` for one that is withheld.
+    /// Returns the currently published values; `None` = withheld.
     pub fn published(&self) -> PublishedStatus {
         PublishedStatus {
             velocity: self.velocity.current().map(|(velocity, _)| velocity),
@@ -164,8 +164,8 @@ impl VehicleStatus {
         }
     }
 
-    /// Takes a frame of a bound message. Call [`Self::settle`] afterwards if it brings news. A frame of a
-    /// report that is published with each frame always does.
+    /// Handles a frame of a bound message. If it returns [`Arrival::News`], call [`Self::settle`] afterwards.
+    /// A frame of a report that is published with each frame always does.
     pub fn frame_arrived(
         &mut self,
         message: MessageIndex,
@@ -179,13 +179,13 @@ impl VehicleStatus {
         }
     }
 
-    /// Forgets what does not outlast an interruption of a bus.
+    /// Forgets the values that do not survive an interruption of a bus.
     pub fn forget(&mut self, bus: BusIndex, by: Interruption) {
         self.observations.forget(&self.binding.table, bus, by);
     }
 
-    /// Evaluates all reports, hands the actions to `emit`, and calls `changed` with each report whose finding
-    /// has changed.
+    /// Evaluates all reports, passes the actions to `emit`, and calls `changed` with each report whose
+    /// finding has changed.
     pub fn settle(
         &mut self,
         unmet: Option<Unmet>,
@@ -247,12 +247,12 @@ impl VehicleStatus {
         }
     }
 
-    /// The next instant at which a signal becomes stale.
+    /// Returns the next instant at which a signal becomes stale.
     pub fn next_stale(&self, now: MonoTime) -> Option<MonoTime> {
         self.observations.next_deadline(&self.binding.table, now)
     }
 
-    /// The next instant at which [`Self::settle`] is due without an event.
+    /// Returns the next instant at which [`Self::settle`] is due without an event.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let stale = self.next_stale(now);
         let shifting = self.binding.gear.as_ref().and_then(|gear| self.shifting.next_deadline(gear, now));
@@ -262,7 +262,7 @@ impl VehicleStatus {
     }
 }
 
-/// The messages whose every frame is published.
+/// Returns the messages whose every frame is published.
 fn streamed(binding: &StatusBinding) -> Vec<MessageIndex> {
     let signals = binding.quantities().map(|quantity| quantity.role.signal);
     let mut messages: Vec<_> = signals.map(|signal| binding.table.signals[signal.0].message).collect();
@@ -275,8 +275,8 @@ fn stamped<T>(state: Judged<T>) -> Option<(T, WallStamp)> {
     state.ok().map(|(value, received)| (value, received.stamp))
 }
 
-/// Withholds a state while a requirement of the profile is not met. A contradicted one counts more than any
-/// other reason, an open one less.
+/// Withholds a state while a requirement of the profile is not met. A contradicted requirement replaces any
+/// other reason; an open requirement replaces none.
 fn required<T>(state: Judged<T>, context: StatusContext<'_>) -> Judged<T> {
     match context.unmet {
         Some(unmet) if state.is_ok() || unmet.is_contradicted => Err(StatusReason::OtherVehicle(unmet)),
@@ -284,7 +284,8 @@ fn required<T>(state: Judged<T>, context: StatusContext<'_>) -> Judged<T> {
     }
 }
 
-/// The value of the first source that has one, with its position. If none has, the reason of the first.
+/// Returns the value of the first source that has one, with its position; if none has, the reason of the
+/// first.
 fn first_usable<S, T>(
     sources: &[S],
     context: StatusContext<'_>,
@@ -296,8 +297,8 @@ fn first_usable<S, T>(
     Verdict { state, finding: StatusFinding { reason, source, fallback, ..StatusFinding::default() } }
 }
 
-/// The speed without its sign, and the angle of the front wheels. A steering ratio may depend on the speed,
-/// and a speed of the front wheels on the steering; not both.
+/// Returns the speed without its sign, and the angle of the front wheels. Either the steering ratio may
+/// depend on the speed, or the speed of the front wheels on the steering, but not both.
 fn speed_and_tire(
     binding: &StatusBinding,
     alarms: AlarmSet,
@@ -353,8 +354,8 @@ fn plausible<T>(verdict: Verdict<T>, alarms: AlarmSet, effects: &[Effect]) -> Ve
     Verdict { state, finding: StatusFinding { reason, alarms, ..finding } }
 }
 
-/// The same for the steering, which is withheld as well while its ratio depends on a speed that is not
-/// believed. The checks compare the angle that it would have.
+/// Like [`plausible`], but for the steering, which is also withheld while its ratio depends on a speed that
+/// is not trusted. The checks still compare its angle.
 fn plausible_tire(
     binding: &StatusBinding,
     tire: Verdict<TireAngle>,

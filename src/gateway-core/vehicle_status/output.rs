@@ -15,29 +15,29 @@ use crate::vehicle_report::Step;
 /// A report to publish or to withdraw.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum VehicleStatusOutput {
-    /// For the topic of `VelocityReport`.
+    /// On the topic of `VelocityReport`.
     Velocity(Step<Velocity>),
-    /// For the topic of `SteeringReport`.
+    /// On the topic of `SteeringReport`.
     Steering(Step<TireAngle>),
-    /// For the topic of `GearReport`.
+    /// On the topic of `GearReport`.
     Gear(Step<Gear>),
-    /// For the topic of `ControlModeReport`.
+    /// On the topic of `ControlModeReport`.
     ControlMode(Step<ControlMode>),
-    /// For the topic of `DoorStatusArray`.
+    /// On the topic of `DoorStatusArray`.
     Doors(Step<DoorStates>),
 }
 
-/// A published value in words.
+/// A published value as text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NamedValue {
-    /// What changes seldom: the gear, or the direction of a velocity.
+    /// Part that rarely changes: the gear, or the direction of a velocity.
     pub state: String,
-    /// Measured values with their units; empty without any.
+    /// Measured values with their units; empty if there are none.
     pub measured: String,
 }
 
 impl VehicleStatusOutput {
-    /// The report that it is about.
+    /// Returns the report of this output.
     pub fn report(self) -> StatusReport {
         match self {
             Self::Velocity(_) => StatusReport::Velocity,
@@ -48,7 +48,7 @@ impl VehicleStatusOutput {
         }
     }
 
-    /// Measured values; empty for a report without any, and when it is withdrawn.
+    /// Returns the measured values; empty for a report that has none or is withdrawn.
     pub fn measures(self) -> Vec<(Measure, f64)> {
         match self {
             Self::Velocity(step) => step.value().map(|value| value.measures().to_vec()).unwrap_or_default(),
@@ -57,7 +57,7 @@ impl VehicleStatusOutput {
         }
     }
 
-    /// The value in words; `None` when the report is withdrawn.
+    /// Returns the value as text; `None` if the report is withdrawn.
     pub fn named(self) -> Option<NamedValue> {
         let state = match self {
             Self::Velocity(step) => Motion::of(step.value()?.longitudinal_mps).name().to_owned(),

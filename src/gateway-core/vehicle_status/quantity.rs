@@ -1,59 +1,59 @@
-//! A physical quantity on the bus: a linear signal with its unit and sign, and the raw values that count.
+//! A physical quantity on the bus: a linear signal with its unit, sign and valid raw values.
 
 use super::state::{Judged, StatusContext, StatusReason};
 use can_signal::validation::table::{Role, SignalIndex};
 use can_signal::validation::unusable::Unusable;
 
-/// Share of a raw step below which a value differs from zero by rounding alone.
+/// Share of a raw step below which a difference from zero is only rounding.
 const ROUNDING: f64 = 1e-6;
 
 /// A physical quantity, in SI units and with the signs of Autoware.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quantity {
-    /// Raw values that are a measurement, and those that stand for none. All others are undefined.
+    /// Raw values that are measurements, and raw values that mean "no measurement"; all others are undefined.
     pub role: Role<()>,
     /// Value of one raw step.
     pub factor: f64,
     /// Value of raw 0.
     pub offset: f64,
-    /// A further signal of the same message, which is added.
+    /// Another signal of the same message, whose value is added.
     pub plus: Option<Term>,
-    /// A signal that gives the sign, `true` = the opposite of the sign that the magnitude has.
+    /// Signal of the sign, where `true` reverses the sign of the magnitude.
     pub opposite: Option<Role<bool>>,
-    /// Signals that say how good the value is.
+    /// Signals that indicate the quality of the value.
     pub flags: Vec<QualityFlag>,
 }
 
 /// A signal whose value is added.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Term {
-    /// The signal; each raw value counts.
+    /// The signal; each raw value is valid.
     pub signal: SignalIndex,
     /// Value of one raw step.
     pub factor: f64,
 }
 
 impl Term {
-    /// The value that a raw value adds.
+    /// Returns the value that a raw value adds.
     pub fn value(&self, raw: i128) -> f64 {
         self.factor * as_f64(raw)
     }
 }
 
-/// A signal that says how good a value is.
+/// A signal that indicates the quality of a value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct QualityFlag {
     /// The signal, `true` = the value is good.
     pub role: Role<bool>,
-    /// What is not good otherwise, for people, e.g. `rear left sensor`.
+    /// Name for display of the part that is otherwise not good, e.g. `rear left sensor`.
     pub text: String,
 }
 
 impl Quantity {
-    /// The value in SI units.
+    /// Returns the value in SI units.
     ///
     /// # Errors
-    /// The reason why there is none.
+    /// Fails with the reason why there is no value.
     pub fn read(&self, context: StatusContext<'_>) -> Judged<f64> {
         let ((), received) = context.defined(&self.role)?;
         for flag in &self.flags {
@@ -73,14 +73,14 @@ impl Quantity {
         Ok((sign * value, received))
     }
 
-    /// The value that a raw value of the main signal stands for, without the other signals. What an offset
-    /// such as −67.67 leaves of zero by rounding is zero.
+    /// Returns the value of a raw value of the main signal, without the other signals. A rounding error near
+    /// zero, left by an offset such as −67.67, becomes zero.
     pub fn value(&self, raw: i128) -> f64 {
         let value = self.factor.mul_add(as_f64(raw), self.offset);
         if value.abs() < self.factor.abs() * ROUNDING { 0.0 } else { value }
     }
 
-    /// All signals, the main one first.
+    /// Returns all signals, the main signal first.
     pub fn signals(&self) -> impl Iterator<Item = SignalIndex> {
         let others = self.plus.iter().map(|term| term.signal);
         let others = others.chain(self.opposite.iter().map(|role| role.signal));
@@ -89,14 +89,14 @@ impl Quantity {
     }
 }
 
-/// Signals have at most 64 bits; beyond 2⁵³ the value is rounded.
+/// Converts a raw value of at most 64 bits; beyond 2⁵³ the result is rounded.
 #[allow(clippy::cast_precision_loss)]
 fn as_f64(raw: i128) -> f64 {
     raw as f64
 }
 
 impl StatusContext<'_> {
-    /// The raw value of a signal while it is valid.
+    /// Returns the raw value of a signal if it is valid.
     fn raw(self, signal: SignalIndex) -> Result<i128, StatusReason> {
         let valid = self.observations.valid(self.table, signal, self.buses, self.now.mono);
         valid.map(|last| last.raw).map_err(|reason| Unusable::Absent(signal, reason).into())

@@ -14,7 +14,7 @@ use can_signal::validation::meaning::Meaning;
 use can_signal::validation::table::SignalIndex;
 use gateway_base::names::words;
 
-/// The uses of all signals, with the texts of their values.
+/// Uses of all signals, with the texts of their values.
 #[derive(Debug, Clone)]
 pub struct StatusTexts {
     quantities: Vec<NamedQuantity>,
@@ -27,19 +27,19 @@ impl StatusTexts {
         Self { quantities: named_quantities(binding), roles: roles(binding) }
     }
 
-    /// Meanings of `raw`, one for each use of `signal`.
+    /// Returns the meanings of `raw`, one for each use of `signal`.
     pub fn texts(&self, signal: SignalIndex, raw: i128) -> Vec<ValueText> {
         let measured = self.quantities.iter().filter_map(|named| named.value_text(signal, raw));
         let named = self.roles.iter().filter(|role| role.signal == signal);
         measured.chain(named.map(|role| role.value_text(raw))).collect()
     }
 
-    /// The same in one text.
+    /// Like [`Self::texts`], but joined to one text.
     pub fn text(&self, signal: SignalIndex, raw: i128) -> String {
         self.texts(signal, raw).into_iter().map(|meaning| meaning.text).collect::<Vec<_>>().join(", ")
     }
 
-    /// The meaning of `raw` by all uses of `signal`; of several, the worst counts.
+    /// Returns the worst meaning of `raw` among all uses of `signal`.
     pub fn meaning(&self, signal: SignalIndex, raw: i128) -> Meaning<()> {
         let quantities = self.quantities.iter().filter(|named| named.quantity.role.signal == signal);
         let measured = quantities.map(|named| named.quantity.role.values.meaning(raw));
@@ -53,13 +53,13 @@ impl StatusTexts {
         self.quantities.iter().any(|named| named.part_of(signal).is_some())
     }
 
-    /// All uses for a list: of a quantity, the values at the ends of its ranges.
+    /// Returns all uses for a list; a quantity is listed by the values at the ends of its ranges.
     pub fn roles(&self) -> impl Iterator<Item = RoleTexts> {
         self.quantities.iter().map(NamedQuantity::role).chain(self.roles.iter().cloned())
     }
 }
 
-/// All uses of signals with named values.
+/// Returns all uses of signals with named values.
 fn roles(binding: &StatusBinding) -> Vec<RoleTexts> {
     let is_good = |good| if good { "good" } else { "bad" }.to_owned();
     let on_off = |on| if on { "on" } else { "off" }.to_owned();
@@ -105,7 +105,7 @@ fn words_of(state: DoorState) -> String {
     words(&state).to_lowercase()
 }
 
-/// A quantity with its name, and its value in the unit that people expect.
+/// A quantity with its name, and its value in the usual unit for display.
 #[derive(Debug, Clone)]
 struct NamedQuantity {
     name: String,
@@ -113,7 +113,7 @@ struct NamedQuantity {
     text: fn(f64) -> String,
 }
 
-/// All quantities.
+/// Returns all quantities.
 fn named_quantities(binding: &StatusBinding) -> Vec<NamedQuantity> {
     let degrees = |angle: f64| format!("{:.1}°", angle.to_degrees());
     let rate = |rate: f64| format!("{:.2}°/s", rate.to_degrees());
@@ -155,7 +155,7 @@ impl NamedQuantity {
         Self { name, quantity: signal.quantity.clone(), text }
     }
 
-    /// The part of the quantity that a signal is; `None` if it is none.
+    /// Returns the part that a signal has in the quantity; `None` if it has none.
     fn part_of(&self, signal: SignalIndex) -> Option<Part<'_>> {
         let plus = self.quantity.plus.as_ref().filter(|term| term.signal == signal);
         let is_main = self.quantity.role.signal == signal;
@@ -178,7 +178,7 @@ impl NamedQuantity {
         Some(ValueText { text, defined: true })
     }
 
-    /// The ranges of the quantity, with the values at their ends.
+    /// Returns the ranges of the quantity, with the values at their ends.
     fn role(&self) -> RoleTexts {
         let mut texts = role_texts(&self.quantity.role, self.name.clone(), |()| String::new());
         for (range, text) in texts.named.iter_mut().filter(|(_, text)| text.is_empty()) {
@@ -189,7 +189,7 @@ impl NamedQuantity {
     }
 }
 
-/// The part that a signal has in a quantity.
+/// Part of a signal in a quantity.
 enum Part<'a> {
     Main,
     Plus(&'a Term),

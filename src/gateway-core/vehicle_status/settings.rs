@@ -1,13 +1,13 @@
-//! What the gateway's configuration says of the vehicle and its reports.
+//! Configuration of the vehicle and its reports.
 
 use std::time::Duration;
 
 /// Settings of the status.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StatusSettings {
-    /// Shortest time between two reports on velocity or steering.
+    /// Minimum average time between two reports on velocity or steering.
     pub min_period: Duration,
-    /// Name of the only source of the gear that is used; `None` = the most trusted one that has a value.
+    /// Name of the only source of the gear to use; `None` = the most trusted source that has a value.
     pub gear_source: Option<String>,
     /// Dimensions of the car, as far as they are configured.
     pub geometry: VehicleGeometry,
@@ -23,29 +23,29 @@ impl Default for StatusSettings {
     }
 }
 
-/// Dimensions of the car. None is assumed: a report that needs a missing one is not published.
+/// Dimensions of the car. No dimension is assumed: a report that needs a missing dimension is not published.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VehicleGeometry {
-    /// True if the configuration has dimensions at all. Without any, it does not ask for what needs them.
+    /// True if the configuration has any dimensions. Otherwise missing dimensions are not reported.
     pub is_configured: bool,
-    /// From axle to axle, m.
+    /// Distance between the axles, m.
     pub wheel_base_m: Option<f64>,
-    /// Distance of the rear wheels, m.
+    /// Distance between the rear wheels, m.
     pub wheel_tread_m: Option<f64>,
     /// Effective rolling radius of the wheels, m.
     pub wheel_radius_m: Option<f64>,
     /// Factor for every speed.
     pub speed_scale: f64,
-    /// From the steering wheel to the front wheels.
+    /// Conversion from the steering wheel to the front wheels.
     pub wheel_to_tire: Option<WheelToTire>,
-    /// Angle of the front wheels that is reported when they point straight ahead, rad; it is subtracted.
+    /// Angle of the front wheels reported when they point straight ahead, rad; it is subtracted.
     pub steering_offset_rad: f64,
-    /// Greatest angle of the front wheels, rad.
+    /// Largest angle of the front wheels, rad.
     pub max_tire_rad: f64,
 }
 
 impl Default for VehicleGeometry {
-    /// The greatest angle is that of Autoware's sample vehicle.
+    /// Uses the largest angle of Autoware's sample vehicle.
     fn default() -> Self {
         Self {
             is_configured: false,
@@ -60,21 +60,21 @@ impl Default for VehicleGeometry {
     }
 }
 
-/// A dimension that is missing in the configuration.
+/// A dimension missing from the configuration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GeometryKey {
-    /// From axle to axle.
+    /// Distance between the axles.
     WheelBase,
-    /// Distance of the rear wheels.
+    /// Distance between the rear wheels.
     WheelTread,
-    /// Effective rolling radius.
+    /// Effective rolling radius of the wheels.
     WheelRadius,
-    /// From the steering wheel to the front wheels.
+    /// Conversion from the steering wheel to the front wheels.
     SteeringRatio,
 }
 
 impl GeometryKey {
-    /// The key of `[vehicle_geometry]`.
+    /// Returns the key of `[vehicle_geometry]`.
     pub fn key(self) -> &'static str {
         match self {
             Self::WheelBase => "wheel_base_m",
@@ -85,21 +85,21 @@ impl GeometryKey {
     }
 }
 
-/// From the angle of the steering wheel to the angle of the front wheels.
+/// Conversion from the angle of the steering wheel to the angle of the front wheels.
 #[derive(Debug, Clone, PartialEq)]
 pub enum WheelToTire {
-    /// Angle of the steering wheel for each angle of the front wheels.
+    /// Angle of the steering wheel divided by the angle of the front wheels.
     Ratio(f64),
-    /// At least two pairs of angles, rad, steering wheel first and ascending; straight lines between.
+    /// At least two pairs of angles, rad, steering wheel first and ascending; interpolated linearly.
     Table(Vec<(f64, f64)>),
     /// Autoware's form with three coefficients: `ratio = constant + per_speed_squared · v² − per_angle ·
     /// |wheel|`.
     Variable {
         /// Ratio at standstill and straight ahead.
         constant: f64,
-        /// Growth with the square of the speed, s²/m².
+        /// Increase with the square of the speed, s²/m².
         per_speed_squared: f64,
-        /// Decline with the angle of the steering wheel, 1/rad.
+        /// Decrease with the angle of the steering wheel, 1/rad.
         per_angle: f64,
     },
 }

@@ -17,47 +17,47 @@ pub type Judged<T> = Result<(T, ReceiveTime), StatusReason>;
 /// Reason why a value is unavailable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, From)]
 pub enum StatusReason {
-    /// A signal has no value that may be used.
+    /// A signal has no usable value.
     #[from]
     Signal(Unusable),
-    /// A requirement of the profile is not met, so that the vehicle may be another one.
+    /// A requirement of the profile is not met, so the profile may be for another vehicle.
     #[from]
     OtherVehicle(Unmet),
-    /// A flag of this signal says that the value is bad, by this raw value.
+    /// A flag indicates by this raw value that the value is bad.
     BadQuality(SignalIndex, i128),
-    /// The physical value of this signal is beyond what a vehicle can do.
+    /// The physical value of this signal is impossible for a vehicle.
     OutOfRange(SignalIndex),
-    /// The gearbox is between two gears, for too long if `is_long`.
+    /// The gearbox is between two gears.
     BetweenGears {
         /// Signal of the gear.
         signal: SignalIndex,
-        /// True if it stays there longer than a shift takes.
+        /// True if it has been there for longer than a shift takes.
         is_long: bool,
     },
     /// The gearbox shows only whether reverse is engaged, and it is not.
     OnlyReverseShown(SignalIndex),
-    /// The configuration does not give this dimension of the car.
+    /// This dimension of the car is not configured.
     NotConfigured(GeometryKey),
     /// The steering ratio depends on the speed, which is unknown.
     NoSpeedForSteering,
     /// The part is much older than the frame with the speed.
     OutOfStep,
-    /// No signal tells forward from backward now: the vehicle began to roll without a gear.
+    /// No signal distinguishes forward from backward: the vehicle began to roll without a gear.
     DirectionNotTold,
-    /// Speed and steering, or the rear wheels, give a heading rate beyond what a vehicle can do.
+    /// Speed and steering, or the rear wheels, give a heading rate that is impossible for a vehicle.
     HeadingRateOutOfRange,
     /// A rear wheel has no usable speed.
     NoRearWheels,
-    /// It does not fit to the other parts of the motion.
+    /// The value is inconsistent with other parts of the motion.
     Implausible(Alarm),
-    /// The configuration chooses another source, or the source does not count at this speed.
+    /// The configuration chooses another source, or the source is not used at this speed.
     NotChosen,
     /// The profile describes no source.
     NoSource,
 }
 
 impl StatusReason {
-    /// Kind of failure; `None` for a reason that is none.
+    /// Returns the kind of failure; `None` for a reason that is not a failure.
     pub fn failure(self) -> Option<FaultKind> {
         match self {
             Self::Signal(reason) => (!reason.is_sleep()).then(|| reason.kind()),
@@ -80,16 +80,16 @@ impl StatusReason {
     }
 }
 
-/// Binding, observations and buses at one moment.
+/// Binding, observations and buses at one instant.
 #[derive(Debug, Clone, Copy)]
 pub struct StatusContext<'a> {
     /// Messages and signals of the status.
     pub table: &'a SignalTable,
-    /// What the configuration says of the vehicle.
+    /// Configuration of the vehicle and its reports.
     pub settings: &'a StatusSettings,
     /// Last values of the bound signals.
     pub observations: &'a Observations,
-    /// Requirement of the profile that is not met; `None` = all are.
+    /// Requirement of the profile that is not met; `None` = all are met.
     pub unmet: Option<Unmet>,
     /// Buses that carry the signals.
     pub buses: &'a [Bus],
@@ -98,29 +98,29 @@ pub struct StatusContext<'a> {
 }
 
 impl StatusContext<'_> {
-    /// The defined value of a signal with its receive time.
+    /// Returns the defined value of a signal with its receive time.
     ///
     /// # Errors
-    /// The reason why there is none.
+    /// Fails with the reason why there is no value.
     pub fn defined<T: Copy>(self, role: &Role<T>) -> Judged<T> {
         Ok(self.observations.defined(self.table, role, self.buses, self.now.mono)?)
     }
 }
 
-/// A value that the first usable of several sources gives.
+/// Value of the first usable source.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Chosen<T> {
-    /// The value, or why no source has one.
+    /// The value, or the reason why no source has one.
     pub state: Judged<T>,
-    /// Position of the source.
+    /// Position of the deciding source in the profile.
     pub source: usize,
-    /// Why a more trusted source has none.
+    /// Reason why a more trusted source has no value.
     pub fallback: Option<StatusReason>,
 }
 
 impl<T> Chosen<T> {
-    /// The value of the first source that has one; if none has, the reason of the first. Sources that are not
-    /// chosen do not count, unless none is.
+    /// Returns the value of the first source that has one; if none has, the reason of the first. Sources that
+    /// are not chosen are ignored unless none is chosen.
     pub fn first<S>(sources: &[S], mut read: impl FnMut(usize, &S) -> Judged<T>) -> Self {
         let (mut first_reason, mut none) = (None, StatusReason::NoSource);
         for (source, bound) in sources.iter().enumerate() {

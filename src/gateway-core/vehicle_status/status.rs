@@ -1,4 +1,4 @@
-//! Diagnostic status of the reports.
+//! Diagnostic status of the vehicle status reports.
 
 pub(super) mod snapshot;
 
@@ -25,7 +25,7 @@ use gateway_base::diagnostics::{MessagePart, Status, texts};
 use gateway_base::names::named_by_variant;
 use gateway_base::time::MonoTime;
 
-/// A report on the vehicle's status. Its name is that of its diagnostic task.
+/// A report on the vehicle's status, named like its diagnostic task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StatusReport {
@@ -35,7 +35,7 @@ pub enum StatusReport {
     Steering,
     /// Engaged gear.
     Gear,
-    /// Who is in control.
+    /// Control mode: who is in control.
     ControlMode,
     /// States of the doors.
     Doors,
@@ -44,7 +44,7 @@ pub enum StatusReport {
 named_by_variant!(StatusReport);
 
 impl StatusReport {
-    /// The reports that a profile describes, in their order.
+    /// Returns the reports that a profile describes, in their order.
     pub fn of(binding: &StatusBinding) -> impl Iterator<Item = Self> + use<> {
         let described = [
             (Self::Velocity, binding.velocity.is_some()),
@@ -56,7 +56,7 @@ impl StatusReport {
         described.into_iter().filter_map(|(report, is_described)| is_described.then_some(report))
     }
 
-    /// Signals on which the report depends.
+    /// Returns the signals on which the report depends.
     fn signals(self, binding: &StatusBinding) -> Vec<SignalIndex> {
         let mut signals: Vec<_> = match self {
             Self::Velocity => binding.velocity.iter().flat_map(VelocityBinding::signals).collect(),
@@ -74,7 +74,7 @@ impl StatusReport {
         signals
     }
 
-    /// Name of a source at its position; empty for the only one.
+    /// Returns the name of the source at a position; empty for the only source.
     fn source_name(self, binding: &StatusBinding, position: usize) -> &str {
         let StatusBinding { velocity, steering, gear, .. } = binding;
         let name = match self {
@@ -89,31 +89,31 @@ impl StatusReport {
     }
 }
 
-/// What is to be shown of a report: why it is unavailable, and what is wrong besides.
+/// Finding about a report: the reason why it is unavailable, and other problems.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct StatusFinding {
-    /// Why there is no value.
+    /// Reason why there is no value.
     pub(super) reason: Option<StatusReason>,
-    /// The part that is missing, of a velocity.
+    /// The missing part of a velocity.
     pub(super) part: VelocityPart,
-    /// Position of the source that decides.
+    /// Position of the deciding source.
     pub(super) source: usize,
-    /// Why a more trusted source has no value, or one of the doors.
+    /// Reason why a more trusted source, or one of the doors, has no value.
     pub(super) fallback: Option<StatusReason>,
-    /// What does not fit together.
+    /// Contradictions between parts of the motion.
     pub(super) alarms: AlarmSet,
-    /// The heading rate of a velocity.
+    /// Finding about the heading rate of a velocity.
     pub(super) heading: HeadingFinding,
 }
 
-/// What is to be shown of a heading rate.
+/// Finding about a heading rate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct HeadingFinding {
-    /// Position of the source that decides.
+    /// Position of the deciding source.
     pub(super) source: usize,
-    /// Why a more trusted source has no value.
+    /// Reason why a more trusted source has no value.
     pub(super) fallback: Option<StatusReason>,
-    /// Why it is unknown while 0 is published for it.
+    /// Reason why it is unknown and published as 0.
     pub(super) replaced: Option<StatusReason>,
 }
 
@@ -122,7 +122,8 @@ impl StatusFinding {
         self.reason.and_then(StatusReason::failure)
     }
 
-    /// Leaves out the sources that need a dimension if none is configured at all: nobody wants them.
+    /// Omits sources that need a dimension if no dimension is configured at all, since they are then not
+    /// wanted.
     fn as_configured(self, geometry: &VehicleGeometry) -> Self {
         let counts = |reason: &StatusReason| {
             geometry.is_configured || !matches!(reason, StatusReason::NotConfigured(_))
@@ -132,7 +133,7 @@ impl StatusFinding {
     }
 }
 
-/// The finding of a report with its history.
+/// Finding of a report, with its history.
 #[derive(Debug, Clone)]
 pub(super) struct StatusTask {
     report: StatusReport,
@@ -151,13 +152,13 @@ impl StatusTask {
         self.report
     }
 
-    /// The task with the signals of another binding; its history stays.
+    /// Returns the task with the signals of another binding, keeping its history.
     pub(super) fn reconfigured(mut self, binding: &StatusBinding) -> Self {
         self.signals.reconfigure(self.report.signals(binding));
         self
     }
 
-    /// Takes the current finding and returns whether it has changed.
+    /// Updates the finding and returns whether it has changed.
     pub(super) fn update(
         &mut self,
         finding: StatusFinding,
@@ -177,7 +178,7 @@ impl StatusTask {
 }
 
 impl VehicleStatus {
-    /// Diagnostic status of a report; `None` if the profile does not describe it.
+    /// Returns the diagnostic status of a report; `None` if the profile does not describe it.
     pub fn status(&self, report: StatusReport, buses: &[Bus], now: MonoTime) -> Option<Status> {
         let task = self.tasks.iter().find(|task| task.report == report)?;
         let finding = task.finding.unwrap_or_default();
@@ -194,7 +195,7 @@ impl VehicleStatus {
         Some(Status { signals, ..Status::new(&SECTION, report.name(), &message, values) })
     }
 
-    /// All diagnostic statuses.
+    /// Returns all diagnostic statuses.
     pub fn statuses(&self, buses: &[Bus], now: MonoTime) -> Vec<Status> {
         self.tasks.iter().filter_map(|task| self.status(task.report, buses, now)).collect()
     }
@@ -207,7 +208,7 @@ impl VehicleStatus {
         }
     }
 
-    /// What is published, for people; `None` while nothing is.
+    /// Returns the published value for display; `None` while nothing is published.
     fn published_text(&self, report: StatusReport) -> Option<String> {
         match report {
             StatusReport::Velocity => {
@@ -275,7 +276,7 @@ fn message(
     if parts.is_empty() { vec![report_catalogue::publishing()] } else { parts }
 }
 
-/// Why a value is unavailable: the kind of failure, if it is one, and the cause.
+/// Returns the message for an unavailable value: the kind of failure, if it is a failure, and the cause.
 fn unavailable_message(binding: &StatusBinding, buses: &[Bus], reason: StatusReason) -> MessagePart {
     let name = |signal: SignalIndex| binding.table.signals[signal.0].name.as_str();
     let cause = match reason {

@@ -1,33 +1,33 @@
-//! The angle of the front wheels: from the steering wheel's by the geometry of the car, or as the vehicle
-//! sends it.
+//! The angle of the front wheels: calculated from the steering wheel angle and the geometry of the car, or as
+//! sent by the vehicle.
 
 use super::measure::Measure;
 use super::quantity::Quantity;
 use super::settings::{GeometryKey, VehicleGeometry, WheelToTire};
 use super::state::{Judged, StatusContext, StatusReason};
 
-/// Share beyond the greatest angle of the front wheels up to which a reading is believed.
+/// Factor of the largest angle of the front wheels up to which a reading is accepted.
 const BEYOND_MAX: f64 = 1.1;
 
-/// Angle of the middle front wheel, rad, left positive.
+/// Angle of a virtual front wheel in the middle, rad, left positive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TireAngle(pub f64);
 
 impl TireAngle {
-    /// Its measured value.
+    /// Returns its measured value.
     pub fn measures(self) -> [(Measure, f64); 1] {
         [(Measure::TireAngle, self.0)]
     }
 }
 
-/// A signal that gives the steering.
+/// A signal of the steering.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SteeringSource {
     /// Name in diagnostics; empty for the only source.
     pub name: String,
-    /// What the angle is of.
+    /// Wheels that the angle is measured on.
     pub angle_of: AngleOf,
-    /// The angle, rad, left positive.
+    /// Steering angle, rad, left positive.
     pub angle: Quantity,
 }
 
@@ -40,7 +40,7 @@ impl SteeringSource {
     }
 }
 
-/// What a steering angle is of.
+/// Wheels that a steering angle is measured on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AngleOf {
     /// The steering wheel.
@@ -49,10 +49,10 @@ pub enum AngleOf {
     Tire,
 }
 
-/// Reads a source. `speed_mps` is the speed, as far as it is known.
+/// Evaluates a source. `speed_mps` is the speed, if known.
 ///
 /// # Errors
-/// The reason why there is no angle.
+/// Fails with the reason why there is no angle.
 pub fn judge(
     source: &SteeringSource,
     speed_mps: Option<f64>,
@@ -75,10 +75,10 @@ pub fn judge(
     Ok((TireAngle(tire), received))
 }
 
-/// Why an angle of the steering wheel has no angle of the front wheels.
+/// Reason why a steering wheel angle gives no angle of the front wheels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoTireAngle {
-    /// The configuration says nothing of it.
+    /// The conversion is not configured.
     NotConfigured,
     /// The angle lies outside the table.
     OutsideTable,
@@ -86,10 +86,10 @@ pub enum NoTireAngle {
     NoSpeed,
 }
 
-/// The angle of the front wheels, rad, for one of the steering wheel, without the offset.
+/// Returns the angle of the front wheels, rad, for an angle of the steering wheel, without the offset.
 ///
 /// # Errors
-/// The reason why there is none.
+/// Fails with the reason why there is no angle.
 pub fn tire_angle(
     geometry: &VehicleGeometry,
     wheel_rad: f64,
@@ -112,7 +112,7 @@ pub fn tire_angle(
                 None => return Err(NoTireAngle::NoSpeed),
             };
             let ratio = per_speed_squared.mul_add(speed * speed, *constant) - per_angle * wheel_rad.abs();
-            // As Autoware's raw_vehicle_cmd_converter has it.
+            // The same limit as in Autoware's raw_vehicle_cmd_converter.
             Ok(wheel_rad / ratio.max(1e-5))
         }
     }

@@ -1,4 +1,4 @@
-//! Fusion in cases and against a model that evaluates the whole history.
+//! Tests fusion by cases and against a model that evaluates the whole history.
 
 use proptest::prelude::*;
 
@@ -109,7 +109,7 @@ fn any_state() -> impl Strategy<Value = Option<State>> {
     prop::option::weighted(0.8, state)
 }
 
-/// The deciding source and its state; `None` when no source applies.
+/// Returns the deciding source and its state; `None` if no source applies.
 fn model_choice(fallbacks: [bool; 4], states: [Option<State>; 4]) -> Option<(usize, State)> {
     let first = (0..4).find(|source| states[*source].is_some())?;
     let is_ok = |source: &usize| states[*source].is_some_and(|state| state.is_ok());

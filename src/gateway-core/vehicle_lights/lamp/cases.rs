@@ -1,4 +1,4 @@
-//! Cases of lamps on virtual time: simulated flashers sampled by frames.
+//! Cases of lamps in virtual time: simulated flashers sampled by frames.
 
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ const fn ms(millis: u64) -> Duration {
     Duration::from_millis(millis)
 }
 
-/// Start of the cases, when dark lamps have been observed for long enough that off is proven.
+/// Start of the cases, when dark lamps have been observed for long enough to prove off.
 const START: u64 = 10_000;
 const DARK: Sides = Sides { left: false, right: false };
 const LEFT: Sides = Sides { left: true, ..DARK };
@@ -68,7 +68,7 @@ impl Recorder {
         }
     }
 
-    /// Sends a frame every `period` ms with the lamps of `lit`.
+    /// Sends a frame every `period` ms with the lamps that `lit` returns.
     fn play(&mut self, period: u64, from: u64, until: u64, lit: impl Fn(u64) -> Sides) {
         for millis in (from..until).step_by(usize::try_from(period).unwrap()) {
             self.frame(lit(millis), millis);
@@ -84,7 +84,7 @@ fn just_before(time: MonoTime) -> MonoTime {
     MonoTime::from_nanos(time.as_nanos() - 1)
 }
 
-/// True if a flasher with this cycle in ms and lit share in percent is lit.
+/// Returns true if a flasher with this cycle in ms and lit share in percent is lit.
 fn flash(millis: u64, cycle: u64, share: u64) -> bool {
     millis % cycle < cycle * share / 100
 }
@@ -92,25 +92,25 @@ fn only_if(lit: bool, lamps: Sides) -> Sides {
     if lit { lamps } else { DARK }
 }
 
-/// A repeatable random generator.
+/// A reproducible random generator.
 struct Dice(u64);
 
 impl Dice {
-    /// 0 to `bound` − 1.
+    /// Returns a number from 0 to `bound` − 1.
     fn below(&mut self, bound: u64) -> u64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 33) % bound.max(1)
     }
 }
 
-/// Checks that a legal flasher is one activation without a gap, which ends a hold time after the last
+/// Checks that a legal flasher gives one activation without a gap, which ends one hold time after the last
 /// lit frame.
 fn one_activation(per_minute: u64, share: u64, period: u64, phase: u64, losses: bool) {
     let name = format!("{per_minute}/min {share} % lit, {period} ms frames, phase {phase}, losses {losses}");
     let mut dice = Dice(per_minute ^ (share << 8) ^ (period << 16) ^ (phase << 32));
     let settings = LampSettings::for_message(Sampling::cyclic(ms(period)));
     let mut recorder = Recorder::new(settings);
-    // Flashes in ms with up to 2 % jitter a cycle either way, within the legal 0.7 s of dark time.
+    // Flashes in ms with up to 2 % jitter per cycle in either direction, within the legal 0.7 s of dark time.
     let cycle = 60_000 / per_minute;
     let mut flashes = vec![];
     let mut begin = 500 + phase;
@@ -125,7 +125,7 @@ fn one_activation(per_minute: u64, share: u64, period: u64, phase: u64, losses: 
     for number in 0..22_000 / period {
         let millis = number * period + dice.below(period / 10 + 1);
         let lit = flashes.iter().any(|(on, off)| (*on..*off).contains(&millis));
-        // Never two in a row, since a second loss within the hold time is not bridged.
+        // Never two losses in a row, since a second loss within the hold time is not bridged.
         lost_before = losses && !lost_before && number % 7 == 3;
         if lost_before {
             continue;
@@ -339,7 +339,7 @@ fn unknown_frames_do_not_clear_bulb_failure() {
     let mut recorder = Recorder::cyclic(20);
     recorder.play(20, 0, 4000, |t| only_if(flash(t, 320, 50), LEFT));
     assert!(recorder.lamp.findings().bulb_failure.left);
-    // Every second dark time is unknown, so that the flashes look twice as long.
+    // Every second dark time is unknown, so the flashes appear twice as long.
     for millis in (4000..12_000).step_by(20) {
         let lit = flash(millis, 320, 50);
         let lamps = (lit || millis % 640 >= 320).then_some(Sides { left: lit, ..DARK });

@@ -1,4 +1,4 @@
-//! Flash rate of lamps, as far as frames can prove it.
+//! Flash rate of lamps, as far as frames prove it.
 
 use std::time::Duration;
 
@@ -12,18 +12,18 @@ pub(super) enum Lit {
     Both,
 }
 
-/// Flash rate proven by four flashes in a row.
+/// Flash rate proven by four successive flashes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum FlashRate {
     /// Certainly above the limit.
     Fast,
     /// Certainly not above the limit.
     Ordinary,
-    /// Unknown, since frames are too far apart.
+    /// Unknown, because frames are too far apart.
     Unknown,
 }
 
-/// Frames between which a flash began.
+/// The frames between which a flash began.
 #[derive(Debug, Clone, Copy)]
 struct Start {
     last_dark: MonoTime,
@@ -49,7 +49,8 @@ pub(super) struct Flashes {
 const STARTS: usize = 4;
 
 impl Flashes {
-    /// Takes a frame. At the end of a flash returns the lamps and their rate; `None` with too few starts.
+    /// Processes a frame. At the end of a flash, returns the lamps and their rate; `None` with too few
+    /// starts.
     pub(super) fn frame(
         &mut self,
         left: bool,

@@ -1,4 +1,4 @@
-//! Lamps against a model that evaluates the whole history of frames.
+//! Tests lamps against a model that evaluates the whole history of frames.
 
 use std::time::Duration;
 
@@ -13,14 +13,14 @@ struct Frame {
     lamps: Option<(bool, bool)>,
 }
 
-/// The rules as statements about the history, for lamps that are lit in lit frames only.
+/// States the rules in terms of the history, for lamps that are lit only in lit frames.
 struct Model<'a> {
     settings: LampSettings,
     history: &'a [Frame],
 }
 
 impl Model<'_> {
-    /// True if frame `index` ends a run of `lamps` of at least the confirmation time.
+    /// Returns true if frame `index` ends a run of `lamps` of at least the confirmation time.
     fn confirms(&self, index: usize, lamps: (bool, bool)) -> bool {
         let mut last = self.history[index].at;
         let same = |frame: &&Frame| frame.lamps == Some(lamps) || frame.lamps == Some((false, false));
@@ -43,7 +43,7 @@ impl Model<'_> {
         self.history[..until].iter().filter(fresh).any(|frame| frame.lamps.is_some_and(&lit))
     }
 
-    /// The side that was last lit alone, unless both or an unknown frame followed.
+    /// Returns the side that was last lit alone, unless a frame with both or an unknown frame followed.
     fn alone(&self, until: usize) -> Option<TurnCode> {
         self.history[..until].iter().rev().find_map(|frame| match frame.lamps {
             Some((false, false)) => None,
@@ -53,7 +53,7 @@ impl Model<'_> {
         })?
     }
 
-    /// The state at `now` that follows from `state` and the first `until` frames.
+    /// Returns the state at `now` that follows from `state` and the first `until` frames.
     fn lasting(&self, state: TurnCode, until: usize, now: MonoTime) -> TurnCode {
         let left = self.lit_within_hold(until, now, |lamps| lamps.0);
         let right = self.lit_within_hold(until, now, |lamps| lamps.1);
@@ -102,7 +102,7 @@ fn frames() -> impl Strategy<Value = Vec<(u64, Option<(bool, bool)>)>> {
         1 => Just(None),
     ];
     let step = prop_oneof![6 => 1..60_u64, 2 => 60..400_u64, 1 => Just(0), 1 => 400..2500_u64];
-    // Runs of equal frames, so that confirmations and holds are reached.
+    // Runs of equal frames, so that confirmation and hold times are reached.
     prop::collection::vec((step, lamps, 1..5_usize), 0..25).prop_map(|runs| {
         runs.into_iter().flat_map(|(step, lamps, count)| vec![(step, lamps); count]).collect()
     })
@@ -126,7 +126,7 @@ fn just_before(time: MonoTime) -> MonoTime {
     MonoTime::from_nanos(time.as_nanos() - 1)
 }
 
-/// Advances to `now` by deadlines, which must lie ahead and before which nothing may change.
+/// Advances to `now` by deadlines, which must lie in the future and before which nothing may change.
 fn wait(lamp: &mut Lamp, now: MonoTime, mut each: impl FnMut(&Lamp, MonoTime)) {
     for _ in 0..20 {
         let answers = (lamp.state(), lamp.findings());

@@ -1,9 +1,9 @@
 //! Times for the evaluation of lamps, from the legal flash rates and the frames of a message.
 //!
-//! Indicators flash 60 to 120 times a minute (UN R48) and are lit 30 to 75 % of that time, so the
-//! longest legal dark time is 0.7 s and the shortest lit time 0.15 s. Frames sample them: the last lit
-//! frame may be sent one spacing before the lamp goes out, the next one a spacing after it is lit again.
-//! Between two lit frames lie therefore up to 0.7 s and *two* frame spacings.
+//! Indicators flash 60 to 120 times a minute (UN R48) and are lit 30 to 75 % of that time, so the longest
+//! legal dark time is 0.7 s and the shortest lit time 0.15 s. Frames sample them: the last lit frame may be
+//! sent one spacing before the lamp goes out, and the next lit frame one spacing after the lamp is lit again.
+//! Two lit frames are therefore up to 0.7 s plus *two* frame spacings apart.
 
 use std::time::Duration;
 
@@ -16,26 +16,26 @@ pub const MIN_LIT: Duration = Duration::from_millis(150);
 /// Longest accepted period of a cyclic message. At 120 a minute it shows each flash of a lamp that is lit
 /// 40 % of the time; ordinary lamps are lit about half the time.
 pub const MAX_PERIOD: Duration = Duration::from_millis(200);
-/// Time for which both lamps must be lit to exclude a change of sides; shorter than [`MIN_LIT`], so that
-/// the first common flash is enough with fast frames.
+/// Time for which both lamps must be lit to exclude a change of sides; shorter than [`MIN_LIT`], so with fast
+/// frames the first common flash is enough.
 const DEFAULT_CONFIRM: Duration = Duration::from_millis(100);
-/// Latest end of the first flash after switching on (UN R48); the longest legal flash is half of it.
+/// Latest end of the first flash after switching on (UN R48); the longest legal flash is half of this.
 const DEFAULT_STUCK_ON_AFTER: Duration = Duration::from_millis(1500);
-/// Period of 135 flashes a minute, above the legal 120 and below twice any rate from 68 on.
+/// Period of 135 flashes a minute, above the legal 120 and below twice any rate of at least 68.
 const DEFAULT_FAST_PERIOD: Duration = Duration::from_millis(444);
 
 /// Sampling of the lamps by a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sampling {
-    /// Sent periodically, whatever the lamps do.
+    /// Sent periodically, independently of the lamps.
     Cyclic {
         /// Nominal time between two frames.
         period: Duration,
         /// Largest additional time between two frames.
         jitter: Duration,
     },
-    /// Sent at every change of a lamp, so that a lit lamp stays lit until a frame shows it dark. Slow
-    /// repetitions in addition do no harm.
+    /// Sent at every change of a lamp, so that a lit lamp stays lit until a frame shows it dark. Additional
+    /// slow repetitions do no harm.
     OnChange {
         /// Longest time between a change and its frame.
         latency: Duration,
@@ -43,12 +43,12 @@ pub enum Sampling {
 }
 
 impl Sampling {
-    /// A cyclic message with a tenth of its period as jitter.
+    /// Creates the sampling of a cyclic message, with a tenth of its period as jitter.
     pub fn cyclic(period: Duration) -> Self {
         Self::Cyclic { period, jitter: period / 10 }
     }
 
-    /// Longest time between a change of a lamp and the frame that shows it.
+    /// Returns the longest time between a change of a lamp and the frame that shows it.
     pub fn spacing(self) -> Duration {
         match self {
             Self::Cyclic { period, jitter } => period.saturating_add(jitter),
@@ -56,8 +56,8 @@ impl Sampling {
         }
     }
 
-    /// Longest time between two frames that show a legally flashing lamp lit, which a hold time must not
-    /// undercut. Where the spacing exceeds the shortest flash, it includes one missed flash.
+    /// Returns the longest time between two frames that show a legally flashing lamp lit; a hold time must
+    /// not be shorter. If the spacing exceeds the shortest flash, the time includes one missed flash.
     pub fn longest_unlit(self) -> Duration {
         let spacing = self.spacing();
         let between = MAX_DARK.saturating_add(spacing.saturating_mul(2));
@@ -70,11 +70,11 @@ impl Sampling {
         missed.max(between)
     }
 
-    /// Default hold time: [`Self::longest_unlit`] and, for a cyclic message, at least the longest dark
-    /// time with three spacings, so that one lost frame is bridged.
+    /// Returns the default hold time: [`Self::longest_unlit`], and for a cyclic message at least the longest
+    /// dark time plus three spacings, so that one lost frame is bridged.
     ///
-    /// A lost frame that was the only one to show its flash is not bridged. That happens with frames more
-    /// than 75 ms apart at 30 % lit, and more than 125 ms at 50 % lit.
+    /// The loss of the only frame that shows a flash is not bridged. This can happen with frames more than 75
+    /// ms apart at 30 % lit, and more than 125 ms apart at 50 % lit.
     pub fn default_hold(self) -> Duration {
         let one_lost = match self {
             Self::Cyclic { .. } => MAX_DARK.saturating_add(self.spacing().saturating_mul(3)),
@@ -89,12 +89,13 @@ impl Sampling {
 pub enum Resolution {
     /// At least one frame shows each legal flash.
     EveryFlash,
-    /// Flashes shorter than the frame spacing can fall between frames. A single one is bridged; a lamp in
-    /// step with the frames (such as 100 a minute, 30 % lit, in a 200 ms message) can stay undetected.
+    /// Flashes shorter than the frame spacing can fall between frames. A single missed flash is bridged; a
+    /// lamp in step with the frames (such as 100 a minute, 30 % lit, in a 200 ms message) can stay
+    /// undetected.
     ShortFlashesMayFallBetween,
 }
 
-/// Reason why a flashing lamp cannot be distinguished from a dark one.
+/// Reason why a flashing lamp cannot be distinguished from a dark lamp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum Unresolvable {
     /// The message is too slow for any hold time.
@@ -139,16 +140,16 @@ pub struct LampSettings {
     pub lit_until_changed: bool,
     /// Time for which a side stays on after its last lit frame.
     pub hold: Duration,
-    /// Time for which both lamps must be lit to mean hazard, and a single one to end it.
+    /// Time for which both lamps must be lit to mean hazard, and a single lamp to end it.
     pub confirm: Duration,
     /// Longest time for which a lamp may be lit without a dark frame.
     pub stuck_on_after: Duration,
-    /// Mean flash period below which a lamp flashes too fast.
+    /// Average flash period below which a lamp flashes too fast.
     pub fast_period: Duration,
 }
 
 impl LampSettings {
-    /// Defaults from the legal flash rates and the sampling of the message.
+    /// Returns defaults for the sampling of the message, from the legal flash rates.
     pub fn for_message(sampling: Sampling) -> Self {
         Self {
             lit_until_changed: matches!(sampling, Sampling::OnChange { .. }),

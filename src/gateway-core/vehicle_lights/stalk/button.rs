@@ -1,4 +1,4 @@
-//! A momentary hazard button, of which each press switches the lights on or off.
+//! A momentary hazard button; each press switches the lights on or off.
 
 use std::time::Duration;
 
@@ -16,7 +16,7 @@ pub struct HazardToggle {
 }
 
 impl HazardToggle {
-    /// A button without any frame. `max_gap` and `startup_delay` as in [`super::StalkSettings`].
+    /// Creates the machine before any frame. For `max_gap` and `startup_delay` see [`super::StalkSettings`].
     pub fn new(max_gap: Duration, startup_delay: Duration) -> Self {
         Self { visibility: Visibility::new(max_gap, startup_delay), pressed: false, on: false }
     }
@@ -34,7 +34,7 @@ impl StateMachine for HazardToggle {
             return;
         };
         if self.visibility.known_frame() == Gap::CouldHideAPress {
-            // A button that is already pressed in the first frame was pressed before it.
+            // A button already pressed in the first frame was pressed earlier.
             (self.pressed, self.on) = (pressed, false);
         }
         self.on ^= pressed && !self.pressed;

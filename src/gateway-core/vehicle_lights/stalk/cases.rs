@@ -1,4 +1,4 @@
-//! Cases of a momentary stalk on virtual time.
+//! Cases of a momentary stalk in virtual time.
 
 use std::time::Duration;
 
@@ -13,7 +13,7 @@ fn at(millis: u64) -> MonoTime {
     MonoTime::from_millis(millis)
 }
 
-/// Changes of state with their times in ms, from frames as times in ms and positions.
+/// Returns changes of state with their times in ms, from frames given as times in ms and positions.
 fn play(settings: StalkSettings, frames: &[(u64, Option<StalkPosition>)]) -> Vec<(u64, Option<TurnCode>)> {
     let mut stalk = MomentaryStalk::new(settings);
     let mut changes = vec![];
@@ -43,7 +43,7 @@ fn play(settings: StalkSettings, frames: &[(u64, Option<StalkPosition>)]) -> Vec
     changes
 }
 
-/// The same from a known idle position, with all positions and states known.
+/// Like [`play`], but from a known idle position, with all positions and states known.
 fn press(settings: StalkSettings, frames: &[(u64, StalkPosition)]) -> Vec<(u64, TurnCode)> {
     let known = frames.iter().map(|(millis, position)| (*millis, Some(*position)));
     let frames: Vec<_> = std::iter::once((0, Some(Idle))).chain(known).collect();

@@ -1,4 +1,4 @@
-//! A momentary stalk against a model that evaluates the whole history as a list of presses.
+//! Tests a momentary stalk against a model that evaluates the whole history as a list of presses.
 
 use std::time::Duration;
 
@@ -16,7 +16,7 @@ struct PressRecord {
     release: Option<u64>,
 }
 
-/// Presses up to and including `now` in ms, from known positions.
+/// Returns the presses up to and including `now` in ms, from known positions.
 fn presses(frames: &[(u64, StalkPosition)], now: u64) -> Vec<PressRecord> {
     let mut presses: Vec<PressRecord> = vec![];
     let mut held: Option<bool> = None;
@@ -52,10 +52,10 @@ struct Request {
     until: u64,
 }
 
-/// Request at `now` after all presses.
+/// Returns the request at `now` after all presses.
 fn expected(settings: StalkSettings, presses: &[PressRecord], now: u64) -> Option<Request> {
     let (last, earlier) = presses.split_last()?;
-    // The request at the start of the last press, from the earlier ones alone.
+    // The request at the start of the last press, from the earlier presses alone.
     let before = expected(settings, earlier, last.begin);
     let comfort = u64::try_from(settings.comfort.duration().as_millis()).unwrap();
     let limit = |from: u64| match settings.max_on {
@@ -73,7 +73,7 @@ fn expected(settings: StalkSettings, presses: &[PressRecord], now: u64) -> Optio
         Some(before) if before.latched => (settings.repeat == RepeatedPress::Keeps).then_some(latched),
         Some(_) | None => Some(fresh),
     };
-    // A press without a release before the next one lasts until then. Comfort flashing that has ended
+    // A press without a release before the next press lasts until that press. Comfort flashing that has ended
     // by the release ends at that instant.
     let ended = |Request { latched, until, .. }: &Request| match last.release {
         Some(release) if !latched && *until == release && last.begin + comfort < release => now >= *until,

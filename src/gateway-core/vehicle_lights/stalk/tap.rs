@@ -1,13 +1,13 @@
-//! A lever whose taps are held: comfort flashing after a tap that the lever's own signal does not show.
+//! A lever whose taps are held: comfort flashing after a tap, which the lever's own signal does not show.
 
 use std::time::Duration;
 
 use super::super::state::{StateMachine, TurnCode};
 use gateway_base::time::{MonoTime, deadline_after};
 
-/// State machine of a steady signal whose taps are held. A side stays on for at least the hold time from
-/// its press, even if the lever is released earlier; the other side, or both, ends it at once. A press whose
-/// start was not observed, as after a gap, is not held, since it may have been a long one.
+/// State machine of a steady signal whose taps are held. A side stays on for at least the hold time from its
+/// press, even if the lever is released earlier; the other side, or both, ends it at once. A press whose
+/// start was not observed, e.g. after a gap, is not held, since it may have been long.
 #[derive(Debug, Clone)]
 pub struct TapHold {
     hold: Duration,
@@ -19,12 +19,12 @@ pub struct TapHold {
 }
 
 impl TapHold {
-    /// A lever without any frame.
+    /// Creates the machine before any frame.
     pub fn new(hold: Duration) -> Self {
         Self { hold, now: MonoTime::ZERO, position: None, pressed: None }
     }
 
-    /// The side that is held beyond its release, with the last instant of its hold.
+    /// Returns the side that is held beyond its release, with the last instant of its hold.
     fn held(&self) -> Option<(TurnCode, MonoTime)> {
         let is_released = self.position == Some(TurnCode::Off);
         self.pressed.filter(|(_, until)| is_released && self.now <= *until)
@@ -77,7 +77,7 @@ mod tests {
         MonoTime::from_millis(millis)
     }
 
-    /// A lever after these positions, each with its time in ms.
+    /// Returns a lever after these positions, each with its time in ms.
     fn after(positions: &[(u64, Option<TurnCode>)]) -> TapHold {
         let mut lever = TapHold::new(HOLD);
         for (ms, position) in positions {

@@ -1,4 +1,4 @@
-//! Observation of a momentary control, and whether an earlier press can have been missed.
+//! Observation of a momentary control: whether an earlier press can have been missed.
 
 use std::time::Duration;
 
@@ -40,24 +40,24 @@ impl Visibility {
         }
     }
 
-    /// The latest time of any call, which never runs backwards.
+    /// Returns the latest time of any call, which never runs backwards.
     pub(super) fn now(&self) -> MonoTime {
         self.now
     }
 
-    /// Lets time pass without a frame.
+    /// Advances the time without a frame.
     pub(super) fn advance(&mut self, now: MonoTime) {
         self.now = self.now.max(now);
     }
 
-    /// Takes a frame with an unknown position.
+    /// Processes a frame with an unknown position.
     pub(super) fn unknown_frame(&mut self) {
         if self.state == ControlState::Observed {
             self.state = ControlState::LostAt(self.now);
         }
     }
 
-    /// Takes a frame with a known position and returns the gap before it.
+    /// Processes a frame with a known position and returns the gap before it.
     pub(super) fn known_frame(&mut self) -> Gap {
         let could_hide_press = match std::mem::replace(&mut self.state, ControlState::Observed) {
             ControlState::Observed => false,
@@ -71,12 +71,12 @@ impl Visibility {
         Gap::CouldHideAPress
     }
 
-    /// True if the control has been observed for the startup delay without a missed press.
+    /// Returns true if the control has been observed for the startup delay without a missed press.
     pub(super) fn is_known(&self) -> bool {
         self.state == ControlState::Observed && self.now.since(self.since) >= self.startup_delay
     }
 
-    /// The instant at which [`Self::is_known`] becomes true without an event; `None` = never.
+    /// Returns the instant at which [`Self::is_known`] becomes true without an event; `None` = never.
     pub(super) fn next_deadline(&self) -> Option<MonoTime> {
         let known_at = self.since.after(self.startup_delay);
         (self.state == ControlState::Observed && known_at > self.now).then_some(known_at)

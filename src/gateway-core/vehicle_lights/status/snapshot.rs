@@ -1,4 +1,4 @@
-//! The present state of the reports, for people and programs that watch the gateway.
+//! Current state of the lights reports, for people and programs that monitor the gateway.
 
 use super::{LightsFinding, LightsTask, reason_text, source_name};
 use crate::vehicle_lights::VehicleLights;
@@ -10,17 +10,17 @@ use can_signal::validation::snapshot::{Received, ReceivedSnapshot, UsedBy};
 use gateway_base::time::MonoTime;
 
 impl VehicleLights {
-    /// The report on turn indicators; `None` when the profile leaves it out.
+    /// Returns the report on turn indicators; `None` if the profile does not mention them.
     pub fn turn_snapshot(&self, buses: &[Bus], now: MonoTime) -> Option<ReportSnapshot<TurnIndicators>> {
         self.report_snapshot(&self.turn_task, &self.turn, buses, now)
     }
 
-    /// The report on hazard lights; `None` when the profile leaves it out.
+    /// Returns the report on hazard lights; `None` if the profile does not mention them.
     pub fn hazard_snapshot(&self, buses: &[Bus], now: MonoTime) -> Option<ReportSnapshot<HazardLights>> {
         self.report_snapshot(&self.hazard_task, &self.hazard, buses, now)
     }
 
-    /// The signals and messages of the lights.
+    /// Returns the signals and messages of the lights.
     pub fn received_snapshot(&self, buses: &[Bus], now: MonoTime) -> ReceivedSnapshot {
         let (table, observations) = (&self.binding.table, &self.observations);
         let received = Received { used_by: UsedBy::VehicleLights, table, observations, buses };

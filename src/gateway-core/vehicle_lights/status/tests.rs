@@ -15,7 +15,7 @@ use gateway_base::time::{Now, WallStamp};
 
 const TURN: Task = Task::TurnIndicators;
 
-/// A byte with 0 = off, 1 = left, 15 = not available, 14 = fault; hazard lights are not visible.
+/// A byte with 0 = off, 1 = left, 15 = not available, 14 = fault; no signal shows the hazard lights.
 fn binding() -> LightsBinding {
     let byte = Layout::unsigned(0, 8);
     let values = [
@@ -72,7 +72,7 @@ impl Bench {
         Self { lights, buses: [Bus::new(settings, LinkState::Up)] }
     }
 
-    /// Takes a frame, if any, and returns the status.
+    /// Passes a frame, if any, and returns the status.
     fn at(&mut self, millis: u64, data: Option<&[u8]>) -> Status {
         let now = Now { mono: MonoTime::from_millis(millis), wall: WallStamp::default() };
         if let Some(data) = data {

@@ -1,23 +1,23 @@
-//! What of a configuration a recording contradicts.
+//! Finds parts of the configuration that a recording contradicts.
 
 use super::{Estimate, Kinematics, PairOfRates, Rate, RatioEstimate, Relation};
 use crate::vehicle_status::settings::{GeometryKey, VehicleGeometry, WheelToTire};
 
-/// Share beyond which a value that is outside its interval is wrong. Understeer alone makes 0.15.
+/// Deviation, as a share, above which a value outside its interval is wrong. Understeer alone causes 0.15.
 const TOLERANCE: f64 = 0.2;
 
-/// Something that a recording contradicts.
+/// A contradiction between a recording and the configuration.
 #[derive(Debug, Clone, PartialEq)]
 pub enum KinematicFinding {
-    /// One of these has the wrong sign.
+    /// One of these heading rates has the wrong sign.
     WrongSign(Vec<Rate>),
-    /// A dimension is another one than configured.
+    /// A dimension differs from the configuration.
     Dimension {
-        /// Its key.
+        /// Key of the dimension.
         key: GeometryKey,
-        /// What the recording shows.
+        /// Value estimated from the recording.
         estimate: Estimate,
-        /// What is configured.
+        /// Configured value.
         configured: f64,
     },
     /// The angle of the front wheels needs this factor.
@@ -28,7 +28,7 @@ pub enum KinematicFinding {
     SecondByFirst(Estimate),
 }
 
-/// Returns what is wrong.
+/// Returns all contradictions between the recording and the geometry.
 pub fn findings(kinematics: &Kinematics, geometry: &VehicleGeometry) -> Vec<KinematicFinding> {
     let suspects = suspects(&kinematics.relations);
     let sign = (!suspects.is_empty()).then_some(KinematicFinding::WrongSign(suspects));
@@ -62,13 +62,14 @@ pub fn findings(kinematics: &Kinematics, geometry: &VehicleGeometry) -> Vec<Kine
     findings.into_iter().flatten().collect()
 }
 
-/// True if a value lies outside the interval, and far from its middle.
+/// Returns true if a value lies outside the interval, and far from its middle.
 fn is_wrong(estimate: Estimate, value: f64) -> bool {
     let is_outside = value < estimate.low || value > estimate.high;
     is_outside && (value / estimate.middle() - 1.0).abs() > TOLERANCE
 }
 
-/// The heading rates that may have the wrong sign: those that contradict most others, and agree with none.
+/// Returns the heading rates that may have the wrong sign: rates that contradict most others and agree with
+/// none.
 fn suspects(relations: &[(PairOfRates, Option<Relation>); 3]) -> Vec<Rate> {
     let count = |rate: Rate, relation: Relation| {
         let of_rate = relations.iter().filter(|((one, other), _)| *one == rate || *other == rate);

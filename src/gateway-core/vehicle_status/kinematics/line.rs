@@ -1,29 +1,29 @@
-//! The slope of one quantity against another, beside an offset and a part that grows with the speed, and how
-//! well it is known.
+//! Slope of one quantity against another, in addition to an offset and a part that grows with the speed, and
+//! its uncertainty.
 
-/// Rows of a block; blocks are left out one by one to see what the slope rests on.
+/// Rows of a block; blocks are left out one by one to estimate the uncertainty of the slope.
 const BLOCK: usize = 10;
-/// Fewest blocks that say something.
+/// Minimum number of blocks for an estimate.
 const MIN_BLOCKS: usize = 5;
-/// Times the mean residual in turns from which a row is left out, for wheels that slip.
+/// Multiple of the average residual in turns above which a row is left out, because of slipping wheels.
 const OUTLIER: f64 = 6.0;
-/// Standard deviations of an interval that rests on many blocks.
+/// Standard deviations of an interval based on many blocks.
 const DEVIATIONS: f64 = 2.5;
-/// Further standard deviations for a single block.
+/// Additional standard deviations for a single block.
 const FEW_BLOCKS: f64 = 6.0;
-/// Heading rate from which a vehicle turns, rad/s.
+/// Heading rate above which a vehicle turns, rad/s.
 const TURNING_RADPS: f64 = 0.05;
-/// Change of the heading that is a turn, rad.
+/// Minimum change of the heading in a turn, rad.
 const TURN_RAD: f64 = 0.17;
-/// Most cells from one row of a turn to the next.
+/// Maximum number of cells from one row of a turn to the next.
 const MAX_GAP: u64 = 5;
 
 /// One row: `y = slope · x + a + b · speed`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Row {
-    /// Number of the cell of time.
+    /// Number of the time cell.
     pub(super) cell: u64,
-    /// Speed, m/s, with its sign.
+    /// Speed, m/s, signed.
     pub(super) speed: f64,
     /// The quantity with less noise.
     pub(super) x: f64,
@@ -31,20 +31,20 @@ pub(super) struct Row {
     pub(super) y: f64,
 }
 
-/// A slope, with its interval.
+/// A slope with its interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Line {
-    /// Change of `y` for each `x`.
+    /// Change of `y` per unit of `x`.
     pub(super) slope: f64,
-    /// Half of the interval that holds the slope; endless if the rows are too few.
+    /// Half of the interval that holds the slope; infinite if there are too few rows.
     pub(super) half: f64,
-    /// Turns that it rests on.
+    /// Number of turns it is based on.
     pub(super) turns: usize,
 }
 
 impl Line {
-    /// Fits rows in the order of time. `rate` makes a heading rate, rad/s, of `y`. Returns `None` if the rows
-    /// say nothing of the slope.
+    /// Fits rows in order of time. `rate` converts `y` to a heading rate, rad/s. Returns `None` if the rows
+    /// do not determine the slope.
     pub(super) fn fit(rows: &[Row], rate: f64, cell_s: f64) -> Option<Self> {
         let residuals = Sums::of(rows)?.residuals(rows)?;
         let turning = rows.iter().zip(&residuals).filter(|(_, residual)| residual.is_turning(rate));
@@ -62,17 +62,17 @@ impl Line {
         })
     }
 
-    /// True if the whole interval has one sign.
+    /// Returns true if the whole interval has one sign.
     pub(super) fn has_sign(&self) -> bool {
         self.slope.abs() > self.half
     }
 }
 
-/// What is left of `y` in a row.
+/// Remainders of `y` in a row.
 struct Residual {
-    /// Without the offset and the part that grows with the speed.
+    /// Remainder without the offset and the part that grows with the speed.
     turned: f64,
-    /// Without the part of the slope, too.
+    /// Remainder that also lacks the part of the slope.
     rest: f64,
 }
 
@@ -85,12 +85,12 @@ impl Residual {
 /// Sums of each block.
 struct Sums(Vec<Block>);
 
-/// Sums over one block, of quantities without the offset and the part that grows with the speed.
+/// Sums over one block, for quantities without the offset and the part that grows with the speed.
 #[derive(Clone, Copy, Default)]
 struct Block {
-    /// Of `x²`.
+    /// Sum of `x²`.
     squares: f64,
-    /// Of `x · y`.
+    /// Sum of `x · y`.
     products: f64,
 }
 
@@ -125,7 +125,7 @@ impl Sums {
         Some(rows.iter().zip(rests).map(residual).collect())
     }
 
-    /// Half of the interval of the slope, by leaving out one block after the other.
+    /// Returns half of the interval of the slope, by leaving out one block after another.
     fn half(&self) -> Option<f64> {
         if self.0.len() < MIN_BLOCKS {
             return None;
@@ -135,7 +135,7 @@ impl Sums {
         let slopes = self.0.iter().map(without);
         let middle = mean(slopes.clone())?;
         let deviation = slopes.map(|slope| (slope - middle).powi(2)).sum::<f64>().sqrt();
-        // The number of blocks of equal weight that would say as much.
+        // The number of blocks of equal weight that would be equally informative.
         let effective = total.squares.powi(2) / self.0.iter().map(|block| block.squares.powi(2)).sum::<f64>();
         let half = deviation * (DEVIATIONS + FEW_BLOCKS / effective);
         half.is_finite().then_some(half)
@@ -169,7 +169,7 @@ fn turns(rates: impl Iterator<Item = (u64, f64)>, cell_s: f64) -> usize {
     turns
 }
 
-/// Returns the mean; `None` without any value.
+/// Returns the mean; `None` without values.
 pub(super) fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
     (count > 0.0).then(|| sum / count)

@@ -1,9 +1,9 @@
-//! What a drive that turns shows of the signs, the steering ratio and the other dimensions of a car, without
-//! any truth beside it: yaw rate, steering and rear wheels all give the heading rate.
+//! Checks signs, steering ratio and other dimensions of a car from a drive with turns, without ground truth:
+//! yaw rate, steering and rear wheels all give the heading rate.
 //!
 //! `yaw rate = speed · tan(tire angle) / (wheel base · (1 + understeer · speed²)) = difference of the rear
 //! wheels / tread`. Zero points and unequal tyres are part of each fit. The understeer is unknown, so the
-//! interval of a ratio holds all usual ones (docs/spec/vehicle-interface.md, "Kinematic self-check").
+//! interval of a ratio covers all usual values (docs/spec/vehicle-interface.md, "Kinematic self-check").
 
 pub mod finding;
 mod line;
@@ -14,66 +14,66 @@ use super::steering::{AngleOf, tire_angle};
 use line::{Line, Row, mean};
 use survey::{CELL, KinematicSurvey, Point};
 
-/// Turns from which a recording shows signs and dimensions.
+/// Minimum number of turns from which a recording shows signs and dimensions.
 pub const MIN_TURNS: usize = 3;
-/// Ratio and wheel base that are assumed while none is configured; only their product is found then.
+/// Ratio and wheel base assumed if neither is configured; only their product is then found.
 const NOMINAL_RATIO: f64 = 16.0;
 const NOMINAL_WHEEL_BASE_M: f64 = 2.7;
-/// Distance of the rear wheels that is assumed to count turns while none is configured.
+/// Distance between the rear wheels assumed for counting turns if none is configured.
 const NOMINAL_TREAD_M: f64 = 1.55;
-/// Greatest understeer, s²/m²: that of a car whose characteristic speed is 80 km/h.
+/// Largest understeer, s²/m²: a car with a characteristic speed of 80 km/h.
 const MAX_UNDERSTEER: f64 = 0.002;
-/// Speeds up to which turns are used, m/s; the slow ones are enough if there are some, since understeer
-/// matters less.
+/// Speeds up to which turns are used, m/s; slow turns suffice if there are any, since understeer then matters
+/// less.
 const SPEED_LIMITS: [f64; 3] = [8.0, 15.0, FASTEST_MPS];
 const FASTEST_MPS: f64 = 25.0;
-/// Share by which unequal tyres make a tread uncertain.
+/// Uncertainty of a tread due to unequal tyres, as a share.
 const UNEQUAL_TYRES: f64 = 0.01;
-/// Speed from which sources of the speed are compared, m/s.
+/// Speed above which sources of the speed are compared, m/s.
 const FAST_MPS: f64 = 3.0;
-/// Steps to solve for a ratio; each divides the error by the square of a small angle.
+/// Number of iterations to solve for a ratio; each divides the error by the square of a small angle.
 const STEPS: usize = 6;
-/// Points of a mean of the ratio of two speeds.
+/// Points per mean of the ratio of two speeds.
 const MEAN_OF: usize = 10;
-/// Part of these means beyond each end of the interval.
+/// One in this many means lies beyond each end of the interval.
 const TAIL: usize = 20;
 
-/// An interval that holds a value, and the turns it rests on.
+/// Interval that contains a value, and the number of turns it is based on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
-    /// Lower end.
+    /// Lower end of the interval.
     pub low: f64,
-    /// Upper end.
+    /// Upper end of the interval.
     pub high: f64,
-    /// Number of turns; 0 for what needs none.
+    /// Number of turns; 0 for an estimate that needs none.
     pub turns: usize,
 }
 
 impl Estimate {
-    /// Middle of the interval.
+    /// Returns the middle of the interval.
     pub fn middle(self) -> f64 {
         f64::midpoint(self.low, self.high)
     }
 
-    /// The interval of the value times a factor.
+    /// Returns the interval of the value multiplied by a factor.
     #[must_use]
     pub fn scaled(self, factor: f64) -> Self {
         Self { low: self.low * factor, high: self.high * factor, ..self }
     }
 }
 
-/// Something that gives the heading rate.
+/// A source of the heading rate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rate {
-    /// The yaw rate sensor.
+    /// Yaw rate sensor.
     YawRate,
     /// Speed and steering.
     Steering,
-    /// The difference of the rear wheels.
+    /// Difference between the rear wheels.
     Wheels,
 }
 
-/// Two that are compared.
+/// Two heading rates that are compared.
 pub type PairOfRates = (Rate, Rate);
 
 /// How the signs of two heading rates relate.
@@ -85,38 +85,38 @@ pub enum Relation {
     Opposite,
 }
 
-/// What a recording shows.
+/// Results of evaluating a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kinematics {
-    /// Turns that the best comparison rests on.
+    /// Number of turns that the best comparison is based on.
     pub turns: usize,
     /// True if the recording has two heading rates that can be compared.
     pub has_rates: bool,
-    /// The pairs of heading rates; `None` while the recording does not show it.
+    /// Relation of each pair of heading rates; `None` while the recording does not show it.
     pub relations: [(PairOfRates, Option<Relation>); 3],
-    /// Steering ratio, and the heading rate that it was found with.
+    /// Steering ratio, and the heading rate from which it was found.
     pub ratio: Option<(RatioEstimate, Rate)>,
-    /// Distance of the rear wheels, m.
+    /// Distance between the rear wheels, m.
     pub tread_m: Option<Estimate>,
-    /// Speed of the front wheels for that of the rear wheels.
+    /// Speed of the front wheels divided by the speed of the rear wheels.
     pub front_by_rear: Option<Estimate>,
-    /// The second source of the speed for the first.
+    /// Second source of the speed divided by the first.
     pub second_by_first: Option<Estimate>,
 }
 
-/// How the front wheels follow the steering.
+/// Relation of the front wheels to the steering.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RatioEstimate {
-    /// Angle of the steering wheel for each angle of the front wheels.
+    /// Angle of the steering wheel divided by the angle of the front wheels.
     Ratio(Estimate),
-    /// The same times the wheel base, m, which is not configured.
+    /// Ratio multiplied by the wheel base, m, which is not configured.
     RatioByWheelBase(Estimate),
-    /// Factor for the angle of the front wheels that signal, table or formula gives.
+    /// Factor for the angle of the front wheels from the signal, table or formula.
     TireScale(Estimate),
 }
 
 impl Kinematics {
-    /// Evaluates a recording. `angle_of` is what the steering signal measures.
+    /// Evaluates a recording. `angle_of` says which angle the steering signal measures.
     pub fn of(mut survey: KinematicSurvey, geometry: &VehicleGeometry, angle_of: Option<AngleOf>) -> Self {
         survey.finish();
         let car = Car { points: &survey.points, geometry, angle_of };
@@ -130,7 +130,7 @@ impl Kinematics {
         let pairs =
             [(Rate::YawRate, Rate::Steering), (Rate::YawRate, Rate::Wheels), (Rate::Steering, Rate::Wheels)];
         let comparisons = pairs.map(|pair| {
-            // The steering has the least noise, the wheels have the most.
+            // The steering has the least noise, the wheels the most.
             let (x, y) = if pair.1 == Rate::Steering { (pair.1, pair.0) } else { pair };
             let tread_m = geometry.wheel_tread_m.unwrap_or(NOMINAL_TREAD_M);
             let per_y = if y == Rate::Wheels { 1.0 / tread_m } else { 1.0 };
@@ -170,13 +170,13 @@ impl Kinematics {
     }
 }
 
-/// Two heading rates, one against the other.
+/// Comparison of two heading rates.
 #[derive(Clone, Copy)]
 struct Comparison {
     pair: PairOfRates,
-    /// Of the slowest points that turn enough.
+    /// Fit of the slowest points with enough turns.
     line: Option<Line>,
-    /// Turns of all points; 0 if the two are unrelated.
+    /// Number of turns of all points; 0 if the two rates are unrelated.
     turns: usize,
 }
 
@@ -185,16 +185,16 @@ fn relation(line: Line) -> Option<Relation> {
     line.has_sign().then_some(relation)
 }
 
-/// The right rear wheel's speed without the left one's, m/s.
+/// Returns the speed of the right rear wheel minus that of the left one, m/s.
 fn wheels_difference(point: &Point) -> Option<f64> {
     let [_, _, left, right] = point.mean.wheels_mps;
     Some(right? - left?)
 }
 
-/// Two quantities of a point, the one with less noise first.
+/// Returns two quantities of a point, the quantity with less noise first.
 type Pair<'a> = &'a dyn Fn(&Point) -> Option<(f64, f64)>;
 
-/// A recording with what is configured of its car.
+/// A recording with the configuration of its car.
 #[derive(Clone, Copy)]
 struct Car<'a> {
     points: &'a [Point],
@@ -203,7 +203,7 @@ struct Car<'a> {
 }
 
 impl Car<'_> {
-    /// The angle of the front wheels, with the nominal ratio if none is configured.
+    /// Returns the angle of the front wheels, with the nominal ratio if none is configured.
     fn tire_rad(&self, steering_rad: f64, speed_mps: f64) -> Option<f64> {
         match (self.angle_of?, &self.geometry.wheel_to_tire) {
             (AngleOf::Tire, _) => Some(steering_rad),
@@ -214,7 +214,7 @@ impl Car<'_> {
         }
     }
 
-    /// The heading rate by speed and steering, with a factor for the angle of the front wheels.
+    /// Returns the heading rate from speed and steering, with a factor for the angle of the front wheels.
     fn steering_rate(&self, point: &Point, factor: f64, understeer: f64) -> Option<f64> {
         let speed_mps = point.mean.speed_mps;
         let tire = self.tire_rad(point.mean.steering_rad?, speed_mps)?;
@@ -223,12 +223,12 @@ impl Car<'_> {
         Some(speed_mps * (factor * tire).tan() / radius)
     }
 
-    /// Fits the points up to a speed, which need enough turns.
+    /// Fits the points up to a speed limit; returns `None` without enough turns.
     fn turning(&self, limit_mps: f64, per_y: f64, pair: Pair<'_>) -> Option<Line> {
         self.line(limit_mps, per_y, pair).filter(|line| line.turns >= MIN_TURNS && line.half.is_finite())
     }
 
-    /// Fits the points up to a speed; `per_y` is the heading rate, rad/s, for each unit of the second
+    /// Fits the points up to a speed limit; `per_y` is the heading rate, rad/s, per unit of the second
     /// quantity.
     fn line(&self, limit_mps: f64, per_y: f64, pair: Pair<'_>) -> Option<Line> {
         let slow = self.points.iter().filter(|point| point.mean.speed_mps.abs() <= limit_mps);
@@ -240,10 +240,10 @@ impl Car<'_> {
         Line::fit(&rows, per_y, CELL.as_secs_f64())
     }
 
-    /// The ratio at which the steering gives a heading rate.
+    /// Returns the ratio at which the steering gives this heading rate.
     fn ratio(&self, heading_rate: &dyn Fn(&Point) -> Option<f64>) -> Option<RatioEstimate> {
         let factor = self.factor(heading_rate)?;
-        // A greater ratio turns the front wheels less.
+        // A larger ratio turns the front wheels less.
         let inverse =
             |of: f64| Estimate { low: of / factor.high, high: of / factor.low, turns: factor.turns };
         let ratio = match (self.angle_of?, &self.geometry.wheel_to_tire) {
@@ -260,8 +260,8 @@ impl Car<'_> {
         })
     }
 
-    /// The factor for the angle of the front wheels at which the steering gives a heading rate: from that
-    /// without understeer to that with the greatest.
+    /// Returns the factor for the angle of the front wheels at which the steering gives this heading rate, as
+    /// the interval from no understeer to the largest understeer.
     fn factor(&self, heading_rate: &dyn Fn(&Point) -> Option<f64>) -> Option<Estimate> {
         let line = |limit_mps: f64, factor: f64, understeer: f64| {
             let rates =
@@ -282,7 +282,7 @@ impl Car<'_> {
         Some(Estimate { low: low * (1.0 - low_share), high: high * (1.0 + high_share), turns })
     }
 
-    /// The interval of the ratio of two speeds: of its means, without the tails.
+    /// Returns the interval of the ratio of two speeds: the interval of its means, without the tails.
     fn scale(&self, ratio: impl Fn(&Point) -> Option<f64>) -> Option<Estimate> {
         let fast = self.points.iter().filter(|point| point.mean.speed_mps.abs() > FAST_MPS);
         let ratios: Vec<_> = fast.filter_map(ratio).filter(|ratio| ratio.is_finite()).collect();

@@ -1,4 +1,4 @@
-//! Collects the motion of a recording: means over short times, of what the bound signals say.
+//! Collects the motion in a recording as means of the bound signals over short times.
 
 use std::time::Duration;
 
@@ -13,42 +13,42 @@ use crate::vehicle_status::velocity::speed::{self, WheelSpeeds};
 use can_signal::can::{Bus, ReceiveTime};
 use gateway_base::time::{MonoTime, Now};
 
-/// Time over which a mean is taken.
+/// Time over which each mean is taken.
 pub(super) const CELL: Duration = Duration::from_millis(200);
-/// Time from one reading to the next.
+/// Interval between readings.
 const STEP: Duration = Duration::from_millis(20);
-/// Most means that are kept: those of two hours.
+/// Maximum number of means kept, enough for two hours.
 const MAX_POINTS: usize = 36_000;
-/// Speed from which wheels are believed, m/s; below, sensors read zero.
+/// Minimum speed at which wheel speeds are trusted, m/s; below, sensors read zero.
 const SLOWEST_MPS: f64 = 0.5;
 
-/// What the signals say of the motion at one time.
+/// Motion according to the signals at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MotionSample {
     /// Speed, m/s, forward positive.
     pub speed_mps: f64,
-    /// Speed of the next source, m/s, without a sign.
+    /// Speed of the next source, m/s, unsigned.
     pub other_speed_mps: Option<f64>,
     /// Speeds of the wheels, m/s, forward positive: front left, front right, rear left, rear right.
     pub wheels_mps: [Option<f64>; 4],
-    /// Yaw rate of the sensor with its own zero, rad/s, counter-clockwise positive.
+    /// Yaw rate of the sensor including its zero offset, rad/s, counter-clockwise positive.
     pub yaw_rate_radps: Option<f64>,
-    /// Angle that the steering signal gives, rad, left positive.
+    /// Angle of the steering signal, rad, left positive.
     pub steering_rad: Option<f64>,
 }
 
-/// Means of a cell.
+/// Means of one cell.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Point {
     pub(super) cell: u64,
     pub(super) mean: MotionSample,
 }
 
-/// The motion of a recording.
+/// Motion in a recording.
 #[derive(Debug, Clone, Default)]
 pub struct KinematicSurvey {
     direction: DirectionMemory,
-    /// When the next reading is due.
+    /// Time at which the next reading is due.
     due: MonoTime,
     cell: u64,
     samples: Vec<MotionSample>,
@@ -56,7 +56,7 @@ pub struct KinematicSurvey {
 }
 
 impl KinematicSurvey {
-    /// Reads the motion from what was received until now.
+    /// Reads the motion from the values received until `now`.
     pub fn observe(&mut self, status: &VehicleStatus, buses: &[Bus], now: Now) {
         if now.mono < self.due {
             return;
@@ -67,7 +67,7 @@ impl KinematicSurvey {
         }
     }
 
-    /// Adds a sample. Samples come in the order of time.
+    /// Adds a sample. Samples must be in order of time.
     pub fn add(&mut self, sample: MotionSample, at: MonoTime) {
         let cell = u64::try_from(at.since(MonoTime::ZERO).as_nanos() / CELL.as_nanos()).unwrap_or(u64::MAX);
         if cell != self.cell {
@@ -77,7 +77,7 @@ impl KinematicSurvey {
         self.samples.push(sample);
     }
 
-    /// Takes the mean of the last cell.
+    /// Calculates the mean of the last cell.
     pub(super) fn finish(&mut self) {
         let samples = std::mem::take(&mut self.samples);
         let is_forward = samples.first().is_some_and(|sample| sample.speed_mps > 0.0);
@@ -88,7 +88,7 @@ impl KinematicSurvey {
             return;
         }
         let Some(speed_mps) = mean(samples.iter().map(|sample| sample.speed_mps)) else { return };
-        // A quantity counts if half of the samples have it.
+        // A quantity counts if at least half of the samples have it.
         let of = |quantity: &dyn Fn(&MotionSample) -> Option<f64>| {
             let values: Vec<_> = samples.iter().filter_map(quantity).collect();
             mean(values.iter().copied()).filter(|_| 2 * values.len() >= samples.len())
@@ -111,7 +111,7 @@ impl KinematicSurvey {
         let steering = steering.find_map(|source| Some((source, source.angle.read(context).ok()?.0)));
         let received = ReceiveTime { at: context.now.mono, stamp: context.now.wall };
         let tire = steering.and_then(|(source, _)| steering::judge(source, None, context).ok());
-        // Only wheels that are projected to the rear axle need it.
+        // Only wheels projected to the rear axle need it.
         let tire = Ok(tire.unwrap_or((TireAngle(0.0), received)));
         let chosen = speed::judge(binding, tire, AlarmSet::default(), context);
         let Ok((reading, _)) = chosen.state else {
@@ -125,7 +125,7 @@ impl KinematicSurvey {
             Ok((GearCode::Between, _)) | Err(_) => None,
         });
         let gear = gears.next().ok_or(StatusReason::NoSource);
-        // Steering and wheels turn to the same side whatever the direction is; a yaw rate needs it.
+        // Steering and wheels turn to the same side in either direction; a yaw rate needs the direction.
         let sign = self.direction.sign(binding, reading, reading.speed_mps == 0.0, gear, context).ok();
         let speed_mps = reading.speed_mps * sign.unwrap_or(1.0);
         let wheels = WheelSpeeds::read(binding, context);

@@ -1,9 +1,9 @@
-//! What can be implausible, a row for each: what it means, which reports it withholds, and what to do.
+//! Plausibility alarms, one row each: meaning, withheld reports and remedy.
 
-/// Something that does not fit together.
+/// A contradiction between parts of the motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
-#[allow(missing_docs)] // see the rows
+#[allow(missing_docs)] // described by the rows
 pub enum Alarm {
     FrontLeftWheel,
     FrontRightWheel,
@@ -28,12 +28,12 @@ pub enum Alarm {
     MovesInPark,
 }
 
-/// The effect of an alarm.
+/// Effect of an alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effect {
-    /// Diagnostics warn.
+    /// Diagnostics show a warning.
     Warn,
-    /// The source is not used while there is another one.
+    /// The source is not used while another is available.
     LeaveOut,
     /// The velocity is withheld.
     WithholdVelocity,
@@ -43,16 +43,16 @@ pub enum Effect {
     WithholdSteering,
 }
 
-/// What is known of an alarm.
+/// Description of an alarm.
 #[derive(Debug, Clone, Copy)]
 pub struct AlarmRow {
-    /// The alarm.
+    /// Alarm that the row describes.
     pub alarm: Alarm,
-    /// What is wrong, for people.
+    /// Text for display: what is wrong.
     pub text: &'static str,
-    /// Its effect.
+    /// Effect while the alarm is on.
     pub effect: Effect,
-    /// What to do.
+    /// Remedy, a clause in lower case without a full stop.
     pub remedy: &'static str,
 }
 
@@ -64,7 +64,7 @@ const YAW_REMEDY: &str = "check sign, unit and zero of the yaw rate, and the ste
 const STEERING_REMEDY: &str = "check sign, unit and zero of the steering angle, and the steering ratio";
 const SPEED_REMEDY: &str = "check unit and scale of both sources";
 
-/// The alarms in the order of [`Alarm`].
+/// Alarms in the order of [`Alarm`].
 #[rustfmt::skip]
 pub const ALARMS: [AlarmRow; 21] = [
     row(Alarm::FrontLeftWheel, "the front left wheel does not move as the others do", Effect::LeaveOut, WHEEL_REMEDY),
@@ -95,7 +95,7 @@ const fn row(alarm: Alarm, text: &'static str, effect: Effect, remedy: &'static 
 }
 
 impl AlarmRow {
-    /// Returns what to do, as a sentence.
+    /// Returns the remedy as a sentence.
     pub fn remedy_sentence(&self) -> String {
         let mut letters = self.remedy.chars();
         letters
@@ -105,20 +105,20 @@ impl AlarmRow {
 }
 
 impl Alarm {
-    /// The alarm of each wheel, in the order in which wheels are bound.
+    /// Alarms of the wheels, in the order in which wheels are bound.
     pub const OF_WHEELS: [Self; 4] =
         [Self::FrontLeftWheel, Self::FrontRightWheel, Self::RearLeftWheel, Self::RearRightWheel];
 
-    /// The alarms that withhold the velocity because its speed is not believed.
+    /// Alarms that withhold the velocity because its speed is not trusted.
     pub const OF_SPEED: [Self; 3] = [Self::WheelsContradict, Self::SpeedsContradict, Self::SpeedLeaps];
 
-    /// The row of the alarm.
+    /// Returns the row of the alarm.
     pub fn row(self) -> &'static AlarmRow {
         &ALARMS[self as usize]
     }
 }
 
-/// Alarms that are on.
+/// Set of alarms that are on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct AlarmSet(u32);
 
@@ -128,19 +128,19 @@ impl AlarmSet {
         self.0 |= u32::from(is_on) << alarm as u8;
     }
 
-    /// True if the alarm is on.
+    /// Returns true if the alarm is on.
     pub fn has(self, alarm: Alarm) -> bool {
         self.0 & (1 << alarm as u8) != 0
     }
 
-    /// The alarms of the wheels.
+    /// Returns the alarms of the wheels.
     #[must_use]
     pub fn of_wheels(self) -> Self {
         let first = Alarm::FrontLeftWheel as u8;
         Self(self.0 & ((1 << (Alarm::WheelsContradict as u8 + 1)) - (1 << first)))
     }
 
-    /// Those that concern the report on steering, or (false) the one on velocity.
+    /// Returns the alarms of the report on steering or, if `is_steering` is false, of the report on velocity.
     #[must_use]
     pub fn of_steering(self, is_steering: bool) -> Self {
         let steering =
@@ -153,12 +153,12 @@ impl AlarmSet {
         set
     }
 
-    /// The alarms that are on, in the order of their rows.
+    /// Returns the alarms that are on, in the order of their rows.
     pub fn iter(self) -> impl Iterator<Item = &'static AlarmRow> {
         ALARMS.iter().filter(move |row| self.has(row.alarm))
     }
 
-    /// The first alarm that is on and has one of these effects.
+    /// Returns the first alarm that is on and has one of these effects.
     pub fn first_with(self, effects: &[Effect]) -> Option<Alarm> {
         self.iter().find(|row| effects.contains(&row.effect)).map(|row| row.alarm)
     }

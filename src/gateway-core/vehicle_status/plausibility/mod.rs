@@ -1,6 +1,8 @@
-//! Do the parts of the motion fit together? Each check has to fail for a while before it is an alarm.
+//! Checks whether the parts of the motion are consistent. A check must fail for some time before it raises an
+//! alarm.
 //!
-//! The limits raise no alarm on healthy public drives (docs/spec/vehicle-interface.md, "Plausibility").
+//! The limits raise no alarm on public recordings of healthy cars (docs/spec/vehicle-interface.md,
+//! "Plausibility").
 
 pub mod alarm;
 mod observer;
@@ -17,62 +19,62 @@ use wheels::WheelChecks;
 const ONE_SECOND: Duration = Duration::from_secs(1);
 const TWO_SECONDS: Duration = Duration::from_secs(2);
 const THREE_SECONDS: Duration = Duration::from_secs(3);
-/// Time for which a yaw rate or a wheel stays the same before it is frozen.
+/// Time for which a yaw rate or a wheel speed must stay constant to count as frozen.
 const FROZEN: Duration = THREE_SECONDS;
-/// The same for the steering, which people hold still on straight roads.
+/// Like [`FROZEN`], but for the steering, which drivers hold still on straight roads.
 const FROZEN_STEERING: Duration = Duration::from_secs(10);
-/// Speed from which a value that stays the same is suspect, m/s.
+/// Speed above which a constant value is suspect, m/s.
 const MOVING_MPS: f64 = 3.0;
-/// Speed from which yaw rate and steering are compared, m/s.
+/// Speed above which yaw rate and steering are compared, m/s.
 const TURNING_MPS: f64 = 2.0;
-/// Speed from which direction and gear are compared, m/s.
+/// Speed above which direction and gear are compared, m/s.
 const ROLLING_MPS: f64 = 1.0;
-/// Speed below which a vehicle or a wheel stands still for Autoware, m/s.
+/// Speed below which Autoware regards a vehicle or a wheel as standing still, m/s.
 pub const STANDING_MPS: f64 = 0.1;
-/// Both rates, from which their signs count, rad/s.
+/// Minimum of both heading rates for comparing their signs, rad/s.
 const TURNING_RADPS: f64 = 0.05;
 
-/// The motion at one moment, as far as it is known.
+/// Motion at one instant, as far as it is known.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Motion {
-    /// Speed, m/s, forward positive; without a sign while the direction is unknown.
+    /// Speed, m/s, forward positive; unsigned while the direction is unknown.
     pub speed_mps: Option<f64>,
-    /// True if a signal gives the direction, and not the gear.
+    /// True if the direction comes from a signal rather than the gear.
     pub is_direction_measured: bool,
-    /// Speed of the next source, m/s, without a sign.
+    /// Speed of the next source, m/s, unsigned.
     pub other_speed_mps: Option<f64>,
-    /// Speeds of the wheels, m/s, without a sign unless all have one.
+    /// Speeds of the wheels, m/s, unsigned unless all have a sign.
     pub wheels_mps: [Option<f64>; 4],
-    /// Heading rate of the sensor, rad/s.
+    /// Heading rate from the sensor, rad/s.
     pub yaw_rate_radps: Option<f64>,
-    /// Heading rate by speed and steering, rad/s.
+    /// Heading rate from speed and steering, rad/s.
     pub steering_rate_radps: Option<f64>,
-    /// Heading rate by the rear wheels, rad/s.
+    /// Heading rate from the rear wheels, rad/s.
     pub wheels_rate_radps: Option<f64>,
     /// Angle of the front wheels, rad.
     pub tire_rad: Option<f64>,
-    /// Heading rate for each m/s of the front wheels by their angle, rad/m.
+    /// Heading rate per m/s of the front wheels, from their angle, rad/m.
     pub curvature_radpm: Option<f64>,
     /// The engaged gear.
     pub gear: Option<Gear>,
 }
 
 impl Motion {
-    /// The greater heading rate of yaw rate and steering without a sign, rad/s, at the speed of the fastest
-    /// wheel; `None` if neither is known. The speed of the vehicle may be what is wrong.
+    /// Returns the larger of the heading rates from yaw rate and steering, unsigned, rad/s, at the speed of
+    /// the fastest wheel; `None` if neither is known. The vehicle's speed is not used, since it may be wrong.
     fn rate_radps(&self, fastest_mps: f64) -> Option<f64> {
         let by_steering = self.curvature_radpm.map(|curvature| curvature * fastest_mps);
         self.yaw_rate_radps.into_iter().chain(by_steering).map(f64::abs).reduce(f64::max)
     }
 }
 
-/// The checks, with what they remember.
+/// Plausibility checks with their state.
 #[derive(Debug, Clone, Default)]
 pub struct Plausibility {
     wheels: WheelChecks,
     speeds: [Doubt; 2],
     rates_apart: Lasting,
-    /// Yaw rate and steering, yaw rate and wheels, steering and wheels.
+    /// Pairs: yaw rate and steering, yaw rate and wheels, steering and wheels.
     rates: [Doubt; 3],
     rates_undecided: Doubt,
     yaw_frozen: Frozen,
@@ -82,24 +84,24 @@ pub struct Plausibility {
     speed_change: Change,
     yaw_change: Change,
     tire_change: Change,
-    /// Of speed, heading rate and angle of the front wheels.
+    /// Leaps of speed, heading rate and angle of the front wheels.
     leaps: [Doubt; 3],
     alarms: AlarmSet,
 }
 
 impl Plausibility {
-    /// The alarms after the last motion.
+    /// Returns the alarms after the last motion.
     pub fn alarms(&self) -> AlarmSet {
         self.alarms
     }
 
-    /// Judges a motion.
+    /// Checks a motion and returns the alarms.
     pub fn update(&mut self, motion: Motion, now: MonoTime) -> AlarmSet {
         let mut alarms = AlarmSet::default();
         let rate_radps = |fastest_mps| motion.rate_radps(fastest_mps);
         let are_wheels_doubted = self.wheels.update(&motion.wheels_mps, rate_radps, now, &mut alarms);
         if alarms.of_wheels() != self.alarms.of_wheels() {
-            // The speed is of other wheels than before, which is no change of the speed.
+            // The speed now comes from different wheels, which is not a change of speed.
             self.speed_change = Change::default();
         }
         self.judge_speeds(motion, now, &mut alarms);
@@ -127,7 +129,7 @@ impl Plausibility {
         alarms: &mut AlarmSet,
     ) {
         let is_faster = |limit| motion.speed_mps.is_some_and(|speed| speed.abs() > limit);
-        // A heading rate by a wrong speed is wrong, whatever the steering says.
+        // A heading rate calculated from a wrong speed is wrong, regardless of the steering.
         let is_speed_doubted = motion.speed_mps.zip(motion.other_speed_mps);
         let is_speed_doubted =
             is_speed_doubted.is_some_and(|(one, other)| differs(one.abs(), other.abs(), 0.3, 1.0));
@@ -145,15 +147,15 @@ impl Plausibility {
             *contradicts = doubt.update(evidence, TWO_SECONDS, now);
         }
         let is_apart_for_long = self.rates_undecided.update(evidence[0], THREE_SECONDS, now);
-        // The rear wheels tell which of the two is wrong, if they do so within a second; then what they have
-        // begun to tell counts.
+        // The rear wheels decide which of the two is wrong if they show it within a second; evidence that has
+        // lasted for a second then counts.
         let mut blamed = [Alarm::YawRateContradicts, Alarm::SteeringContradicts].into_iter();
         let blamed = blamed.find(|alarm| self.alarms.has(*alarm));
         let begun = self.rates.map(|doubt| is_apart_for_long && doubt.lasts(ONE_SECOND));
         let alarm = match [contradict[0], contradict[1] | begun[1], contradict[2] | begun[2]] {
             [true, true, false] => Some(Alarm::YawRateContradicts),
             [true, false, true] => Some(Alarm::SteeringContradicts),
-            // What they have told before counts until the two agree.
+            // Their earlier decision stands until the two agree.
             [true, false, false] if blamed.is_some() => blamed,
             [true, ..] if is_apart_for_long || motion.wheels_rate_radps.is_none() => {
                 Some(Alarm::RatesContradict)
@@ -174,7 +176,7 @@ impl Plausibility {
     }
 
     fn judge_changes(&mut self, motion: Motion, now: MonoTime, alarms: &mut AlarmSet) {
-        // A speed that is contradicted changes when the contradiction ends.
+        // A contradicted speed changes when the contradiction ends.
         let speed_mps = motion.speed_mps.filter(|_| !alarms.has(Alarm::WheelsContradict));
         let mut judge = |change: &mut Change, leap: &mut Doubt, value, limit, [jumps, leaps]: [Alarm; 2]| {
             let change = change.per_second(value, now).map_or(0.0, f64::abs);
@@ -204,12 +206,12 @@ impl Plausibility {
     }
 }
 
-/// True if a value differs from a reference by more than a share of it and a bit.
+/// Returns true if a value differs from a reference by more than `share` of it plus `more`.
 fn differs(value: f64, reference: f64, share: f64, more: f64) -> bool {
     (value - reference).abs() > share * value.abs().max(reference.abs()) + more
 }
 
-/// Whether two heading rates cannot both be right; `None` while they do not turn enough to tell.
+/// Returns whether two heading rates contradict each other; `None` while they are too small to decide.
 fn contradiction(one: f64, other: f64) -> Option<bool> {
     let are_turning = one.abs().min(other.abs()) > TURNING_RADPS;
     let contradicts = are_turning && one * other < 0.0 || differs(one, other, 0.6, 0.1);

@@ -1,16 +1,16 @@
-//! What has to last before it is an alarm: a violation, a value that stays the same, a change over half a
+//! Conditions that must last before they raise an alarm: a violation, a constant value, a change over half a
 //! second.
 
 use std::time::Duration;
 
 use gateway_base::time::MonoTime;
 
-/// Since when something is violated.
+/// Start of a violation.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Lasting(Option<MonoTime>);
 
 impl Lasting {
-    /// True if `is_violated` has been true for longer than `limit`.
+    /// Returns true if `is_violated` has been true for longer than `limit`.
     pub(super) fn update(&mut self, is_violated: bool, limit: Duration, now: MonoTime) -> bool {
         self.0 = if is_violated { Some(self.0.unwrap_or(now)) } else { None };
         self.0.is_some_and(|since| !now.is_within(limit, since))
@@ -19,28 +19,28 @@ impl Lasting {
 
 /// Time of agreement after which a violation is over.
 pub(super) const AGREEMENT: Duration = Duration::from_secs(1);
-/// Time without evidence after which a violation that has not lasted yet is forgotten.
+/// Time without evidence after which a violation that has not yet lasted long enough is forgotten.
 const FORGOTTEN: Duration = Duration::from_secs(1);
 
-/// A violation that has to last before it is found, and an agreement that has to last before it is over. Not
-/// every moment has evidence: a contradiction of two heading rates shows only while the vehicle turns.
+/// A violation that must last before it is found, and an agreement that must last before it is over. Evidence
+/// is not always available: a contradiction of two heading rates shows only while the vehicle turns.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Doubt {
-    /// Until it is found, the time of violation less the time of agreement; afterwards the time of agreement
-    /// since the last violation.
+    /// Before the violation is found, the time of violation minus the time of agreement; afterwards the time
+    /// of agreement since the last violation.
     lasting: Duration,
     is_found: bool,
-    /// What counts from the last update until the next.
+    /// Evidence that applies from the last update to the next.
     evidence: Option<bool>,
     updated: MonoTime,
-    /// The last moment with evidence.
+    /// Last time with evidence.
     shown: MonoTime,
 }
 
 impl Doubt {
     /// Returns true from when the violation has lasted for `limit` until agreement has lasted for
-    /// [`AGREEMENT`]. A moment without evidence (`None`) ends neither; a violation that is not found yet
-    /// continues through a second of such moments.
+    /// [`AGREEMENT`]. A moment without evidence (`None`) ends neither; a violation not yet found continues
+    /// through a second without evidence.
     pub(super) fn update(&mut self, is_violated: Option<bool>, limit: Duration, now: MonoTime) -> bool {
         let elapsed = now.since(self.updated);
         self.updated = now;
@@ -72,28 +72,28 @@ impl Doubt {
         self.is_found || self.lasting >= limit
     }
 
-    /// Returns true if a violation has begun and is not over.
+    /// Returns true if a violation has begun and is not yet over.
     pub(super) fn is_open(&self) -> bool {
         self.is_found || self.evidence == Some(true) || !self.lasting.is_zero()
     }
 }
 
-/// Since when a value stays the same.
+/// A value that stays constant, since a time.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Frozen {
     value: Option<f64>,
     since: MonoTime,
-    /// What it is compared with, at that time.
+    /// Reference value at that time.
     reference: Option<f64>,
-    /// True if the reference has changed enough since.
+    /// True if the reference has changed enough since then.
     is_suspect: bool,
     is_found: bool,
 }
 
 impl Frozen {
-    /// Returns true from when the value has stayed the same for longer than `limit`, although the reference
-    /// changed by more than `change`, until the value changes. Only the time with `is_moving` counts. `None`
-    /// = the value is unknown.
+    /// Returns true once the value has stayed constant for longer than `limit` although the reference changed
+    /// by more than `change`, and until the value changes. Only the time with `is_moving` counts. A `value`
+    /// of `None` is unknown.
     pub(super) fn update(
         &mut self,
         value: Option<f64>,
@@ -125,9 +125,9 @@ pub(super) struct Change {
 }
 
 const SAMPLES: usize = 12;
-/// Time between samples, so that they cover more than [`SPAN`].
+/// Minimum time between samples, so that they cover more than [`SPAN`].
 const SPACING: Duration = Duration::from_millis(50);
-/// The time over which a change is judged; single frames jump by more on a healthy car.
+/// Time over which a change is judged; single frames jump by more on a healthy car.
 const SPAN: Duration = Duration::from_millis(500);
 
 impl Default for Change {
@@ -137,7 +137,8 @@ impl Default for Change {
 }
 
 impl Change {
-    /// The change over half a second, per second; `None` while the value is not known for so long.
+    /// Returns the change over half a second, per second; `None` if the value has not been known for that
+    /// long.
     pub(super) fn per_second(&mut self, value: Option<f64>, now: MonoTime) -> Option<f64> {
         let Some(value) = value else {
             *self = Self::default();
@@ -152,7 +153,7 @@ impl Change {
         let before = self.samples.iter().flatten().copied().filter(old_enough).max_by_key(|(at, _)| *at)?;
         let (at, past) = before;
         let span = now.since(at);
-        // After a gap the change is not known.
+        // After a gap, the change is not known.
         (span < 2 * SPAN).then(|| (value - past) / span.as_secs_f64())
     }
 }
@@ -186,11 +187,11 @@ mod tests {
         assert_eq!(found(2_000..2_010, &|_| Some(true)), [2_000], "without a break");
         assert_eq!(found(2_010..9_000, &|_| None).len(), 699, "nothing tells otherwise");
         assert_eq!(found(9_000..12_000, &|_| Some(false)).last(), Some(&9_990));
-        // Nine tenths of the time.
+        // A violation in nine tenths of the time.
         assert_eq!(found(20_000..22_000, &|ms| Some(ms % 100 < 90)).first(), Some(&21_240));
         assert_eq!(found(22_000..25_000, &|_| Some(false)).last(), Some(&22_980));
         assert_eq!(found(30_000..60_000, &|ms| Some(ms % 100 < 50)), [] as [u64; 0], "half of the time");
-        // It continues for a second without evidence.
+        // The violation continues for a second without evidence.
         assert_eq!(found(61_000..62_500, &|ms| (ms < 61_500).then_some(true)).first(), Some(&62_000));
         let mut doubt = Doubt::default();
         assert!(!doubt.is_open() && !doubt.update(Some(true), limit, at(0)) && doubt.is_open());
@@ -227,7 +228,7 @@ mod tests {
         let mut change = Change::default();
         let mut last = None;
         for millis in (0..2000_u64).step_by(10) {
-            // 4 per second, with a jump of one in a single frame.
+            // A slope of 4 per second, with a jump of 1 in a single frame.
             let jump = if millis == 1000 { 1.0 } else { 0.0 };
             #[allow(clippy::cast_precision_loss)]
             let value = millis as f64 / 1000.0 * 4.0 + jump;

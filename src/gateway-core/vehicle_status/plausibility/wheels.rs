@@ -1,47 +1,48 @@
-//! Do the wheels move together? One that does not is left out while the others agree; otherwise nothing tells
-//! which are right (docs/spec/vehicle-interface.md, "Wheels that contradict each other").
+//! Checks whether the wheels move together. A deviating wheel is left out while the others agree; otherwise
+//! it is unknown which wheels are right (docs/spec/vehicle-interface.md,
+//! "Wheels that contradict each other").
 
 use super::alarm::{Alarm, AlarmSet};
 use super::observer::{Doubt, Frozen};
 use super::{AGREEMENT, FROZEN, MOVING_MPS, ONE_SECOND, STANDING_MPS};
 use gateway_base::time::MonoTime;
 
-/// Share by which wheels differ on a straight road, by their tyres and by slip.
+/// Share by which wheels may differ on a straight road, due to tyres and slip.
 const SHARE: f64 = 0.1;
-/// Speed by which they may differ as well, m/s.
+/// Additional speed by which wheels may differ, m/s.
 const MORE_MPS: f64 = 0.5;
 /// Speed up to which a sensor may read 0, m/s.
 const SENSOR_START_MPS: f64 = 1.0;
-/// Wheels on the two sides of a turn differ by the heading rate times the track, for which this is taken, m.
+/// Assumed track, m: wheels on the two sides of a turn differ by the heading rate times the track.
 const TRACK_M: f64 = 1.6;
-/// The sharpest turn of any car makes a wheel slower than the fastest one by this share: that of a circle of
-/// 2.4 m around the middle of the rear axle.
+/// Share by which a wheel may be slower than the fastest wheel in the sharpest turn of any car, on a circle
+/// of 2.4 m around the middle of the rear axle.
 const SHARPEST_TURN: f64 = 0.5;
-/// Change of the other wheels from which one that stays the same is frozen, m/s.
+/// Change of the other wheels above which a constant wheel counts as frozen, m/s.
 const FROZEN_CHANGE_MPS: f64 = 0.5;
 
-/// The checks of the wheels, with what they remember. Their result depends on the wheels and the heading rate
-/// alone: a wheel that is left out, or a velocity that is withheld, does not change what they compare.
+/// Wheel checks with their state. Their result depends only on the wheels and the heading rate: leaving out a
+/// wheel or withholding a velocity does not change the comparison.
 #[derive(Debug, Clone, Default)]
 pub(super) struct WheelChecks {
-    /// Wheels differ that are believed.
+    /// Trusted wheels differ.
     apart: Doubt,
     suspects: [Suspect; 4],
     frozen: [Frozen; 4],
 }
 
-/// A wheel that is not believed.
+/// Suspicion against one wheel.
 #[derive(Debug, Clone, Copy, Default)]
 struct Suspect {
     is_suspect: bool,
-    /// Since when it moves as the others do.
+    /// Time since which the wheel has agreed with the others.
     agrees_since: Option<MonoTime>,
 }
 
 impl WheelChecks {
-    /// Sets the alarm of the wheel that does not move as the others do, or the alarm of several. Returns true
-    /// while wheels differ that are believed, or none is: then a speed of them is in doubt. `rate_radps` is
-    /// the heading rate without a sign, as far as it is known.
+    /// Sets the alarm of a wheel that does not move like the others, or the alarm of several wheels. Returns
+    /// true while trusted wheels differ or no wheel is trusted: a speed calculated from them is then
+    /// doubtful. `rate_radps` returns the unsigned heading rate, if known.
     pub(super) fn update(
         &mut self,
         speeds_mps: &[Option<f64>; 4],
@@ -73,11 +74,11 @@ impl WheelChecks {
             let is_moving = fastest_mps > MOVING_MPS;
             let is_frozen = self.frozen[wheel].update(speed_mps, is_moving, reference, FROZEN, now);
             let is_turning = speed_mps.is_some_and(|speed| speed.abs() >= STANDING_MPS);
-            // Beside a wheel that spins, one at a constant speed seems frozen; afterwards it agrees.
+            // Next to a spinning wheel, a wheel with constant speed seems frozen; afterwards it agrees.
             let is_apart = |(speed, middle): (f64, f64)| (speed - middle).abs() > FROZEN_CHANGE_MPS;
             let is_frozen = is_frozen && speed_mps.zip(middle_mps).is_some_and(is_apart);
-            // That a dead wheel agrees with wheels that stand shows nothing. Several agree at least on the
-            // standstill.
+            // A dead wheel that agrees with standing wheels proves nothing. Several suspects can at least
+            // agree on the standstill.
             let agrees = !deviates[wheel] && !is_frozen && (are_several || is_turning);
             suspect.update(agrees, is_frozen || is_found && deviates[wheel], now);
         }
@@ -92,8 +93,8 @@ impl WheelChecks {
 }
 
 impl Suspect {
-    /// Takes whether the wheel agrees with the others, and whether it begins to be suspect. It is believed
-    /// again when it has agreed for long enough without a break.
+    /// Updates the suspicion: `agrees` if the wheel agrees with the others, `is_found` if it becomes suspect.
+    /// The wheel is trusted again after it has agreed for [`AGREEMENT`] without a break.
     fn update(&mut self, agrees: bool, is_found: bool, now: MonoTime) {
         self.agrees_since = if agrees { self.agrees_since.or(Some(now)) } else { None };
         let is_over = self.agrees_since.is_some_and(|since| now.since(since) >= AGREEMENT);
@@ -101,21 +102,21 @@ impl Suspect {
     }
 }
 
-/// The zero between two wheels that may stand for a little more.
+/// Of two compared wheels, the wheel whose zero may stand for a slightly higher speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Zero {
-    /// The zero of the middle of the others.
+    /// Zero of the middle of the other wheels.
     OfOthers,
-    /// The zero of either.
+    /// Zero of either wheel.
     OfEither,
 }
 
-/// Several wheels are meant, and not one.
+/// Returns true if more than one wheel is marked.
 fn is_several(wheels: [bool; 4]) -> bool {
     wheels.into_iter().filter(|is_meant| *is_meant).count() > 1
 }
 
-/// The wheels that have a speed, in the order of their speeds.
+/// Wheels with a known speed, in the order of their speeds.
 struct Wheels {
     /// Speed, m/s, and position.
     sorted: [(f64, usize); 4],
@@ -135,26 +136,28 @@ impl Wheels {
         Self { sorted, count }
     }
 
-    /// Speed of the fastest wheel without a sign, m/s; 0 without any.
+    /// Returns the unsigned speed of the fastest wheel, m/s; 0 without wheels.
     fn fastest_mps(&self) -> f64 {
         self.sorted[..self.count].iter().fold(0.0, |fastest, (speed, _)| speed.abs().max(fastest))
     }
 
-    /// The middle ones of the others, m/s: the same twice if their number is odd. `None` without another one.
+    /// Returns the two middle speeds of the other wheels, m/s, which are equal if their number is odd; `None`
+    /// if there is no other wheel.
     fn middles_of_others(&self, place: usize) -> Option<[f64; 2]> {
         let last = self.count.checked_sub(2)?;
         let other = |index: usize| self.sorted[if index < place { index } else { index + 1 }].0;
         Some([other(last / 2), other(last.div_ceil(2))])
     }
 
-    /// The lower middle one of the others, m/s; `None` if the wheel has no speed, or no other one has.
+    /// Returns the lower middle speed of the other wheels, m/s; `None` if this wheel, or every other wheel,
+    /// has no speed.
     fn middle_of_others(&self, wheel: usize) -> Option<f64> {
         let place = self.sorted[..self.count].iter().position(|(_, other)| *other == wheel)?;
         self.middles_of_others(place).map(|[middle, _]| middle)
     }
 
-    /// The wheels that differ from the middle ones of the others by more than a turn with this heading rate
-    /// explains.
+    /// Returns the wheels that differ from the middle speeds of the others by more than a turn with this
+    /// heading rate explains.
     fn deviating(&self, rate_radps: Option<f64>, zero: Zero) -> [bool; 4] {
         let mut deviating = [false; 4];
         for (place, (speed, wheel)) in self.sorted[..self.count].iter().enumerate() {
@@ -192,12 +195,12 @@ mod tests {
             (&[10.0, 30.0, 10.0, 10.0], &[1]),
             (&[10.0, 10.0, 0.0, 0.0], &[0, 1, 2, 3]),
             (&[0.0, 10.0, 0.0, 10.0], &[0, 1, 2, 3]),
-            // A differential lets one rear wheel spin while the other one stands.
+            // A differential lets one rear wheel spin while the other stands.
             (&[10.0, 10.0, 0.0, 20.0], &[2, 3]),
             (&[10.0, 0.0, 10.0], &[1]),
             (&[0.0, 10.0, 20.0], &[0, 1, 2]),
             (&[0.0, 10.0], &[0, 1]),
-            // One that has the wrong sign.
+            // A wheel with the wrong sign.
             (&[-5.0, 5.0], &[0, 1]),
             (&[0.0, 1.1], &[]),
             (&[0.0, 1.2], &[0, 1]),

@@ -1,4 +1,4 @@
-//! The present state of the reports, for people and programs that watch the gateway.
+//! Current state of the reports, for people and programs that monitor the gateway.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -49,7 +49,7 @@ pub struct VehicleStatusSnapshot {
 }
 
 impl VehicleStatusSnapshot {
-    /// The reports that the profile describes, each with its value in words.
+    /// Returns the reports that the profile describes, each with its value as text.
     pub fn reports(&self) -> Vec<(StatusReport, ReportSnapshot<String>)> {
         let velocity =
             self.velocity.as_ref().map(|report| report.map(|value| Measure::texts(&value.measures())));
@@ -70,7 +70,7 @@ impl VehicleStatusSnapshot {
         reports.into_iter().filter_map(|(name, report)| Some((name, report?))).collect()
     }
 
-    /// The measured values that are published, in SI units.
+    /// Returns the published measured values, in SI units.
     pub fn measures(&self) -> Vec<(Measure, f64)> {
         let velocity = self.velocity.as_ref().and_then(|report| report.published);
         let steering = self.steering.as_ref().and_then(|report| report.published);
@@ -87,7 +87,7 @@ impl VelocitySnapshot {
 }
 
 impl VehicleStatus {
-    /// The present state of the reports.
+    /// Returns the current state of the reports.
     pub fn snapshot(&self, buses: &[Bus], now: MonoTime) -> VehicleStatusSnapshot {
         let doors = self.doors.current().map(|(states, stamp)| {
             let named = self.binding.doors.iter().zip(states.as_slice());
@@ -113,7 +113,7 @@ impl VehicleStatus {
         }
     }
 
-    /// The signals and messages of the status.
+    /// Returns the signals and messages of the status.
     pub fn received_snapshot(&self, buses: &[Bus], now: MonoTime) -> ReceivedSnapshot {
         let (table, observations) = (&self.binding.table, &self.observations);
         let received = Received { used_by: UsedBy::VehicleStatus, table, observations, buses };

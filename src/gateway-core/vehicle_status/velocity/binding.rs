@@ -21,9 +21,9 @@ pub struct VelocityBinding {
     pub directions: Vec<DirectionSource>,
     /// At least one source of the heading rate, most trusted first.
     pub heading_rates: Vec<HeadingRateSource>,
-    /// True if 0 is published while the heading rate is unknown; false if nothing is.
+    /// True if 0 is published while the heading rate is unknown; false if nothing is published then.
     pub is_unknown_heading_rate_zero: bool,
-    /// Longest time that a part may be older than the frame with the speed.
+    /// Maximum age of a part relative to the frame with the speed.
     pub max_skew: Duration,
 }
 
@@ -32,41 +32,41 @@ pub struct VelocityBinding {
 pub struct SpeedSource {
     /// Name in diagnostics.
     pub name: String,
-    /// The signals.
+    /// Signals of the speed.
     pub signals: SpeedSignals,
-    /// The source counts only while it reads less than this, m/s; `None` = always.
+    /// The source is used only while it reads less than this, m/s; `None` = always.
     pub below_mps: Option<f64>,
 }
 
-/// The signals of a speed.
+/// Signals of a speed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SpeedSignals {
-    /// One signal gives the speed of the vehicle.
+    /// One signal with the speed of the vehicle.
     Vehicle(SpeedSignal),
     /// Signals of single wheels.
     Wheels {
-        /// Front left, front right, rear left, rear right, as far as the profile names them.
+        /// Front left, front right, rear left, rear right, `None` if the profile does not name the wheel.
         wheels: Box<[Option<SpeedSignal>; 4]>,
-        /// The wheels that give the speed.
+        /// Wheels from which the speed is calculated.
         used: WheelsUsed,
     },
 }
 
-/// The wheels that give the speed of the vehicle.
+/// Wheels from which the speed of the vehicle is calculated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum WheelsUsed {
-    /// The mean of the rear wheels, whose axle has the frame of the report.
+    /// Mean of the rear wheels, whose axle is the reference of the report.
     #[default]
     Rear,
-    /// The mean of all four, which reads too much in curves.
+    /// Mean of all four wheels, which is too high in curves.
     All,
-    /// The mean of the front wheels, projected to the rear axle by the steering; for cars whose rear wheels
+    /// Mean of the front wheels, projected to the rear axle using the steering; for cars whose rear wheels
     /// slip.
     FrontProjected,
 }
 
 impl SpeedSignals {
-    /// All signals.
+    /// Returns all signals.
     pub fn all(&self) -> Vec<&SpeedSignal> {
         match self {
             Self::Vehicle(signal) => vec![signal],
@@ -75,18 +75,18 @@ impl SpeedSignals {
     }
 }
 
-/// A signal that gives a speed.
+/// A signal of a speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpeedSignal {
-    /// The speed, m/s, or rad/s if it is of a rotation; forward positive if it has a sign.
+    /// Speed, m/s, or rad/s for a rotation; forward positive if it has a sign.
     pub quantity: Quantity,
     /// True if the signal has a sign.
     pub is_signed: bool,
-    /// True if it is the rotation of a wheel.
+    /// True if the signal is the rotation of a wheel.
     pub is_rotation: bool,
 }
 
-/// What a signal says of the direction.
+/// Direction of motion according to a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Motion {
@@ -101,8 +101,7 @@ pub enum Motion {
 named_by_variant!(Motion);
 
 impl Motion {
-    /// Returns the motion of a vehicle with this speed; slower than 0.1 m/s, as Autoware has it, it stands
-    /// still.
+    /// Returns the motion of a vehicle with this speed; below 0.1 m/s it stands still, as in Autoware.
     pub fn of(speed_mps: f64) -> Self {
         match speed_mps {
             speed if speed.abs() < STANDING_MPS => Self::Standstill,
@@ -115,30 +114,30 @@ impl Motion {
 /// A source of the direction.
 #[derive(Debug, Clone, PartialEq)]
 pub enum DirectionSource {
-    /// A signal says in which direction the vehicle or a wheel moves.
+    /// A signal with the direction in which the vehicle or a wheel moves.
     Signal(Role<Motion>),
-    /// The gear.
+    /// The engaged gear.
     Gear,
 }
 
 /// A source of the heading rate.
 #[derive(Debug, Clone, PartialEq)]
 pub enum HeadingRateSource {
-    /// A sensor of the yaw rate.
+    /// A yaw rate sensor.
     YawRate {
         /// Heading rate, rad/s, counter-clockwise positive.
         rate: Quantity,
-        /// True if its zero is found while the vehicle stands still.
+        /// True if its zero is measured while the vehicle stands still.
         has_zero_at_standstill: bool,
     },
-    /// Speed, angle of the front wheels and wheel base.
+    /// Calculated from speed, angle of the front wheels and wheel base.
     Steering,
-    /// Difference of the rear wheels, and their distance.
+    /// Calculated from the difference between the rear wheels and their distance.
     Wheels,
 }
 
 impl HeadingRateSource {
-    /// Name in diagnostics.
+    /// Returns the name used in diagnostics.
     pub fn name(&self) -> &'static str {
         match self {
             Self::YawRate { .. } => "yaw rate sensor",
@@ -149,12 +148,12 @@ impl HeadingRateSource {
 }
 
 impl VelocityBinding {
-    /// All speed signals.
+    /// Returns all speed signals.
     pub fn speed_signals(&self) -> impl Iterator<Item = &SpeedSignal> {
         self.speeds.iter().flat_map(|source| source.signals.all())
     }
 
-    /// All sensors of the yaw rate.
+    /// Returns all yaw rate sensors.
     pub fn yaw_rates(&self) -> impl Iterator<Item = &Quantity> {
         self.heading_rates.iter().filter_map(|source| match source {
             HeadingRateSource::YawRate { rate, .. } => Some(rate),
@@ -162,7 +161,7 @@ impl VelocityBinding {
         })
     }
 
-    /// Roles of the signals that give the direction.
+    /// Returns the roles of the direction signals.
     pub fn motions(&self) -> impl Iterator<Item = &Role<Motion>> {
         self.directions.iter().filter_map(|source| match source {
             DirectionSource::Signal(role) => Some(role),
@@ -170,7 +169,7 @@ impl VelocityBinding {
         })
     }
 
-    /// All signals on which the velocity depends, without those of gear and steering.
+    /// Returns all signals on which the velocity depends, except signals of gear and steering.
     pub fn signals(&self) -> impl Iterator<Item = SignalIndex> {
         let speeds = self.speed_signals().flat_map(|signal| signal.quantity.signals());
         let directions = self.motions().map(|role| role.signal);

@@ -1,25 +1,25 @@
-//! The direction of a speed without a sign: of a signal, or of the gear.
+//! The direction of an unsigned speed: from a signal, or from the gear.
 
 use super::binding::{DirectionSource, Motion, VelocityBinding};
 use super::speed::SpeedReading;
 use crate::vehicle_status::gear::Gear;
 use crate::vehicle_status::state::{Judged, StatusContext, StatusReason};
 
-/// The direction of the motion that is under way; `None` at standstill, or while it is unknown.
+/// Direction of the current motion; `None` at standstill, or while it is unknown.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct DirectionMemory(Option<f64>);
 
 impl DirectionMemory {
-    /// Forgets the motion, of which nothing is known any more.
+    /// Forgets the motion, which is no longer known.
     pub fn forget(&mut self) {
         self.0 = None;
     }
 
-    /// The sign of a speed: 1 forward, −1 backward. A vehicle that rolls without a gear goes on as before,
-    /// until `is_standing`.
+    /// Returns the sign of a speed: 1 forward, −1 backward. A vehicle that rolls without a gear keeps its
+    /// direction until `is_standing`.
     ///
     /// # Errors
-    /// The reason why the direction is unknown.
+    /// Fails with the reason why the direction is unknown.
     pub fn sign(
         &mut self,
         binding: &VelocityBinding,
@@ -51,7 +51,7 @@ impl DirectionMemory {
                     self.0 = Some(sign);
                     return Ok(sign);
                 }
-                // Neutral, park, or a sensor that does not see a slow motion.
+                // Neutral, park, or a sensor that does not detect slow motion.
                 Ok(None) => {}
                 Err(reason) => first_reason = first_reason.or(Some(reason)),
             }

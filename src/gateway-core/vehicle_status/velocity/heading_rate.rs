@@ -1,4 +1,4 @@
-//! The heading rate: of a sensor, of the steering, or of the rear wheels.
+//! The heading rate: from a sensor, from the steering, or from the rear wheels.
 
 use std::ops::RangeInclusive;
 use std::time::Duration;
@@ -14,16 +14,16 @@ use crate::vehicle_status::steering::TireAngle;
 use can_signal::can::ReceiveTime;
 use gateway_base::time::MonoTime;
 
-/// Heading rates that a vehicle can have, rad/s.
+/// Possible heading rates of a vehicle, rad/s.
 const RATES: RangeInclusive<f64> = -2.0..=2.0;
-/// Zeros that a sensor can have, rad/s; one that reads more while the vehicle stands still is no zero.
+/// Possible zeros of a sensor, rad/s; a larger reading while the vehicle stands still is not a zero.
 const ZEROS: RangeInclusive<f64> = -0.1..=0.1;
-/// Time of a standstill from which its mean is the zero of the sensor.
+/// Duration of a standstill from which its mean reading is the zero of the sensor.
 const STANDSTILL: Duration = Duration::from_millis(500);
-/// Readings of a standstill that count at most, so that the zero follows a sensor that warms up.
+/// Maximum number of readings averaged in a standstill, so that the zero follows a sensor that warms up.
 const MAX_READINGS: f64 = 1000.0;
 
-/// What the heading rate is made of.
+/// Inputs of the heading rate.
 #[derive(Debug, Clone, Copy)]
 pub struct HeadingInputs {
     /// Speed, m/s, forward positive.
@@ -32,30 +32,30 @@ pub struct HeadingInputs {
     pub is_backward: bool,
     /// True if nothing shows that the vehicle moves.
     pub is_standing: bool,
-    /// Time of the frame with the speed.
+    /// Receive time of the frame with the speed.
     pub received: ReceiveTime,
     /// Angle of the front wheels.
     pub tire: Judged<TireAngle>,
     /// Speeds of the wheels.
     pub wheels: WheelSpeeds,
-    /// What was implausible before.
+    /// Alarms after the previous evaluation.
     pub alarms: AlarmSet,
 }
 
-/// A heading rate, and what else is known of it.
+/// A heading rate, and the rates from all kinds of sources.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JudgedRate {
-    /// Of the first usable source.
+    /// Heading rate of the first usable source.
     pub chosen: Chosen<f64>,
-    /// Of the first sensor, rad/s.
+    /// Heading rate of the first usable sensor, rad/s.
     pub sensor_radps: Option<f64>,
-    /// By speed and steering, rad/s.
+    /// Heading rate from speed and steering, rad/s.
     pub steering_radps: Option<f64>,
-    /// By the rear wheels, rad/s.
+    /// Heading rate from the rear wheels, rad/s.
     pub wheels_radps: Option<f64>,
 }
 
-/// The zeros of the sensors, by their positions.
+/// Zeros of the sensors, by source position.
 #[derive(Debug, Clone, Default)]
 pub struct YawZeros {
     standstill: Option<MonoTime>,
@@ -64,17 +64,17 @@ pub struct YawZeros {
 
 #[derive(Debug, Clone, Copy, Default)]
 struct Zero {
-    /// What the sensor reads at rest.
+    /// Reading of the sensor at rest.
     offset_radps: f64,
-    /// Of this standstill.
+    /// Mean reading during this standstill.
     mean_radps: f64,
     readings: f64,
-    /// Receive time of the last reading that counted.
+    /// Receive time of the last reading that was used.
     last: Option<MonoTime>,
 }
 
 impl YawZeros {
-    /// The heading rate of the first usable source.
+    /// Returns the heading rate of the first usable source.
     pub fn judge(
         &mut self,
         binding: &VelocityBinding,
@@ -151,7 +151,7 @@ impl YawZeros {
 }
 
 impl Zero {
-    /// Takes a reading of a standstill that began at `since`.
+    /// Adds a reading of a standstill that began at `since`.
     fn take(&mut self, value_radps: f64, at: MonoTime, since: MonoTime) {
         if at < since || self.last == Some(at) {
             return;

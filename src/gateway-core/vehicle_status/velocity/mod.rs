@@ -1,4 +1,4 @@
-//! Speed and heading rate at the middle of the rear axle, assembled of speed, direction and heading rate.
+//! Speed and heading rate at the middle of the rear axle, assembled from speed, direction and heading rate.
 
 pub mod binding;
 pub mod direction;
@@ -17,11 +17,11 @@ use direction::DirectionMemory;
 use heading_rate::{HeadingInputs, JudgedRate, YawZeros};
 use speed::{SpeedReading, WheelSpeeds};
 
-/// Speed from which a second source of the speed shows that the vehicle moves, m/s; some read a little more
-/// than 0 at standstill.
+/// Speed from which a second source of the speed shows that the vehicle moves, m/s; some sources read
+/// slightly more than 0 at standstill.
 const OTHER_MOVES_MPS: f64 = 0.5;
 
-/// Motion of the middle of the rear axle. The lateral speed is 0 by the model of a car whose rear wheels do
+/// Motion of the middle of the rear axle. The lateral speed is 0 in the model of a car whose rear wheels do
 /// not steer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Velocity {
@@ -32,51 +32,51 @@ pub struct Velocity {
 }
 
 impl Velocity {
-    /// Its measured values.
+    /// Returns its measured values.
     pub fn measures(self) -> [(Measure, f64); 2] {
         [(Measure::Speed, self.longitudinal_mps), (Measure::HeadingRate, self.heading_rate_radps)]
     }
 }
 
-/// The part of a velocity that is concerned.
+/// The affected part of a velocity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum VelocityPart {
-    /// The speed, without its sign.
+    /// Unsigned speed.
     #[default]
     Speed,
-    /// Forward or backward.
+    /// Forward or backward motion.
     Direction,
     /// The heading rate.
     HeadingRate,
 }
 
-/// The velocity with what it was assembled of.
+/// The velocity and its parts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Assembled {
-    /// The velocity, or why it is unavailable.
+    /// The velocity, or the reason why it is unavailable.
     pub state: Judged<Velocity>,
-    /// The part that is missing, if any is.
+    /// The missing part, if any.
     pub part: VelocityPart,
-    /// The speed without its sign, as far as it is known.
+    /// Unsigned speed, if known.
     pub speed: Chosen<SpeedReading>,
     /// The heading rate.
     pub heading_rate: Chosen<f64>,
-    /// The motion, as far as it is known, for the checks of plausibility.
+    /// Motion, as far as it is known, for the plausibility checks.
     pub motion: Motion,
-    /// True if 0 is published for a heading rate that is unknown.
+    /// True if an unknown heading rate is published as 0.
     pub is_heading_rate_replaced: bool,
 }
 
-/// Other reports that a velocity depends on.
+/// Other reports on which a velocity depends.
 #[derive(Debug, Clone, Copy)]
 pub struct VelocityInputs {
-    /// The gear, which may give the sign.
+    /// Gear, a possible source of the sign.
     pub gear: Judged<Gear>,
-    /// The angle of the front wheels, which may give the heading rate.
+    /// Angle of the front wheels, a possible source of the heading rate.
     pub tire: Judged<TireAngle>,
 }
 
-/// What is remembered from frame to frame.
+/// State kept from frame to frame.
 #[derive(Debug, Clone, Default)]
 pub struct VelocityMemory {
     direction: DirectionMemory,
@@ -84,8 +84,8 @@ pub struct VelocityMemory {
 }
 
 impl VelocityMemory {
-    /// Assembles the velocity of its parts. Their ages differ from that of the speed by at most the skew that
-    /// the binding allows.
+    /// Assembles the velocity from its parts. No part may be older than the speed by more than `max_skew` of
+    /// the binding.
     pub fn assemble(
         &mut self,
         binding: &VelocityBinding,

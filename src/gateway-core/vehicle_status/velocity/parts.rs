@@ -1,22 +1,22 @@
-//! The parts that a velocity is assembled of: configured, and of about the same time.
+//! Checks on the parts of a velocity: configured, and of about the same time.
 
 use super::binding::VelocityBinding;
 use crate::vehicle_status::settings::GeometryKey;
 use crate::vehicle_status::state::StatusReason;
 use can_signal::can::ReceiveTime;
 
-/// A value that the configuration gives.
+/// Returns a configured value.
 ///
 /// # Errors
-/// The key that is missing.
+/// Fails with the missing key.
 pub fn configured(value: Option<f64>, key: GeometryKey) -> Result<f64, StatusReason> {
     value.ok_or(StatusReason::NotConfigured(key))
 }
 
-/// A part that is not much older than the frame with the speed.
+/// Returns a part that is not much older than the frame with the speed.
 ///
 /// # Errors
-/// The part is too old.
+/// Fails if the part is older by more than `max_skew` of the binding.
 pub fn in_step<T>(
     part: (T, ReceiveTime),
     received: ReceiveTime,

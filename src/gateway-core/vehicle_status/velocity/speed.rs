@@ -1,4 +1,4 @@
-//! The speed without the direction: of the vehicle, or of its wheels.
+//! The unsigned speed: of the vehicle, or of its wheels.
 
 use super::binding::{SpeedSignal, SpeedSignals, SpeedSource, VelocityBinding, WheelsUsed};
 use super::parts::{configured, in_step};
@@ -9,30 +9,30 @@ use crate::vehicle_status::state::{Chosen, Judged, StatusContext, StatusReason};
 use crate::vehicle_status::steering::TireAngle;
 use can_signal::can::ReceiveTime;
 
-/// Speeds that a vehicle can have, m/s, backward negative.
+/// Possible speeds of a vehicle, m/s, backward negative.
 const SPEEDS: std::ops::RangeInclusive<f64> = -20.0..=90.0;
 
-/// A speed as a source gives it.
+/// Speed read from a source.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpeedReading {
-    /// Speed, m/s; backward negative if the source has a sign, else never negative.
+    /// Speed, m/s; backward negative if the source has a sign, otherwise never negative.
     pub speed_mps: f64,
     /// True if the source has a sign.
     pub is_signed: bool,
 }
 
-/// The speeds of single wheels, m/s: front left, front right, rear left, rear right. `None` without a usable
+/// Speeds of single wheels, m/s: front left, front right, rear left, rear right. `None` without a usable
 /// value.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct WheelSpeeds {
-    /// The speeds with the time of their frames.
+    /// Speeds with the receive times of their frames.
     pub speeds: [Option<(f64, ReceiveTime)>; 4],
-    /// True if they have signs.
+    /// True if the speeds are signed.
     pub are_signed: bool,
 }
 
 impl WheelSpeeds {
-    /// Reads each wheel from the first source that has a value of it.
+    /// Reads each wheel from the first source that has a value for it.
     pub fn read(binding: &VelocityBinding, context: StatusContext<'_>) -> Self {
         let mut read = Self { are_signed: true, ..Self::default() };
         for source in &binding.speeds {
@@ -46,14 +46,14 @@ impl WheelSpeeds {
         read
     }
 
-    /// True if a wheel turns.
+    /// Returns true if a wheel turns.
     pub fn is_any_turning(&self) -> bool {
         self.speeds.iter().flatten().any(|(speed, _)| speed.abs() >= STANDING_MPS)
     }
 }
 
 impl SpeedSignal {
-    /// The speed, m/s.
+    /// Returns the speed, m/s.
     fn read(&self, context: StatusContext<'_>) -> Judged<f64> {
         let (value, received) = self.quantity.read(context)?;
         let geometry = &context.settings.geometry;
@@ -72,7 +72,7 @@ impl SpeedSignal {
     }
 }
 
-/// Reads the first usable source. `tire` is the angle of the front wheels, for those that need it; wheels
+/// Reads the first usable source. `tire` is the angle of the front wheels, for sources that need it; wheels
 /// with an alarm are left out.
 pub fn judge(
     binding: &VelocityBinding,
@@ -83,7 +83,7 @@ pub fn judge(
     Chosen::first(&binding.speeds, |_, source| read(binding, source, tire, alarms, context))
 }
 
-/// The speed of the next usable source after the chosen one, m/s, without a sign; `None` without one.
+/// Returns the speed of the next usable source after the chosen one, m/s, unsigned; `None` if there is none.
 pub fn other_mps(
     binding: &VelocityBinding,
     chosen: Chosen<SpeedReading>,
@@ -135,7 +135,7 @@ fn read(
     Ok((SpeedReading { speed_mps, is_signed }, received))
 }
 
-/// The mean of wheels, with the time of the frame that carries the first of them.
+/// Returns the mean of the wheels, with the receive time of the first wheel's frame.
 fn mean(
     binding: &VelocityBinding,
     wheels: [Option<&SpeedSignal>; 4],
