@@ -1,8 +1,8 @@
 //! CAN frames and buses, DBC files, and validation of received signals.
 //!
-//! [`can`]: a bus with its frames, link, controller and condition;
+//! - [`can`]: a bus with its frames, link, controller and condition;
 //! - [`dbc`]: DBC files, parsed statement by statement, and the codecs of their signals;
-//! [`validation`]: integrity, age and meaning of received signals.
+//! - [`validation`]: integrity, age and meaning of received signals.
 //!
 //! ```
 //! use can_signal::can::frame::MAX_DATA;

@@ -115,7 +115,7 @@ impl WallStamp {
         format!("{year:04}{month:02}{day:02}T{hour:02}{minute:02}{second:02}Z")
     }
 
-    /// Returns the date and time in UTC, to the millisecond, for people: `2026-01-01 00:00:00.000Z`.
+    /// Returns the date and time in UTC, to the millisecond, for display: `2026-01-01 00:00:00.000Z`.
     pub fn utc_line_text(self) -> String {
         let [year, month, day, hour, minute, second] = self.utc_fields();
         let millis = self.nanosec() / 1_000_000;

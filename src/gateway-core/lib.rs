@@ -2,8 +2,8 @@
 //!
 //! - [`vehicle_lights`], [`vehicle_status`]: reports from bound frames; [`vehicle_report`] is their common
 //!   part;
-//! [`v2i_reception`]: traffic-light states from the frames of a V2X unit;
-//! [`command`]: turn and hazard commands, from sender to frame;
+//! - [`v2i_reception`]: traffic-light states from the frames of a V2X unit;
+//! - [`command`]: turn and hazard commands, from sender to frame;
 //! - [`gateway`]: all flows behind one interface, each on its own clock. It accepts frames and messages with
 //!   their times, and returns outputs and the next deadline. The same inputs give the same outputs, byte for
 //!   byte.

@@ -19,7 +19,7 @@ const ENOUGH_FRAMES: u64 = 5;
 /// Number of error frames without a data frame that ends the listening at a rate.
 const ENOUGH_ERRORS: u64 = 100;
 
-/// Why an interface is not scanned.
+/// Reason why an interface is not scanned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum ScanRefusal {
     /// No interface has this name.
@@ -31,7 +31,7 @@ pub enum ScanRefusal {
     /// It has no controller, and so no bit rate.
     #[error("it is virtual, and has no bit rate")]
     Virtual,
-    /// It is up, and so perhaps in use.
+    /// The interface is up, and therefore possibly in use.
     #[error("it is up, and its bit rate is not changed while others may use it")]
     Up,
     /// Its driver has no listen-only mode, so a wrong bit rate would disturb the bus.
@@ -44,11 +44,11 @@ pub enum ScanRefusal {
 pub struct ScanSettings {
     /// Bit rate, bit/s.
     pub bitrate_bps: u32,
-    /// Whether error frames are turned on as well; false leaves them as they are.
+    /// True to also turn error frames on; false leaves them unchanged.
     pub error_reporting: bool,
 }
 
-/// What the caller does next.
+/// Next step for the caller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ScanStep {
     /// Set the bit rate and turn listen-only on, in one request, while the interface is down.
@@ -81,7 +81,7 @@ pub enum ScanAnswer {
 /// Frames of a bus at one bit rate.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Heard {
-    /// Data frames.
+    /// Number of data frames.
     pub frames: u64,
     /// Error frames that report an error on the wire.
     pub error_frames: u64,
@@ -138,7 +138,7 @@ pub struct ScanResult {
     pub verdict: ScanVerdict,
     /// Rates in the order in which they were tried.
     pub tried: Vec<TriedRate>,
-    /// The `errno` of a setting that could not be restored; `None` if the interface is as it was.
+    /// The `errno` of a setting that could not be restored; `None` if all settings were restored.
     pub not_restored: Option<i32>,
 }
 

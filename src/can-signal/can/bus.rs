@@ -21,7 +21,7 @@ pub struct BusSettings {
     pub name: String,
     /// SocketCAN interface, e.g. `can0`; also the name in recordings.
     pub interface: String,
-    /// Messages that prove the bus alive in addition to the bound ones; kernel filters hide all other
+    /// Messages that prove the bus alive in addition to the bound messages; kernel filters hide all other
     /// messages.
     pub heartbeat_messages: Vec<IdMatch>,
     /// Longest silence of bound and heartbeat messages on a bus that is awake.
@@ -158,7 +158,7 @@ impl Bus {
         &self.controller
     }
 
-    /// Sets the link state. Returns `true` when the link was lost, so that earlier frames no longer count.
+    /// Sets the link state. Returns `true` if the link was lost; earlier frames then no longer count.
     pub fn set_link(&mut self, link: LinkState) -> bool {
         let lost = self.link == LinkState::Up && link != LinkState::Up;
         self.link = link;

@@ -120,7 +120,7 @@ impl Frame {
         self.fd
     }
 
-    /// Returns the payload, as long as the frame's length says.
+    /// Returns the payload, with the length of the frame.
     #[inline]
     pub fn data(&self) -> &[u8] {
         &self.data[..usize::from(self.len)]
@@ -134,7 +134,7 @@ impl Frame {
     }
 }
 
-/// The notation of candump, `128#00F1` or `128##000F1`.
+/// Formats the frame in the notation of candump, `128#00F1` or `128##000F1`.
 impl fmt::Display for Frame {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}{}", self.id, if self.fd { "##0" } else { "#" })?;

@@ -81,7 +81,7 @@ impl SourceAddresses {
     /// Every address.
     pub const ANY: Self = Self([u64::MAX; 4]);
 
-    /// Returns true if frames of this sender are accepted.
+    /// Returns true if frames from this sender are accepted.
     pub fn contains(self, address: u8) -> bool {
         self.0[usize::from(address / 64)] >> (address % 64) & 1 == 1
     }
@@ -150,7 +150,7 @@ impl IdMatch {
         Pgn::of(id).map(|_| Self { described: id, sources: Some(sources) })
     }
 
-    /// Returns the identifier that the DBC gives to the message.
+    /// Returns the identifier of the message in the DBC.
     pub fn described(self) -> CanId {
         self.described
     }

@@ -1,4 +1,5 @@
-//! State of a CAN interface and its controller as reported by the kernel, as far as the set-up can be wrong.
+//! State of a CAN interface and its controller as reported by the kernel, limited to settings that can be
+//! wrong.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,7 +12,7 @@ pub struct InterfaceState {
     pub name: String,
     /// Kind of the interface.
     pub kind: InterfaceKind,
-    /// True while it is up; frames can arrive then.
+    /// True while the interface is up; frames can arrive then.
     #[serde(default)]
     pub is_up: bool,
     /// Frames that the kernel queues for sending, `txqueuelen`; `None` if it cannot be read.

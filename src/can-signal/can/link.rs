@@ -30,7 +30,7 @@ pub enum LinkState {
 display_by_name!(LinkState);
 
 impl LinkState {
-    /// Returns the state in words.
+    /// Returns the state as text.
     pub fn text(self) -> String {
         if self == Self::NotCan { "not a CAN interface".to_owned() } else { format!("link {self}") }
     }

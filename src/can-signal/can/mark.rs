@@ -8,7 +8,7 @@ use gateway_base::names::{display_by_name, variant};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DriverMark {
-    /// The driver operates nothing from now on.
+    /// The driver operates nothing from this time on.
     Quiet,
     /// Indicate to the left.
     Left,

@@ -160,8 +160,8 @@ fn ends_before(text: &str) -> bool {
     line.is_empty() || is_keyword(first_word(line))
 }
 
-/// Returns the length up to and including the closing quote of a text, given what follows its opening quote;
-/// `None` for an unterminated text.
+/// Returns the length up to and including the closing quote of a text, given the text after its opening
+/// quote; `None` for an unterminated text.
 ///
 /// A text over several lines must be followed by a valid separator. Otherwise its own closing quote is
 /// missing, and this quote opens the text of another statement.

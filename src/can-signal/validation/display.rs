@@ -20,7 +20,7 @@ pub struct ValueText {
 /// One use of a signal, with its named values in ascending order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RoleTexts {
-    /// The signal that is used.
+    /// Signal that is used.
     pub signal: SignalIndex,
     /// Name of the use, e.g. `turn`, `left`, `hazard`, `fault of front lamp`.
     pub subject: String,

@@ -26,7 +26,7 @@ impl Senders {
     /// Records a frame of a sender. Returns whether the sender has changed.
     ///
     /// # Errors
-    /// Fails with both senders if there are two; neither is then believed.
+    /// Fails with both senders if there are two; neither is then trusted.
     pub fn frame_arrived(&mut self, address: u8, now: MonoTime) -> Result<bool, SenderConflict> {
         for heard in &mut self.0 {
             *heard = heard.filter(|heard| now.is_within(SENDER_MEMORY, heard.at));

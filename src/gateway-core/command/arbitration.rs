@@ -162,7 +162,7 @@ pub fn arbitrate(rules: ArbitrationRules, situation: &Situation) -> CommandDecis
     if situation.driver.turn && request.turn.is_some() {
         (request.turn, turn_reason) = (None, DecisionReason::Driver);
     }
-    // On is safe whoever requests it; only an off request gives way.
+    // On is safe regardless of who requests it; only an off request gives way.
     if request.hazard == Some(false) {
         if situation.driver.hazard {
             (request.hazard, hazard_reason) = (None, DecisionReason::Driver);

@@ -124,7 +124,7 @@ pub struct FeedbackMonitor<T> {
     driver_light: Option<T>,
     /// Compliance after the last update.
     pub compliance: Compliance,
-    /// Number of changes to the two failing states since start.
+    /// Number of driver overrides and mismatches since start.
     pub counts: FeedbackCounts,
 }
 

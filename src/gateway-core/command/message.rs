@@ -15,7 +15,7 @@ use can_signal::validation::integrity::Protection;
 pub struct CommandMessage {
     /// Name in the DBC, used in texts.
     pub name: String,
-    /// The permission of the allow-list to send it.
+    /// Permission of the allow-list to send the message.
     pub permission: SendPermission,
     /// Bits set by none of the parts below.
     pub background: [u8; MAX_DATA],

@@ -45,9 +45,9 @@ pub enum InvalidReason {
     /// A signal has no usable value.
     #[from]
     Signal(Unusable),
-    /// The message is received, but without this group since the start or since an interruption.
+    /// The message is received, but has not carried this group since the start or since an interruption.
     NotReceived,
-    /// The message is received, but without this group for longer than its limit.
+    /// The message is received, but has not carried this group for longer than its limit.
     NotReceivedAgain,
     /// A status signal reports that the states cannot be used.
     StatesUnusable(SignalIndex, i128),

@@ -43,7 +43,7 @@ pub enum StateBinding<S> {
     NotFitted,
     /// The vehicle has the lights, but no signal shows them: nothing is reported.
     NotVisible {
-        /// True if the configuration accepts that there is no report.
+        /// True if the configuration accepts the missing report.
         is_acknowledged: bool,
     },
     /// The vehicle sends the state from these sources.
@@ -128,7 +128,7 @@ pub enum TurnSource {
     Pair {
         /// Signals of the sides.
         pair: SidePair,
-        /// The same as in [`Self::Enumerated`].
+        /// Like `tap_hold` of [`Self::Enumerated`].
         tap_hold: Option<Duration>,
     },
     /// One flashing lamp signal per side.

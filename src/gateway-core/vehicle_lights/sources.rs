@@ -235,7 +235,7 @@ struct SourceGroup<R, T> {
     readers: Vec<R>,
     conditions: Vec<Option<Role<bool>>>,
     fusion: Fusion<T>,
-    /// Last state of each source, stored so that an evaluation allocates nothing.
+    /// Last state of each source, stored so that an evaluation does not allocate.
     states: Vec<Judged<T>>,
 }
 

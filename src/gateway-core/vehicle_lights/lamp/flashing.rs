@@ -23,7 +23,7 @@ pub(super) enum FlashRate {
     Unknown,
 }
 
-/// The frames between which a flash began.
+/// Frames between which a flash began.
 #[derive(Debug, Clone, Copy)]
 struct Start {
     last_dark: MonoTime,
@@ -97,7 +97,7 @@ impl Flashes {
         Some((flash.lit, rate))
     }
 
-    /// Ends the series, so that the next flash starts a new one.
+    /// Ends the series, so that the next flash starts a new series.
     pub(super) fn end_series(&mut self) {
         self.starts = [None; STARTS];
     }

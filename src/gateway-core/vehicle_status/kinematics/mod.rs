@@ -185,7 +185,7 @@ fn relation(line: Line) -> Option<Relation> {
     line.has_sign().then_some(relation)
 }
 
-/// Returns the speed of the right rear wheel minus that of the left one, m/s.
+/// Returns the speed difference between right and left rear wheel, m/s.
 fn wheels_difference(point: &Point) -> Option<f64> {
     let [_, _, left, right] = point.mean.wheels_mps;
     Some(right? - left?)

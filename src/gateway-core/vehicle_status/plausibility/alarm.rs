@@ -48,7 +48,7 @@ pub enum Effect {
 pub struct AlarmRow {
     /// Alarm that the row describes.
     pub alarm: Alarm,
-    /// Text for display: what is wrong.
+    /// Text for display that describes the contradiction.
     pub text: &'static str,
     /// Effect while the alarm is on.
     pub effect: Effect,

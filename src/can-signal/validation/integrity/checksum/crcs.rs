@@ -17,12 +17,12 @@ pub struct CrcParameters {
 }
 
 impl CrcParameters {
-    /// Creates a CRC-8, not reflected. `poly` leaves out the highest term.
+    /// Creates a CRC-8, not reflected. `poly` omits the highest term.
     pub fn crc8(poly: u8, init: u8, xorout: u8) -> Self {
         Self { width: 8, poly: poly.into(), init: init.into(), xorout: xorout.into(), reflected: false }
     }
 
-    /// Creates a CRC-16, not reflected. `poly` leaves out the highest term.
+    /// Creates a CRC-16, not reflected. `poly` omits the highest term.
     pub fn crc16(poly: u16, init: u16, xorout: u16) -> Self {
         Self { width: 16, poly, init, xorout, reflected: false }
     }
