@@ -15,7 +15,7 @@ pub enum CommandOutput {
         /// True if the contents, without counter and checksum, differ from the last frame of this message.
         is_news: bool,
     },
-    /// A frame in a dry run, that would be sent to the vehicle now.
+    /// In a dry run, the frame that would be sent to the vehicle now.
     WouldTransmit {
         /// Bus on which it would be sent.
         bus: BusIndex,

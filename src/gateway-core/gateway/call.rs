@@ -21,9 +21,9 @@ pub enum GatewayCall {
     Sample(SampleId),
     /// Everything that is due is handled.
     Look,
-    /// The last frame published by the gateway was sent.
+    /// The last output frame was sent.
     Sent,
-    /// The last frame published by the gateway could not be sent.
+    /// The last output frame could not be sent.
     SendFailed(SendFailure),
     /// The configuration was reloaded.
     Reconfigure,

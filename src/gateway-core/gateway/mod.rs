@@ -3,8 +3,8 @@
 //! - **Perception** (buses, vehicle lights, traffic lights, decider) runs in the order of stamps, so a
 //!   recording of a drive replays byte for byte: [`Gateway::handle_perception`],
 //!   [`Gateway::next_perception_deadline`].
-//! - **Commands** run in real time, so frames to the vehicle are never delayed: [`Gateway::handle_command`],
-//!   [`Gateway::settle_commands`], [`Gateway::next_command_deadline`].
+//! - **Commands** run in real time, so frames to the vehicle do not wait for perception:
+//!   [`Gateway::handle_command`], [`Gateway::settle_commands`], [`Gateway::next_command_deadline`].
 //!
 //! Perception passes to commands: the frames and lost links of each bus, the decider's commands, and each
 //! time they settle the reports of the vehicle's lights and the state of the buses. Commands return the
@@ -115,8 +115,8 @@ impl GatewaySettings {
     }
 
     /// Returns the identifiers whose frames prove a bus alive. A message bound only for the vehicle's status
-    /// counts only on a bus without other bound messages, because it may come from a different control unit
-    /// than the lights, whose event messages are valid while the bus is alive.
+    /// counts only on a bus without other relevant messages, because it may come from a different control
+    /// unit than the lights, whose event messages are valid while the bus is alive.
     pub fn life_signs(&self, bus: BusIndex) -> Vec<IdMatch> {
         let proving = self.proving_ids(bus);
         if proving.is_empty() { self.status_ids(bus).collect() } else { proving }
