@@ -116,7 +116,7 @@ pub fn judge(memory: &mut SourceMemory, context: LightsContext<'_>) -> Verdicts 
 }
 
 /// Withholds a state while a requirement is not met. A contradicted requirement replaces any other reason,
-/// except that the vehicle never shows the state; an open requirement replaces none.
+/// except that the vehicle never shows the state; an open requirement replaces no reason.
 fn require<T>(unmet: Unmet, state: &mut Judged<T>) {
     let has_reason = state
         .as_ref()

@@ -276,7 +276,7 @@ fn stamped<T>(state: Judged<T>) -> Option<(T, WallStamp)> {
 }
 
 /// Withholds a state while a requirement of the profile is not met. A contradicted requirement replaces any
-/// other reason; an open requirement replaces none.
+/// other reason; an open requirement replaces no reason.
 fn required<T>(state: Judged<T>, context: StatusContext<'_>) -> Judged<T> {
     match context.unmet {
         Some(unmet) if state.is_ok() || unmet.is_contradicted => Err(StatusReason::OtherVehicle(unmet)),
