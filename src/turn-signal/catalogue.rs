@@ -1,4 +1,4 @@
-//! What the status of the decider says, after its command.
+//! Messages of the decider's diagnostic status that follow its command.
 
 use gateway_base::diagnostics::{Section, messages};
 

@@ -1,5 +1,4 @@
-//! The records of the planner's manoeuvres, as they are joined
-//! (docs/spec/turn-signal-decider.md, "Joining records").
+//! Joins the records of the planner's manoeuvres (docs/spec/turn-signal-decider.md, "Joining records").
 
 use super::decision_context::DecisionContext;
 use super::resolve::{PairwiseRules, Winner, prior};
@@ -8,8 +7,9 @@ use super::subject::SignalSubject;
 use crate::light_command::TurnCommand;
 use lanelet2_map::geometry::path::PathFrame;
 
-/// The records of a cycle so far. Upstream joins each with the one before it at once, so that at most one is
-/// left. Improved, all that request something stay, and the pairwise rule decides between them (W5, W6, W19).
+/// The records of the current cycle. Upstream joins each record with the previous one at once, so at most one
+/// is left. In improved mode all records with a request stay, and the pairwise rule decides between them (W5,
+/// W6, W19).
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ManoeuvreRecords {
     sections: Vec<Section>,
@@ -27,7 +27,7 @@ impl ManoeuvreRecords {
         self.subject = subject;
     }
 
-    /// Returns whether some record so far requests a side.
+    /// Returns whether any record so far requests a side.
     pub fn request_side(&self) -> bool {
         self.sections.iter().any(|record| record.turn.side().is_some())
     }
@@ -42,13 +42,13 @@ impl ManoeuvreRecords {
         self.join(context, new, |previous, new| pairwise_prior(&context.path_frame, previous, new));
     }
 
-    /// Changes the command of the record before, which upstream does at a start from the middle of a lane.
+    /// Changes the command of the previous record, as upstream does at a start from the middle of a lane.
     pub fn change_command(&mut self, turn: TurnCommand) {
         let previous = self.sections.last().copied().unwrap_or_default();
         self.sections = vec![Section { turn, ..previous }];
     }
 
-    /// Forgets the records so far, as upstream does.
+    /// Discards the records so far, as upstream does.
     pub fn lose(&mut self, context: &DecisionContext<'_>) {
         if context.quirks.empty_records_take_part {
             self.sections.clear();
@@ -71,8 +71,8 @@ impl ManoeuvreRecords {
     }
 }
 
-/// Upstream's *overwrite*: the new record, unless it starts after the previous one ends. An empty new
-/// record erases an active one, and a hazard request goes with the record that made it (W5).
+/// Upstream's *overwrite*: the new record, unless it starts after the previous one ends. An empty new record
+/// erases an active one, and a hazard request is lost with its record (W5).
 pub fn overwrite(path_frame: &PathFrame<'_>, previous: Section, new: Section) -> Section {
     let has_side = previous.turn.side().is_some();
     let starts_later = has_side
@@ -80,8 +80,8 @@ pub fn overwrite(path_frame: &PathFrame<'_>, previous: Section, new: Section) ->
     if starts_later { previous } else { new }
 }
 
-/// Upstream's pairwise prior rule, which does not look at commands: an empty record takes part with
-/// its points at the origin of the map (W6). `None` = an empty record.
+/// Upstream's pairwise prior rule, which ignores commands: an empty record takes part with its points at the
+/// origin of the map (W6). `None` = an empty record.
 pub fn pairwise_prior(path_frame: &PathFrame<'_>, previous: Section, new: Section) -> Option<Section> {
     let (of_previous, of_new) = (previous.distances(path_frame), new.distances(path_frame));
     match (of_previous.desired_start_m > 0.0, of_new.desired_start_m > 0.0) {

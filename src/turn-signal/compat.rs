@@ -1,4 +1,4 @@
-//! The deciders of Autoware that this one can follow, and what upstream does otherwise, as data
+//! The deciders of Autoware that this one can follow, and upstream's deviations, as data
 //! (docs/spec/turn-signal-decider.md, "Improved and upstream-compatible mode").
 
 /// The decider of Autoware that is followed.
@@ -14,7 +14,7 @@ pub enum DeciderCompat {
 }
 
 impl DeciderCompat {
-    /// All of them, the default first.
+    /// All deciders, the default first.
     pub const ALL: [Self; 3] = [Self::Improved, Self::Upstream, Self::PathGenerator];
 
     /// Returns the name in configurations, drives, command lines and reports.
@@ -27,15 +27,16 @@ impl DeciderCompat {
     }
 }
 
-/// Each thing that the behavior path planner does and improved mode does not, as a switch. `W1` to `W10` and
-/// `W18` to `W23` are labels of docs/spec/turn-signal-decider.md, "Improved and upstream-compatible mode".
+/// Switches for each behaviour of the behavior path planner that improved mode does not have. `W1` to `W10`
+/// and `W18` to `W23` are labels of docs/spec/turn-signal-decider.md, "Improved and upstream-compatible
+/// mode".
 #[allow(clippy::struct_excessive_bools)] // independent switches
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DeciderQuirks {
-    /// W1: a turn that falls out of range because the vehicle slows down is not announced any more
+    /// W1: a turn that falls out of range because the vehicle slows down is no longer announced
     /// (docs/spec/turn-signal-decider.md, "Intersection turns").
     pub drops_announced_turns: bool,
-    /// W2: a signal can be of any length, and the next one can follow at once
+    /// W2: a signal can be of any length, and the next signal can follow at once
     /// (docs/spec/turn-signal-decider.md, "Minimum durations").
     pub has_no_minimum_durations: bool,
     /// W3: a front exactly at a required start is neither before it nor inside
@@ -44,42 +45,42 @@ pub struct DeciderQuirks {
     /// W4: an earlier signal returns after a later one (docs/spec/turn-signal-decider.md,
     /// "Finished manoeuvres").
     pub finished_manoeuvres_return: bool,
-    /// W5, W6: a record without a command replaces an active one, and a missing record takes part with its
-    /// points at the origin of the map (docs/spec/turn-signal-decider.md,
-    /// "Joining records" and "Side shift").
+    /// W5, W6: a record without a command replaces an active record, and a missing record takes part with its
+    /// points at the origin of the map (docs/spec/turn-signal-decider.md, "Joining records" and "Side
+    /// shift").
     pub empty_records_take_part: bool,
     /// W7: each lanelet of a split turn or roundabout entry counts alone
     /// (docs/spec/turn-signal-decider.md, "Intersection turns" and "Roundabout entry").
     pub splits_turns: bool,
-    /// W8: what was remembered survives another route, and a lanelet that left the distance path
+    /// W8: remembered state survives a change of route, and a lanelet that left the distance path
     /// (docs/spec/turn-signal-decider.md, "Memory between cycles").
     pub memory_survives_route: bool,
-    /// W9: a lane change has no start, it counts as begun (docs/spec/turn-signal-decider.md, "Lane change").
+    /// W9: a lane change has no start and counts as begun (docs/spec/turn-signal-decider.md, "Lane change").
     pub lane_changes_have_begun: bool,
-    /// W10: an exit without a side displaces the entry, one without tags is not announced, and only the first
-    /// roundabout of an entry counts (docs/spec/turn-signal-decider.md,
-    /// "Roundabout exit" and "Roundabout entry").
+    /// W10: an exit without a side displaces the entry, an exit without tags is not announced, and only the
+    /// first roundabout of an entry counts (docs/spec/turn-signal-decider.md, "Roundabout exit" and
+    /// "Roundabout entry").
     pub overlooks_roundabout_exits: bool,
-    /// Next to a turn, a standing vehicle queues the plain lanelets as well
+    /// While the vehicle stands next to a turn, plain lanelets are queued as well
     /// (docs/spec/turn-signal-decider.md, "Stop rule").
     pub has_stop_rule: bool,
-    /// The search back from inside a roundabout ignores remembered poses inside an entry, and knows of the
-    /// others only once it meets their entry (docs/spec/turn-signal-decider.md, "Backward search").
+    /// The search back from inside a roundabout ignores remembered poses inside an entry, and finds other
+    /// poses only after it has met their entry (docs/spec/turn-signal-decider.md, "Backward search").
     pub searches_back_by_entries: bool,
-    /// W18: the signal of a shift ends before the shift is complete, an avoidance turns to its way back while
-    /// it still steers out, and what was once not signalled stays so (docs/spec/turn-signal-decider.md,
-    /// "Complete shifts").
+    /// W18: the signal of a shift ends before the shift is complete, an avoidance signals its way back while
+    /// it still steers out, and a shift that was once not signalled stays unsignalled
+    /// (docs/spec/turn-signal-decider.md, "Complete shifts").
     pub ends_shifts_early: bool,
-    /// W19: of several manoeuvres of the planner, the last one in its chain replaces the others
+    /// W19: among several manoeuvres of the planner, the last in its chain replaces the others
     /// (docs/spec/turn-signal-decider.md, "Joining records").
     pub last_manoeuvre_replaces: bool,
-    /// W20: of roads on top of each other, and of a path that comes by twice, the first one counts; neither
-    /// height nor where the vehicle was before is looked at (docs/spec/turn-signal-decider.md,
-    /// "Roads on top of each other").
+    /// W20: among stacked roads, and on a path that comes by twice, the first match counts; height and the
+    /// vehicle's previous position are ignored (docs/spec/turn-signal-decider.md, "Roads on top of each
+    /// other").
     pub ignores_height_and_continuity: bool,
-    /// W21: a manoeuvre whose required section lies within another one's is signalled before it begins,
-    /// against the side that is steered to, and of two that begin together one is signalled for an instant
-    /// (docs/spec/turn-signal-decider.md, "Pairwise rule").
+    /// W21: a manoeuvre whose required section lies within another required section is signalled before it
+    /// begins, against the direction of steering; if two begin together, one of them is signalled for an
+    /// instant (docs/spec/turn-signal-decider.md, "Pairwise rule").
     pub nested_section_comes_early: bool,
     /// W22: after and before a lanelet comes whichever lanelet of the route joins it on the map, whatever the
     /// order of the route's segments (docs/spec/turn-signal-decider.md, "Neighbours within the route").
@@ -87,14 +88,14 @@ pub struct DeciderQuirks {
     /// W23: the signal of a turn is shown before a junction that offers the same side and is not taken
     /// (docs/spec/turn-signal-decider.md, "Junctions that are not taken").
     pub misleads_before_junctions: bool,
-    /// A start from the middle of a lane changes the command of the record before and not its points
+    /// A start from the middle of a lane changes the command of the previous record but not its points
     /// (docs/spec/turn-signal-decider.md, "Pull-out").
     pub centerline_start_has_no_points: bool,
 }
 
 impl DeciderQuirks {
     /// Returns the quirks of a decider: all for the behavior path planner, none for improved mode. Only W20
-    /// and W22 concern the path generator, which has a rule of its own.
+    /// and W22 concern the path generator, which has its own rule.
     pub const fn of(compat: DeciderCompat) -> Self {
         let is_upstream = matches!(compat, DeciderCompat::Upstream);
         Self {

@@ -1,10 +1,10 @@
-//! The traffic law of a country about turn signals (weakness W14): one table of rules, and the parameters
-//! that they make.
+//! Traffic law of a country about turn signals (weakness W14): one table of rules, and the resulting
+//! parameters.
 
 use super::parameters::DeciderParameters;
 use super::side::Side;
 
-/// The rules of one country. Each field but the first two is a row of [`RULES`] under the same name.
+/// The rules of one country. Each field except the first two is a row of [`RULES`] under the same name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Country {
     /// ISO 3166 code of the country.
@@ -13,7 +13,7 @@ pub struct Country {
     pub source: String,
     /// The side of the road that traffic keeps to.
     pub traffic: Side,
-    /// The least distance over which a turn is announced, metres; `None` where the law says "in good time".
+    /// Minimum distance over which a turn is announced, metres; `None` where the law says "in good time".
     pub turn_distance_m: Option<f64>,
     /// The time part of every search distance, seconds; `None` where the law says "in good time".
     pub search_time_s: Option<f64>,
@@ -25,7 +25,7 @@ pub struct Country {
     pub entry_persists: bool,
 }
 
-/// A rule that countries differ in: a key of their files, and a column of the guide.
+/// A rule that differs between countries: a key of their files, and a column of the guide.
 pub struct CountryRule {
     /// The table of the file that holds the key; empty at the top.
     pub table: &'static str,
@@ -33,7 +33,7 @@ pub struct CountryRule {
     pub name: &'static str,
     /// The kind of the value, with its field.
     pub value: RuleValue,
-    /// What the rule does.
+    /// Effect of the rule.
     pub effect: &'static str,
     /// Title of the section of docs/spec/turn-signal-decider.md where the value is used.
     pub section: &'static str,
@@ -41,13 +41,14 @@ pub struct CountryRule {
 
 /// The kind of a rule's value, and the field that holds it.
 pub enum RuleValue {
-    /// A number from 0 to `max`, or none: then the law says "in good time", and the deployed parameter stays.
+    /// A number from 0 to `max`, or none where the law says "in good time"; the deployed parameter then
+    /// stays.
     Number {
         /// Unit of the number.
         unit: &'static str,
-        /// The greatest value that is accepted.
+        /// Maximum accepted value.
         max: f64,
-        /// The field that holds it.
+        /// The field that holds the number.
         field: fn(&mut Country) -> &mut Option<f64>,
     },
     /// `left` or `right`; required.
@@ -115,7 +116,7 @@ impl CountryRule {
 }
 
 impl Country {
-    /// Creates a country without a rule of its own, where traffic keeps right.
+    /// Creates a country without rules of its own, where traffic keeps right.
     pub const fn new(code: String, source: String) -> Self {
         Self {
             code,
@@ -129,8 +130,8 @@ impl Country {
         }
     }
 
-    /// Returns the deployed parameters with the rules in them. Where the law gives no number, the deployed
-    /// one stays.
+    /// Returns the deployed parameters, changed by the country's rules. Where the law gives no number, the
+    /// deployed value stays.
     pub fn parameters(&self) -> DeciderParameters {
         let deployed = DeciderParameters::DEPLOYED;
         DeciderParameters {

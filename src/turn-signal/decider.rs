@@ -1,4 +1,4 @@
-//! The decider: inputs of one cycle to one decision, and what it remembers between cycles
+//! The decider: turns the inputs of one cycle into one decision, and keeps state between cycles
 //! (docs/spec/turn-signal-decider.md, "Candidates", "Commands" and "Memory between cycles").
 
 use std::sync::Arc;
@@ -36,19 +36,19 @@ use lanelet2_map::lane_network::{LaneId, LaneNetwork};
 pub struct DeciderSettings {
     /// The decider of Autoware that is followed.
     pub compat: DeciderCompat,
-    /// Parameters, by the names of Autoware.
+    /// Parameters, under Autoware's names.
     pub parameters: DeciderParameters,
     /// Dimensions of the vehicle.
     pub vehicle: VehicleInfo,
     /// Age limits of the inputs.
     pub age_limits: AgeLimits,
-    /// Minimum durations of signals; in improved mode only.
+    /// Minimum durations of signals; only in improved mode.
     pub min_durations: MinDurations,
-    /// A vehicle that stands for longer, out of range of a turn that it announced, no longer announces it; in
-    /// improved mode only.
+    /// A vehicle that stands longer than this, out of range of a turn that it announced, no longer announces
+    /// it; only in improved mode.
     pub standing_limit: Duration,
-    /// The signal of a turn waits until a junction is passed that offers the same side and is not taken; in
-    /// improved mode only.
+    /// The signal of a turn waits until the vehicle has passed any junction that offers the same side and is
+    /// not taken; only in improved mode.
     pub waits_for_junctions: bool,
     /// The country whose law demands the signal of a turn; its other rules are in the parameters. `None`
     /// without a country.
@@ -80,7 +80,7 @@ pub struct Observed {
 }
 
 impl DeciderSettings {
-    /// As deployed with Autoware, with the sample vehicle.
+    /// Settings as deployed with Autoware, with the sample vehicle.
     pub fn deployed(compat: DeciderCompat) -> Self {
         Self {
             compat,
@@ -121,12 +121,12 @@ impl Decider {
         }
     }
 
-    /// Changes the settings and keeps what is remembered. `compat` must be the same as before.
+    /// Changes the settings and keeps the remembered state. `compat` must be the same as before.
     pub fn reconfigure(&mut self, settings: DeciderSettings) {
         self.settings = effective(settings, self.quirks);
     }
 
-    /// Decides one cycle: the commands at `now`, with their reasons.
+    /// Decides one cycle: returns the commands at `now`, with their reasons.
     pub fn decide(&mut self, inputs: &Inputs<'_>, now: MonoTime) -> Decision {
         let mut findings = Vec::new();
         self.note_time(now, &mut findings);
@@ -140,7 +140,7 @@ impl Decider {
             Ok(observed) => observed,
             Err(finding) => {
                 findings.push(finding);
-                // NO_COMMAND switches nothing off: the signal continues without a gap when inputs are back.
+                // NO_COMMAND switches nothing off: the signal continues without a gap when the inputs return.
                 return Decision { findings, ..Decision::default() };
             }
         };
@@ -217,7 +217,7 @@ impl Decider {
             },
         };
         decision.findings = findings;
-        // Inputs turn old without any event.
+        // Inputs become too old without any event.
         let odometry_old = inputs.odometry.map(|odometry| deadline_after(odometry.at, limits.odometry));
         let manoeuvres_old =
             inputs.manoeuvres.iter().map(|manoeuvre| deadline_after(manoeuvre.at, limits.manoeuvre));
@@ -226,8 +226,8 @@ impl Decider {
         decision
     }
 
-    /// Decides one cycle in a context that is already measured. `observed` finds the turns and
-    /// roundabouts on the distance path, given the command of the manoeuvres.
+    /// Decides one cycle in a context that is already measured. `observed` finds the turns and roundabouts on
+    /// the distance path, given the command of the manoeuvres.
     pub fn decide_on<'a>(
         &mut self,
         context: &DecisionContext<'_>,
@@ -269,19 +269,19 @@ impl Decider {
         }
     }
 
-    /// Signals so far that waited until a junction was passed which offers their side.
+    /// Returns the number of signals so far that waited for a junction offering their side.
     pub const fn shortened(&self) -> u64 {
         self.intersection.shortened()
     }
 
-    /// Returns the junction before the next turn that offers its side, with the law where that decides.
+    /// Returns the junction before the next turn that offers its side, and the law if the law decides.
     fn junction(&self, candidates: &Candidates) -> Option<JunctionRemark> {
         let ahead = candidates.intersection?.junction?;
         let is_by_law = matches!(ahead.verdict, JunctionVerdict::LawDemands(_));
         Some(JunctionRemark { ahead, country: self.settings.country.clone().filter(|_| is_by_law) })
     }
 
-    /// Decides without a path to measure on: the command of the manoeuvres is taken as it is.
+    /// Decides without a path to measure on, by the command of the manoeuvres alone.
     fn decide_by_manoeuvre(
         &mut self,
         context: &DecisionContext<'_>,
@@ -306,7 +306,8 @@ impl Decider {
         }
     }
 
-    /// Decides for the hazard lights if a record requests them; nothing remembered changes. `None` otherwise.
+    /// Decides for the hazard lights if a record requests them; the remembered state does not change. `None`
+    /// otherwise.
     fn hazard(
         &mut self,
         records: &[Section],
@@ -325,8 +326,8 @@ impl Decider {
         })
     }
 
-    /// Returns the record of the planner's manoeuvres that takes part: of several (W19) the one that would
-    /// win alone.
+    /// Returns the record of the planner's manoeuvres that takes part: among several (W19), the record that
+    /// would win alone.
     fn foremost(&self, context: &DecisionContext<'_>, records: &[Section]) -> Option<Section> {
         let frame = &context.path_frame;
         let is_open =
@@ -351,7 +352,7 @@ impl Decider {
         resolve(&context.path_frame, candidates, &PairwiseRules { finished, won_before, ..rules(context) })
     }
 
-    /// Improved: remembers what was signalled and is over (W4).
+    /// Improved: remembers signalled manoeuvres that are over (W4).
     fn note_finished(
         &mut self,
         context: &DecisionContext<'_>,
@@ -376,8 +377,8 @@ impl Decider {
         }
     }
 
-    /// Clears what was remembered of another route (W8); upstream's modules start again, its decider does
-    /// not.
+    /// Clears the state remembered for another route (W8); upstream restarts its modules, but not its
+    /// decider.
     fn note_route(&mut self, route: &Route, findings: &mut Vec<InputFinding>) {
         if self.route.replace(route.id()).is_some_and(|before| before != route.id()) {
             findings.push(InputFinding::NewRoute);
@@ -401,7 +402,7 @@ impl Decider {
         let current = if self.quirks.ignores_height_and_continuity {
             road.closest(route.lanes(), ego)
         } else {
-            // A route is planned from where the vehicle is.
+            // A route is planned from the position of the vehicle.
             let before = self.lane.or_else(|| route.segments().first().map(|segment| segment.preferred));
             let around = before.map(|before| route.around(road, before, MAX_STEP_M)).unwrap_or_default();
             let is_continuous = |lane| around.binary_search(&lane).is_ok();
@@ -425,10 +426,10 @@ impl Decider {
     }
 }
 
-/// A vehicle does not pass more of its route than this from one decision to the next, metres.
+/// Maximum distance that a vehicle advances on its route between two decisions, metres.
 const MAX_STEP_M: f64 = 20.0;
 
-/// Returns the rules of the mode, with no source finished.
+/// Returns the rules of the mode, with no finished source.
 fn rules(context: &DecisionContext<'_>) -> PairwiseRules {
     PairwiseRules {
         start_belongs_to_before: !context.quirks.required_start_belongs_to_nothing,
@@ -437,7 +438,7 @@ fn rules(context: &DecisionContext<'_>) -> PairwiseRules {
     }
 }
 
-/// Returns the records of turns and roundabouts that take part, and all of the planner's manoeuvres.
+/// Returns the records of turns and roundabouts that take part, and all records of the planner's manoeuvres.
 fn sections(candidates: &Candidates, records: &[Section]) -> Vec<(CandidateSource, Section)> {
     let of = |source| candidates.of(source).map(|section| (source, section));
     let on_road = [CandidateSource::Intersection, CandidateSource::Roundabout].into_iter().filter_map(of);
@@ -449,7 +450,7 @@ fn own_line(ego: Pose) -> Option<Path> {
     Path::new([ego, ahead]).ok()
 }
 
-/// docs/spec/turn-signal-decider.md, "Next-turn output": only when the intersection is what is signalled.
+/// docs/spec/turn-signal-decider.md, "Next-turn output": only while the intersection is signalled.
 fn turn_ahead(candidates: &Candidates, resolution: &Resolution) -> Option<TurnAhead> {
     let winner = resolution.winner.filter(|winner| winner.source == CandidateSource::Intersection)?;
     let pose = candidates.intersection?.required_start;

@@ -16,7 +16,7 @@ use lanelet2_map::lane_network::LaneNetwork;
 /// Speed below which the vehicle stands, m/s.
 pub const STOP_SPEED_MPS: f64 = 0.1;
 
-/// Everything by which a manoeuvre is judged.
+/// Circumstances by which a manoeuvre is judged.
 #[derive(Debug, Clone, Copy)]
 pub struct DecisionContext<'a> {
     /// The lanelets of the map.
@@ -25,19 +25,19 @@ pub struct DecisionContext<'a> {
     pub route: &'a Route,
     /// Distances along the distance path.
     pub path_frame: PathFrame<'a>,
-    /// The distance path with its lanelets; `None` where there is no such path.
+    /// The distance path with its lanelets; `None` if there is no such path.
     pub way: Option<&'a DistancePath>,
-    /// Speed of the odometry, m/s, negative backwards.
+    /// Speed from the odometry, m/s, negative backwards.
     pub speed_mps: f64,
     /// Parameters of the decider.
     pub parameters: &'a DeciderParameters,
     /// Dimensions of the vehicle.
     pub vehicle: &'a VehicleInfo,
-    /// The quirks of upstream that are kept.
+    /// The quirks of upstream in effect.
     pub quirks: DeciderQuirks,
-    /// A vehicle that stands for longer gives up a turn that is out of range.
+    /// A vehicle that stands longer than this gives up a turn that is out of range.
     pub standing_limit: Duration,
-    /// The conditions on which a turn's signal waits for a junction; `None`: it never does.
+    /// The conditions on which a turn's signal waits for a junction; `None` if it never waits.
     pub junction_rule: Option<JunctionRule>,
     /// The time of the decision.
     pub now: MonoTime,
@@ -49,9 +49,9 @@ impl DecisionContext<'_> {
         self.path_frame.ego()
     }
 
-    /// Returns the last junction on the way that offers a side and is not taken, of those that the front has
-    /// not passed and that begin before a position on the distance path, metres; `None` where signals do not
-    /// wait for any.
+    /// Returns the last junction that offers `side` and is not taken, among the junctions that the front has
+    /// not passed and that begin before `until_m`, metres on the distance path; `None` if signals do not wait
+    /// for junctions.
     pub fn offered_before(&self, side: Side, until_m: f64) -> Option<OfferedWay> {
         let path = self.way.filter(|_| self.junction_rule.is_some())?;
         last_offered(self.road, path, side, [path.ego_m + self.path_frame.front_m(), until_m])

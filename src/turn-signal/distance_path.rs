@@ -1,5 +1,5 @@
-//! The path on which everything is measured: the middle of the route's lanelets behind and ahead of
-//! the vehicle (docs/spec/turn-signal-decider.md, "Distance path").
+//! The path on which all distances are measured: the middle of the route's lanelets behind and ahead of the
+//! vehicle (docs/spec/turn-signal-decider.md, "Distance path").
 
 use std::collections::BTreeSet;
 use std::iter::successors;
@@ -13,19 +13,19 @@ use lanelet2_map::geometry::spline::akima_points;
 use lanelet2_map::geometry::{Point, Pose};
 use lanelet2_map::lane_network::{LaneId, LaneNetwork, Lanelet};
 
-/// More lanelets than any path of this length has; bounds work on degenerate maps.
+/// More lanelets than any path of this length has; bounds the work on degenerate maps.
 const MAX_LANES: usize = 10_000;
 
-/// The path and the lanelets it comes from.
+/// The path and its lanelets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DistancePath {
     /// The path on which distances are measured.
     pub path: Path,
-    /// Lanelets it runs through, in order, each once.
+    /// Lanelets of the path, in order, each once.
     pub lanes: Vec<LaneId>,
-    /// Arc lengths of each on it, from its start to its end, metres, to within the smoothing of corners.
+    /// Arc lengths of each lanelet's start and end on the path, metres, to within the smoothing of corners.
     pub spans_m: Vec<[f64; 2]>,
-    /// Arc length of the vehicle on it, by its lanelet, metres.
+    /// Arc length of the vehicle on the path, by its lanelet, metres.
     pub ego_m: f64,
 }
 
@@ -65,7 +65,7 @@ impl DistancePath {
     }
 }
 
-/// Returns the lanelets from the one next to `from` on, until they cover `length_m`.
+/// Returns the lanelets after `from`, until they cover `length_m`.
 fn walk(
     road: &LaneNetwork,
     from: LaneId,
@@ -84,8 +84,8 @@ fn walk(
     walked
 }
 
-/// Returns the lanelets of the sequence that reach into an interval of it, and where each begins and ends on
-/// the sequence.
+/// Returns the lanelets of the sequence that overlap an interval of it, with their start and end on the
+/// sequence.
 fn within(road: &LaneNetwork, sequence: &[LaneId], from_m: f64, to_m: f64) -> Vec<(LaneId, [f64; 2])> {
     let mut start_m = 0.0;
     let spans = sequence.iter().map(|id| {
@@ -96,7 +96,7 @@ fn within(road: &LaneNetwork, sequence: &[LaneId], from_m: f64, to_m: f64) -> Ve
     spans.filter(|(_, [start_m, end_m])| *start_m < to_m && *end_m > from_m).collect()
 }
 
-/// Returns the points at equal steps of a line between two arc lengths, and at the second one.
+/// Returns points of a line at equal steps between two arc lengths, including the point at the second.
 fn resampled(line: &[Point], from_m: f64, to_m: f64, step_m: f64) -> Vec<Point> {
     let knots = without_repeats(line);
     let arcs = arc_lengths_m(&knots);

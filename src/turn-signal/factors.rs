@@ -1,8 +1,8 @@
-//! Planning factors and the planned path as manoeuvres
-//! (docs/spec/turn-signal-decider.md, "Manoeuvres from planning factors").
+//! Converts planning factors and the planned path to manoeuvres (docs/spec/turn-signal-decider.md,
+//! "Manoeuvres from planning factors").
 //!
-//! Upstream's modules know more than they publish. The rest is taken from the planned path and the road, and
-//! the documentation of each builder names what of it is approximate.
+//! Upstream's modules know more than they publish. The rest is taken from the planned path and the road; the
+//! documentation of each builder names its approximations.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -28,8 +28,8 @@ mod tests;
 /// The latest factors of each module, in the order in which the planner runs them.
 pub type Factors = BTreeMap<FactorTopic, Timed<Arc<[PlanningFactor]>>>;
 
-/// Returns the manoeuvres in the order of the chain, and what could not be made into one. A manoeuvre is as
-/// old as the factors it is made of.
+/// Returns the manoeuvres in the order of the chain, and a finding for each factor that could not be
+/// converted. A manoeuvre is as old as its factors.
 pub fn manoeuvres(
     context: &FactorContext<'_>,
     factors: &Factors,

@@ -1,5 +1,5 @@
-//! Manoeuvres that are over and do not come back (weakness W4): signalled once, and passed, or displaced by
-//! one to the other side when the required section was over.
+//! Manoeuvres that are over and do not return (weakness W4): they were signalled, and then passed, or
+//! displaced by a manoeuvre to the other side when the required section was over.
 
 use super::manoeuvre::announced::{SAME_END_M, is_same_visit};
 use super::resolve::CandidateSource;
@@ -8,14 +8,14 @@ use crate::light_command::TurnCommand;
 use lanelet2_map::geometry::Pose;
 use lanelet2_map::geometry::path::PathFrame;
 
-/// The sections of the cycle before, each with what became of it.
+/// The sections of the previous cycle, each with its outcome.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FinishedMemory {
     known: Vec<KnownSection>,
 }
 
-/// The section of a manoeuvre: the same in the next cycle while source and command are, and its ends hardly
-/// move (docs/spec/turn-signal-decider.md, "Identity of manoeuvres").
+/// The section of a manoeuvre. It is the same section in the next cycle if source and command are equal and
+/// its ends hardly move (docs/spec/turn-signal-decider.md, "Identity of manoeuvres").
 #[allow(clippy::struct_excessive_bools)] // independent of each other
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct KnownSection {
@@ -25,16 +25,16 @@ struct KnownSection {
     /// Distance from the rear axle to the end of the desired section, metres.
     ahead_m: f64,
     was_signalled: bool,
-    /// It won in this cycle.
+    /// The section won in this cycle.
     has_won: bool,
-    /// One to the other side won over it.
+    /// A section to the other side won over it.
     is_displaced: bool,
     is_finished: bool,
 }
 
 impl FinishedMemory {
-    /// Returns whether the manoeuvre of a section may not come back. One that was displaced until now may not
-    /// either when its required section is over.
+    /// Returns whether the manoeuvre of a section may not return. A displaced manoeuvre may not return
+    /// either, once its required section is over.
     pub fn is_finished(
         &self,
         path_frame: &PathFrame<'_>,
@@ -46,13 +46,13 @@ impl FinishedMemory {
             .is_some_and(|known| known.is_finished || known.was_signalled && known.is_displaced && is_over())
     }
 
-    /// Returns whether the manoeuvre of a section won in the cycle before.
+    /// Returns whether the manoeuvre of a section won in the previous cycle.
     pub fn won_before(&self, path_frame: &PathFrame<'_>, source: CandidateSource, section: &Section) -> bool {
         self.of(path_frame, source, section).is_some_and(|known| known.has_won)
     }
 
-    /// Takes the sections of a cycle with their sources, the one that won, and the command that was shown.
-    /// What is not among them is forgotten.
+    /// Records the sections of a cycle with their sources, the winner, and the command that was shown.
+    /// Sections that are not listed are forgotten.
     pub fn note(
         &mut self,
         path_frame: &PathFrame<'_>,
@@ -66,9 +66,9 @@ impl FinishedMemory {
             let was_signalled = before.is_some_and(|known| known.was_signalled);
             let distances = section.distances(path_frame);
             let is_over = distances.required_end_m < 0.0;
-            // To the same side the signal continues: nothing was displaced.
+            // To the same side the signal continues, so nothing was displaced.
             let lost = winner.is_some_and(|(_, winner)| winner.turn != section.turn);
-            // On a bend its end may come back by some centimetres.
+            // On a bend the end may reappear by a few centimetres.
             let is_passed = distances.desired_end_m < 0.0;
             KnownSection {
                 source: *source,
@@ -85,7 +85,7 @@ impl FinishedMemory {
         self.known = noted.collect();
     }
 
-    /// Clears the memory. To be called when the route changes.
+    /// Clears the memory. Must be called when the route changes.
     pub fn clear(&mut self) {
         self.known.clear();
     }

@@ -1,8 +1,8 @@
-//! The decider as a flow of the gateway: the latest messages of Autoware go in, a decision comes out every
-//! cycle, as commands or as a comparison with Autoware's own.
+//! The decider as a flow of the gateway: receives the latest messages of Autoware and returns a decision
+//! every cycle, as commands or as a comparison with Autoware's own commands.
 //!
-//! Whatever is missing or too old, no decision is invented: the command is `NO_COMMAND` then, and a
-//! finding gives the reason.
+//! If an input is missing or too old, no decision is invented: the command is `NO_COMMAND`, and a finding
+//! gives the reason.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -40,40 +40,40 @@ pub struct TurnSignalSettings {
     pub decider: DeciderSettings,
     /// The lanelets of the map, shared because a city has many.
     pub road: Arc<LaneNetwork>,
-    /// The use of its decisions.
+    /// Use of the decisions.
     pub role: DeciderRole,
-    /// Time from cycle to cycle, above zero.
+    /// Time between cycles, above zero.
     pub period: Duration,
-    /// The sections of each cycle are an output.
+    /// The sections of each cycle are published.
     pub publishes_sections: bool,
     /// Use of the vehicle's own signals.
     pub vehicle: VehicleUse,
 }
 
-/// The use of decisions.
+/// Use of the decisions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DeciderRole {
     /// The commands are published.
     Command,
-    /// They are compared with Autoware's own; nothing is commanded.
+    /// The commands are only compared with Autoware's own; nothing is commanded.
     Shadow {
-        /// So long the two may differ before it counts.
+        /// Time for which the two may differ before it counts.
         tolerance: Duration,
     },
 }
 
-/// The decider with everything around it.
+/// The decider with its inputs, outputs and diagnostics.
 #[derive(Debug, Clone)]
 pub struct TurnSignalFlow {
     settings: TurnSignalSettings,
     decider: Decider,
     latest: LatestInputs,
-    /// The last route as sent, and what it is on the map.
+    /// The last route as sent, and its counterpart on the map.
     sent_route: Option<Arc<PlannerRoute>>,
     route: Option<Result<Route, RouteError>>,
     due: MonoTime,
     cycles: u64,
-    /// Decisions that were another than the one before, or had another reason.
+    /// Number of decisions that differ from the previous one, in command or reason.
     changes: u64,
     decision: Option<Arc<Decision>>,
     headline: Option<Headline>,
@@ -108,8 +108,8 @@ impl TurnSignalFlow {
         }
     }
 
-    /// Changes the settings from the next cycle on and keeps all messages received. The decider forgets what
-    /// it remembers when the map or `compat` changes.
+    /// Changes the settings from the next cycle on and keeps all received messages. The decider's state is
+    /// cleared when the map or `compat` changes.
     pub fn reconfigure(&mut self, settings: TurnSignalSettings) {
         let is_same_road = self.settings.road == settings.road;
         if is_same_road && self.settings.decider.compat == settings.decider.compat {
@@ -123,7 +123,7 @@ impl TurnSignalFlow {
         }
     }
 
-    /// Takes a message of Autoware. It counts from the next cycle on.
+    /// Accepts a message of Autoware. It takes effect in the next cycle.
     pub fn handle_input(&mut self, input: PlannerInput, now: Now) {
         if let PlannerInput::Route(route) = &input {
             self.sent_route = Some(Arc::clone(route));
@@ -139,7 +139,7 @@ impl TurnSignalFlow {
             return false;
         }
         let next = self.due.after(self.settings.period);
-        // After a gap, cycles continue from now; missed cycles are not made up for.
+        // After a gap, cycles continue from now; missed cycles are not made up.
         self.due = if next > now.mono { next } else { now.mono.after(self.settings.period) };
         self.cycles += 1;
         let decision = Arc::new(self.decide(vehicle, now.mono));
@@ -187,8 +187,8 @@ impl TurnSignalFlow {
         Status::new(&SECTION, "turn_signal_decider", &[self.summary()], self.values(now))
     }
 
-    /// Takes the route that was sent last. One that cannot be used ends the route before, which the vehicle
-    /// has left.
+    /// Adopts the route that was sent last. An unusable route ends the previous route, which the vehicle has
+    /// left.
     fn take_route(&mut self) {
         self.route = self.sent_route.as_ref().map(|sent| {
             let route = Route::new(sent.id, sent.start, sent.segments.clone());
@@ -229,7 +229,7 @@ impl TurnSignalFlow {
         decision
     }
 
-    /// Returns the odometry, with the speed of the vehicle's signals where that is to be used.
+    /// Returns the odometry, with the speed from the vehicle's signals if configured.
     fn odometry(
         &self,
         vehicle_mps: Option<f64>,
@@ -246,7 +246,8 @@ impl TurnSignalFlow {
         Some(odometry)
     }
 
-    /// Returns the manoeuvres of the planner, none without the pose of the vehicle or for the path generator.
+    /// Returns the manoeuvres of the planner; none without the pose of the vehicle, or for the path
+    /// generator.
     fn manoeuvres(
         &self,
         route: &Route,
@@ -294,8 +295,8 @@ impl TurnSignalFlow {
         if request.value == HazardCommand::Enable { HazardCommand::Enable } else { planner }
     }
 
-    /// Joins the hazard lights that the state of the vehicle asks for. While it is unknown whether it does,
-    /// they are not commanded off.
+    /// Adds the hazard lights requested by the state of the vehicle. While it is unknown whether the state
+    /// requests them, they are not commanded off.
     fn vehicle_hazard(
         &self,
         requested: HazardCommand,
@@ -323,7 +324,7 @@ impl TurnSignalFlow {
 
     fn compare(&mut self, decision: &Decision, tolerance: Duration, now: MonoTime) {
         let limit = self.settings.decider.age_limits.own_command;
-        // Upstream publishes nothing when it knows nothing; NO_COMMAND of the path generator is a decision.
+        // Upstream publishes nothing when it lacks inputs; NO_COMMAND of the path generator is a decision.
         let decides = decision.turn != TurnCommand::NoCommand
             || decision.hazard != HazardCommand::NoCommand
             || matches!(decision.basis, Basis::PathGenerator(_));
@@ -335,7 +336,7 @@ impl TurnSignalFlow {
         self.judge(decision, now);
     }
 
-    /// Judges the turn signal that Autoware commands, manoeuvre by manoeuvre.
+    /// Judges the turn signal commanded by Autoware, manoeuvre by manoeuvre.
     fn judge(&mut self, decision: &Decision, now: MonoTime) {
         let limit = self.settings.decider.age_limits.own_command;
         let odometry = self.latest.odometry.map(|odometry| odometry.value).unwrap_or_default();

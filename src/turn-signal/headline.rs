@@ -1,4 +1,4 @@
-//! The parts of a decision by which it differs from another: command, winner, reasons; no distances.
+//! The parts of a decision that are compared with the previous one: command, winner, reasons; no distances.
 
 use std::mem::{Discriminant, discriminant};
 
@@ -21,7 +21,7 @@ pub struct Headline {
     candidates: Vec<(TurnCommand, CandidateOutcome)>,
     tagged: Option<TaggedLanelet>,
     held: Option<Held>,
-    /// The junction before the next turn, with what becomes of the signal.
+    /// The junction before the next turn, with the verdict on the signal.
     junction: Option<(OfferedWay, &'static str)>,
     remarks: Vec<ManoeuvreOutcome>,
     findings: Vec<Discriminant<InputFinding>>,

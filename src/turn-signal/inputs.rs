@@ -21,7 +21,6 @@ use lanelet2_map::lane_network::LaneNetwork;
 pub struct Timed<T> {
     /// The time of reception.
     pub at: MonoTime,
-    /// The value that was received.
     pub value: T,
 }
 
@@ -34,16 +33,16 @@ pub struct Inputs<'a> {
     pub road: Option<&'a LaneNetwork>,
     /// The route that is driven.
     pub route: Option<&'a Route>,
-    /// The number of points of the planned path; `None` = none was received.
+    /// The number of points of the planned path; `None` if none was received.
     pub planned_path: Option<Timed<usize>>,
     /// The manoeuvres of the planner, in the order of the chain.
     pub manoeuvres: &'a [Timed<Manoeuvre>],
-    /// The scenario is lane driving, or not known.
+    /// The scenario is lane driving, or unknown.
     pub lane_driving: bool,
 }
 
-/// Age limits of inputs. As old as the limit is not too old. Route and operation mode hold until the next
-/// one.
+/// Age limits of inputs. An input exactly as old as its limit is still accepted. Route and operation mode are
+/// valid until the next one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AgeLimits {
     /// Age of the odometry.
@@ -96,30 +95,30 @@ pub enum InputFinding {
     TimeWentBack(Duration),
     /// The route is another one; what was remembered of the old one is forgotten.
     NewRoute,
-    /// The last route cannot be used, and the one before it holds no longer: no command.
+    /// The last route is unusable, and the previous one is no longer valid: no command.
     RouteRefused(RouteError),
-    /// Points of the planned path are not numbers; it is not used.
+    /// Points of the planned path are not finite; the path is ignored.
     PlannedPathNotFinite,
     /// A planning factor cannot be used and is left out.
     BadFactor {
         /// Topic of the factor.
         topic: FactorTopic,
-        /// Reason for which it is left out.
+        /// Reason why it is left out.
         flaw: FactorFlaw,
     },
-    /// A manoeuvre of this kind is left out: it needs a planned path, and there is none to use.
+    /// A manoeuvre of this kind is left out: it needs a usable planned path.
     NoPathFor(ManoeuvreKind),
     /// The scenario of this age, lane driving or not, is too old: no command.
     OldScenario(Duration),
-    /// The system's request of this age for hazard lights, or for none, is too old: neither is commanded for
+    /// The system's hazard request of this age is too old: hazard lights are neither commanded on nor off for
     /// it.
     OldHazardRequest(Duration),
-    /// The state of the vehicle asks for hazard lights.
+    /// The state of the vehicle requests hazard lights.
     VehicleHazard(VehicleHazard),
-    /// The signals of the vehicle do not tell whether this is so: the hazard lights are not commanded for it,
-    /// nor switched off.
+    /// The signals of the vehicle do not show whether this is so: the hazard lights are neither commanded for
+    /// it nor switched off.
     UnknownVehicleHazard(VehicleHazard),
-    /// The signals of the vehicle give no speed: the odometry's counts.
+    /// The signals of the vehicle give no speed: the odometry's speed is used.
     NoVehicleSpeed,
 }
 
@@ -129,16 +128,16 @@ pub enum FactorFlaw {
     /// A position or an offset is not a number.
     #[display("a position or an offset is not a number")]
     NotFinite,
-    /// It lacks a start or an end.
+    /// A start or an end is missing.
     #[display("no start and end")]
     NoStretch,
-    /// It does not name a side.
+    /// The side is missing.
     #[display("no side")]
     NoSide,
 }
 
 impl AgeLimits {
-    /// Several cycles of sources that send ten times a second or more.
+    /// Several cycles of sources with a rate of at least 10 Hz.
     pub const DEFAULT: Self = Self {
         odometry: Duration::from_millis(500),
         planned_path: Duration::from_secs(1),
@@ -150,8 +149,8 @@ impl AgeLimits {
 }
 
 impl InputFinding {
-    /// Returns the message of the finding, without numbers that change from cycle to cycle. A finding of
-    /// level ERROR takes a decision that should be there; after a WARN the decision may lack something.
+    /// Returns the message of the finding, without numbers that change from cycle to cycle. With a finding of
+    /// level ERROR, a decision is missing; after a WARN, the decision may be incomplete.
     pub fn message(&self) -> MessagePart {
         match self {
             Self::NoOdometry => catalogue::no_odometry(),
@@ -181,7 +180,7 @@ impl InputFinding {
     }
 }
 
-/// The finding with its numbers, e.g. `odometry is 700 ms old`.
+/// Writes the finding with its numbers, e.g. `odometry is 700 ms old`.
 impl fmt::Display for InputFinding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -213,7 +212,7 @@ impl fmt::Display for InputFinding {
 }
 
 impl Inputs<'_> {
-    /// Returns the odometry, if it can be used.
+    /// Returns the odometry, if it is usable.
     pub(super) fn usable_odometry(&self, limits: AgeLimits, now: MonoTime) -> Result<Odometry, InputFinding> {
         let Timed { at, value } = self.odometry.ok_or(InputFinding::NoOdometry)?;
         let (age, ahead) = (now.since(at), at.since(now));
@@ -228,7 +227,7 @@ impl Inputs<'_> {
         }
     }
 
-    /// Returns the manoeuvres that are new enough; a finding is noted for each other one.
+    /// Returns the manoeuvres that are new enough; adds a finding for each of the others.
     pub(super) fn usable_manoeuvres(
         &self,
         limits: AgeLimits,

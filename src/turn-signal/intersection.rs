@@ -1,5 +1,5 @@
-//! Turns at intersections (docs/spec/turn-signal-decider.md, "Intersection turns"): the lanelets that count,
-//! the pose at which each comes within range, the next of several.
+//! Turns at intersections (docs/spec/turn-signal-decider.md, "Intersection turns"): the relevant lanelets,
+//! the pose at which each comes within range, the next turn among several.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -19,15 +19,15 @@ use lanelet2_map::lane_network::{LaneId, TurnDirection};
 
 mod stop_rule;
 
-/// The default of the time that a vehicle may stand, farther away than the search distance at standstill, and
-/// still announces the turn.
+/// Default time for which a vehicle may stand, farther away than the search distance at standstill, and still
+/// announce the turn.
 pub const STANDING_LIMIT: Duration = Duration::from_secs(20);
 
 /// The poses at which the turns in range came within range.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct IntersectionMemory {
     starts: BTreeMap<LaneId, AnnouncedTurn>,
-    /// Improved: the turns that were announced and are passed. A route that comes by again would announce
+    /// Improved: the announced turns that are passed. A route that comes by again would otherwise announce
     /// them once more (W20).
     passed: BTreeSet<LaneId>,
     shortened: u64,
@@ -35,15 +35,15 @@ pub struct IntersectionMemory {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct AnnouncedTurn {
-    /// The rear axle when it came within range.
+    /// Pose of the rear axle when the turn came within range.
     start: Pose,
     /// Distance from there to the turn, metres.
     before_m: f64,
-    /// Its signal does not wait for a junction any more.
+    /// Its signal no longer waits for a junction.
     is_shown: bool,
-    /// It is counted among those that waited.
+    /// It has been counted as waiting for a junction.
     is_counted: bool,
-    /// Time since which the vehicle stands with the turn out of range; `None` = it does not.
+    /// Time since which the vehicle stands with the turn out of range; `None` if it does not.
     waits_since: Option<MonoTime>,
 }
 
@@ -84,11 +84,11 @@ fn ends_at(last: &TurnLane, next: &TurnLane) -> bool {
     last.back.position.distance_m(next.front.position) < JOINT_M
 }
 
-/// A turn of which no more is left when it is met first, metres, is not announced: a signal would be seen
-/// behind it.
+/// Minimum length of a turn that remains when it is first met, metres; a shorter remainder is not announced,
+/// since the signal would only be seen behind it.
 const LAST_METRES_M: f64 = 3.0;
 
-/// Lanelets meet at shared points; more than this lies between others, metres.
+/// Lanelets that meet share points; a larger distance lies between others, metres.
 const JOINT_M: f64 = 0.5;
 
 impl IntersectionMemory {
@@ -109,12 +109,12 @@ impl IntersectionMemory {
         Some(next)
     }
 
-    /// Signals so far that waited until a junction was passed which offers their side.
+    /// Returns the number of signals so far that waited for a junction offering their side.
     pub const fn shortened(&self) -> u64 {
         self.shortened
     }
 
-    /// Clears the memory. To be called when the route changes.
+    /// Clears the memory. Must be called when the route changes.
     pub fn clear(&mut self) {
         self.starts.clear();
         self.passed.clear();
@@ -123,7 +123,7 @@ impl IntersectionMemory {
     fn record(&mut self, context: &DecisionContext<'_>, turn: &TurnLane) -> Option<Section> {
         let path_frame = &context.path_frame;
         let front_m = turn.from_base_m(path_frame, turn.front) - path_frame.front_m();
-        // A vehicle that is before it again has backed up, or was set back.
+        // A vehicle that is before the turn again has backed up, or was repositioned.
         if self.passed.contains(&turn.id) && (front_m <= 0.0 || !self.passed.remove(&turn.id)) {
             return None;
         }
@@ -161,7 +161,7 @@ impl IntersectionMemory {
         let junction = junction_ahead(context, turn, front_m, announced.is_shown);
         let waits = junction.is_some_and(|junction| junction.waits());
         announced.is_shown |= !waits;
-        // A vehicle that has backed up comes from farther away.
+        // A vehicle that has backed up approaches from farther away.
         let has_backed_up = before_m > announced.before_m && !context.quirks.ignores_height_and_continuity;
         if has_backed_up || waits {
             (announced.start, announced.before_m) = (context.ego(), before_m);
@@ -171,7 +171,8 @@ impl IntersectionMemory {
         Some(Section { place, junction, ..section })
     }
 
-    /// Returns whether a turn out of range stays announced: until the vehicle has stood too long since (W1).
+    /// Returns whether a turn out of range stays announced, which ends when the vehicle has stood too long
+    /// (W1).
     fn still_announced(&mut self, context: &DecisionContext<'_>, id: LaneId) -> bool {
         let Some(announced) = self.starts.get_mut(&id) else { return false };
         if !context.stands() {
@@ -208,16 +209,16 @@ pub(super) fn next_in_queue(path_frame: &PathFrame<'_>, records: Vec<Section>) -
     records.into_iter().find(|record| record.distances(path_frame).required_end_m >= 0.0).or(last)
 }
 
-/// The next turn while it is signalled, as Autoware's planning factor has it
-/// (docs/spec/turn-signal-decider.md, "Next-turn output").
+/// The next turn while it is signalled, as in Autoware's planning factor (docs/spec/turn-signal-decider.md,
+/// "Next-turn output").
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TurnAhead {
     /// The side of the turn.
     pub side: Side,
-    /// The front is past its start.
+    /// The front is past the start of the turn.
     pub active: bool,
-    /// Pose at its start.
+    /// Pose at the start of the turn.
     pub pose: Pose,
-    /// Front to its start, metres.
+    /// Distance from the front to the start of the turn, metres.
     pub distance_m: f64,
 }

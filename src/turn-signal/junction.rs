@@ -1,5 +1,5 @@
-//! Junctions on the way that offer a side which the route does not take (docs/spec/turn-signal-decider.md,
-//! "Junctions that are not taken"): before such a junction, others would take the signal of a later turn to
+//! Junctions that offer a side which the route does not take (docs/spec/turn-signal-decider.md, "Junctions
+//! that are not taken"): before such a junction, other drivers would mistake the signal of a later turn to
 //! that side for a turn there.
 
 use std::fmt;
@@ -15,14 +15,14 @@ use lanelet2_map::lane_network::{LaneId, LaneNetwork, Lanelet, TurnDirection};
 /// The conditions on which a turn's signal waits until a junction is passed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JunctionRule {
-    /// The country's rule `turn_distance_m`: the law's least distance from the front to the turn, metres;
-    /// `None` without one.
+    /// The country's rule `turn_distance_m`: the law's minimum distance from the front to the turn, metres;
+    /// `None` without such a rule.
     pub turn_distance_m: Option<f64>,
-    /// A signal is shown at least for so long before its turn.
+    /// Minimum time for which a signal is shown before its turn.
     pub least_time: Duration,
 }
 
-/// A junction at which the route takes another way than the one to a side.
+/// A way to a side at a junction where the route takes another way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OfferedWay {
     /// The lanelet that leads to that side.
@@ -31,32 +31,32 @@ pub struct OfferedWay {
     pub side: Side,
 }
 
-/// A junction that is not passed yet, before a turn to a side that it offers as well.
+/// A junction ahead that offers the side of a later turn as well.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JunctionAhead {
     /// The way that is not taken.
     pub way: OfferedWay,
-    /// What becomes of the turn's signal.
+    /// The verdict on the turn's signal.
     pub verdict: JunctionVerdict,
 }
 
-/// What becomes of a turn's signal before a junction that offers its side.
+/// The verdict on a turn's signal before a junction that offers its side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum JunctionVerdict {
-    /// It waits until the junction is passed.
+    /// The signal waits until the junction is passed.
     Waits,
-    /// It is shown: the law demands so much distance before the turn, metres.
+    /// The signal is shown: the law demands this distance before the turn, metres.
     LawDemands(f64),
-    /// It is shown: less than this distance before the turn, metres, it would be seen too late.
+    /// The signal is shown: less than this distance before the turn, metres, it would be seen too late.
     SeenTooLate(f64),
 }
 
-/// A junction that is not passed yet, with the law where that decides.
+/// A junction ahead, with the law if the law decides.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JunctionRemark {
-    /// The junction, and what becomes of the signal.
+    /// The junction, and the verdict on the signal.
     pub ahead: JunctionAhead,
-    /// The country whose law demands the signal; `None` where it waits or is shown to be seen.
+    /// The country whose law demands the signal; `None` if the signal waits, or is shown to be seen in time.
     pub country: Option<Arc<Country>>,
 }
 
@@ -68,7 +68,7 @@ impl JunctionAhead {
 }
 
 impl JunctionRule {
-    /// What becomes of a signal whose turn is so far ahead of the front, metres, at a speed; `seen_m` is the
+    /// Returns the verdict on a signal whose turn is `turn_m` ahead of the front, metres; `seen_m` is the
     /// distance that it takes to be seen at any speed, metres.
     pub fn verdict(&self, turn_m: f64, speed_mps: f64, seen_m: f64, is_shown: bool) -> JunctionVerdict {
         let seen_m = seen_m.max(speed_mps * self.least_time.as_secs_f64());
@@ -80,9 +80,9 @@ impl JunctionRule {
     }
 }
 
-/// Returns the last junction on the distance path that offers a side and is not taken, of those that the
-/// front of the vehicle has not passed and that begin before another position; both are arc lengths on the
-/// path, metres.
+/// Returns the last junction on the distance path that offers `side` and is not taken, among the junctions
+/// that the front of the vehicle has not passed and that begin before another position; both positions are
+/// arc lengths on the path, metres.
 pub fn last_offered(
     road: &LaneNetwork,
     path: &DistancePath,
@@ -110,7 +110,7 @@ pub fn last_offered(
     last
 }
 
-/// Returns the way to a side that begins with the lanelet that is taken, and is not.
+/// Returns the follower of `before` that leads to `side` of the lanelet `taken`, and is not taken.
 fn offered(road: &LaneNetwork, before: LaneId, taken: LaneId, side: Side) -> Option<&Lanelet> {
     let followers = road.followers(before);
     let taken = road.lane(taken).filter(|lane| followers.len() > 1 && followers.contains(&lane.id))?;
@@ -118,7 +118,7 @@ fn offered(road: &LaneNetwork, before: LaneId, taken: LaneId, side: Side) -> Opt
     others.into_iter().find(|other| leads_left(other, taken) == Some(side == Side::Left))
 }
 
-/// Returns the end of the lanelets that lead straight over a crossing, from the one at an index of the path,
+/// Returns the end of the lanelets that lead straight over a crossing, starting at an index of the path,
 /// metres.
 fn end_of_crossing_m(road: &LaneNetwork, path: &DistancePath, index: usize) -> f64 {
     let leads_straight =
@@ -137,7 +137,7 @@ impl JunctionRemark {
         }
     }
 
-    /// Returns the least distance by which it is shown, metres; `None` while it waits.
+    /// Returns the minimum distance by which the signal is shown, metres; `None` while it waits.
     pub const fn least_m(&self) -> Option<f64> {
         match self.ahead.verdict {
             JunctionVerdict::Waits => None,

@@ -1,8 +1,8 @@
 //! Which turn signal a route requires, and why.
 //!
 //! [`decider::Decider`] knows the sections of the road in which each manoeuvre must or may be signalled, and
-//! has one rule that chooses between them (docs/spec/turn-signal-decider.md). [`flow`] feeds it with the
-//! messages of a planner, and [`signal_judge`] compares its decisions with those of another planner.
+//! chooses between them by one rule (docs/spec/turn-signal-decider.md). [`flow`] feeds it with the messages
+//! of a planner, and [`signal_judge`] compares its decisions with another planner's signals.
 //!
 //! ```
 //! use gateway_base::time::MonoTime;
@@ -25,8 +25,8 @@
 //! assert_eq!(decision.findings, [InputFinding::NoOdometry]);
 //! ```
 //!
-//! The map is read by `lanelet2_map`. This crate knows neither CAN nor traffic lights; `gateway_core` makes
-//! commands of its decisions.
+//! The map is read by `lanelet2_map`. This crate knows neither CAN nor traffic lights; `gateway_core`
+//! converts its decisions to commands.
 
 pub mod catalogue;
 pub mod chain;

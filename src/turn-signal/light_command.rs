@@ -1,4 +1,4 @@
-//! Autoware's commands for the lights, as its messages number them.
+//! Autoware's commands for the lights, numbered as in its messages.
 
 use derive_more::Display;
 use schemars::JsonSchema;
@@ -40,8 +40,8 @@ pub enum HazardCommand {
     Enable = 2,
 }
 
-/// A number in a message that stands for a value of `T`, or for none if the sender is newer than this gateway
-/// or mistaken.
+/// A number in a message that stands for a value of `T`, or for no value if the sender is newer than this
+/// gateway or faulty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Display)]
 pub enum EnumOrUnknown<T> {
     /// A number that the message defines.

@@ -1,5 +1,4 @@
-//! Manoeuvres of the planner, each with the record it makes
-//! (docs/spec/turn-signal-decider.md, "Joining records").
+//! Manoeuvres of the planner, each with its record (docs/spec/turn-signal-decider.md, "Joining records").
 
 use std::collections::BTreeSet;
 
@@ -35,7 +34,7 @@ pub enum Manoeuvre {
     LaneChange(LaneChange),
     /// The module goal planner.
     PullOver(PullOver),
-    /// Side shift and the sampling planner: upstream loses whatever came before.
+    /// Side shift and the sampling planner: upstream discards all records before it.
     SideShift,
 }
 
@@ -54,8 +53,8 @@ impl Manoeuvre {
 
 impl ManoeuvreMemory {
     /// Returns the records of the chain, at most one for upstream, and the outcome of each manoeuvre.
-    /// `manoeuvres` stand in the order in which the planner runs them: approved ones first, then the one that
-    /// waits.
+    /// `manoeuvres` are in the order in which the planner runs them: approved ones first, then the waiting
+    /// one.
     pub fn chain<'a>(
         &mut self,
         context: &DecisionContext<'_>,

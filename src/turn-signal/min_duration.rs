@@ -1,5 +1,5 @@
-//! A signal that a person can read: it stays on for a while, and off for a while between two signals
-//! (weakness W2). Upstream has neither.
+//! Makes a signal readable for people: it stays on for a minimum time, and off for a minimum time between two
+//! signals (weakness W2). Upstream has neither.
 
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ use gateway_base::time::MonoTime;
 /// Minimum durations of signals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MinDurations {
-    /// Time a side stays on.
+    /// Time for which a side stays on.
     pub minimum_on: Duration,
     /// Time off before the next signal to either side.
     pub minimum_gap: Duration,
@@ -37,13 +37,13 @@ pub enum Held {
 pub struct ShownCommand {
     /// The command to send.
     pub signal: TurnCommand,
-    /// The minimum duration that holds it; `None` = it is the requested one.
+    /// The minimum duration that holds the command; `None` if it is the requested command.
     pub held: Option<Held>,
-    /// The next instant at which it may change by itself.
+    /// The next time at which it may change by itself.
     pub deadline: Option<MonoTime>,
 }
 
-/// The side that is on, or the time since which none is.
+/// The side that is on, or the time since which no side is on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct MinDurationFilter {
     on: Option<(Side, MonoTime)>,
@@ -51,17 +51,17 @@ pub struct MinDurationFilter {
 }
 
 impl MinDurations {
-    /// Three flashes at 120 a minute, and one dark phase between two signals.
+    /// Three flashes at 120 per minute, and one dark phase between two signals.
     pub const READABLE: Self =
         Self { minimum_on: Duration::from_millis(1500), minimum_gap: Duration::from_millis(500) };
-    /// Every change at once.
+    /// Every change takes effect at once.
     pub const NONE: Self = Self { minimum_on: Duration::ZERO, minimum_gap: Duration::ZERO };
 }
 
 impl MinDurationFilter {
     /// Returns the command to show for a request. `required` are the sides of the required sections that the
-    /// vehicle is in: for the sake of a minimum duration none of them is shown late, and nothing dark while
-    /// there is one.
+    /// vehicle is in: a minimum duration never delays them, and never keeps the lights dark while there is
+    /// one.
     pub fn show(
         &mut self,
         requested: TurnCommand,

@@ -23,13 +23,13 @@ pub enum TurnSignalOutput {
         /// Time of the decision.
         stamp: WallStamp,
     },
-    /// Publish the sections of a cycle for a viewer and for the planner, on the topics that are configured.
+    /// The sections of a cycle to publish, for a viewer and for the planner, on the configured topics.
     Sections {
         /// The decision of the cycle, with its sections.
         decision: Arc<Decision>,
         /// Time of the decision.
         stamp: WallStamp,
     },
-    /// A decision that differs from the one before in its command or its reason; for reports, not published.
+    /// A decision whose command or reason differs from the previous one; for reports, not published.
     Decision(Arc<Decision>),
 }

@@ -1,12 +1,11 @@
-//! The parameters of the decider, by the names Autoware gives them
-//! (docs/spec/turn-signal-decider.md, "Parameters").
+//! The parameters of the decider, under Autoware's names (docs/spec/turn-signal-decider.md, "Parameters").
 
 use super::side::Side;
 use lanelet2_map::geometry::path::NearestLimits;
 
 pub mod table;
 
-/// Every parameter. Distances in metres, times in seconds.
+/// All parameters. Distances in metres, times in seconds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeciderParameters {
     /// `turn_signal_intersection_search_distance`: constant part of the search distance.
@@ -14,18 +13,19 @@ pub struct DeciderParameters {
     /// `turn_signal_intersection_angle_threshold_degree`: heading deviation that ends the required
     /// section of a turn.
     pub intersection_angle_threshold_deg: f64,
-    /// `turn_signal_minimum_search_distance`: least prepare distance of shifts, and what counts as
-    /// near a turn lane while standing.
+    /// `turn_signal_minimum_search_distance`: minimum prepare distance of shifts, and the distance that
+    /// counts as near a turn lane while standing.
     pub minimum_search_distance_m: f64,
     /// `turn_signal_search_time`: time part of all search distances.
     pub search_time_s: f64,
     /// `turn_signal_shift_length_threshold`: smaller shifts are not signalled.
     pub shift_length_threshold_m: f64,
-    /// `turn_signal_remaining_shift_length_threshold`: a shift with less than this to go is done.
+    /// `turn_signal_remaining_shift_length_threshold`: a shift with less than this remaining is done.
     pub remaining_shift_length_threshold_m: f64,
-    /// `turn_signal_remaining_distance_to_bound_threshold`: pulling out is done this near to the bound.
+    /// `turn_signal_remaining_distance_to_bound_threshold`: pulling out is done at this distance from the
+    /// bound.
     pub remaining_distance_to_bound_threshold_m: f64,
-    /// `turn_signal_on_swerving`: shifts are signalled at all.
+    /// `turn_signal_on_swerving`: shifts are signalled.
     pub on_swerving: bool,
     /// `turn_signal_roundabout_on_entry`: the signal on the way in; `None` for no signal.
     pub roundabout_on_entry: Option<Side>,
@@ -35,13 +35,13 @@ pub struct DeciderParameters {
     pub roundabout_entry_persists: bool,
     /// `turn_signal_roundabout_search_distance`: constant part of the search distance of entries.
     pub roundabout_search_distance_m: f64,
-    /// `turn_signal_roundabout_angle_threshold_degree`: the same threshold for entries and exits.
+    /// `turn_signal_roundabout_angle_threshold_degree`: heading threshold for entries and exits.
     pub roundabout_angle_threshold_deg: f64,
-    /// `turn_signal_roundabout_backward_depth`: lanelets looked back over; `None` = all.
+    /// `turn_signal_roundabout_backward_depth`: maximum number of lanelets searched backwards; `None` = all.
     pub roundabout_backward_depth: Option<u32>,
-    /// `turn_signal_path_backward_length`: the distance path behind the vehicle.
+    /// `turn_signal_path_backward_length`: length of the distance path behind the vehicle.
     pub path_backward_length_m: f64,
-    /// `forward_path_length`: the distance path ahead.
+    /// `forward_path_length`: length of the distance path ahead.
     pub path_forward_length_m: f64,
     /// `input_path_interval`: spacing of the distance path.
     pub path_interval_m: f64,
@@ -65,37 +65,38 @@ pub struct DeciderParameters {
     pub avoidance_candidate: CandidatePolicy,
 }
 
-/// The condition on which an avoidance that waits for approval is signalled.
+/// The condition on which a waiting avoidance is signalled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum CandidatePolicy {
-    /// `none`: it is never signalled.
+    /// `none`: never signalled.
     #[default]
     None,
-    /// `stopped_candidate`: it is signalled while the vehicle stands.
+    /// `stopped_candidate`: signalled while the vehicle stands.
     StoppedCandidate,
-    /// `all_candidate`: it is always signalled.
+    /// `all_candidate`: always signalled.
     AllCandidate,
-    /// `stop_on_approval`: not while waiting; the planner then holds the vehicle with the signal on.
+    /// `stop_on_approval`: not signalled while waiting; the planner then stops the vehicle with the signal
+    /// on.
     StopOnApproval,
 }
 
 /// Dimensions of a vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VehicleInfo {
-    /// Between the axles, metres.
+    /// Distance between the axles, metres.
     pub wheel_base_m: f64,
-    /// Front axle to front bumper, metres.
+    /// Distance from the front axle to the front bumper, metres.
     pub front_overhang_m: f64,
-    /// Rear axle to rear bumper, metres.
+    /// Distance from the rear axle to the rear bumper, metres.
     pub rear_overhang_m: f64,
-    /// Centre line to the left side, metres.
+    /// Distance from the centre line to the left side, metres.
     pub left_m: f64,
-    /// Centre line to the right side, metres.
+    /// Distance from the centre line to the right side, metres.
     pub right_m: f64,
 }
 
 impl DeciderParameters {
-    /// The values that Autoware's launch files set: as documented, but the entry signal of a roundabout
+    /// The values set by Autoware's launch files: as documented, except that the entry signal of a roundabout
     /// persists.
     pub const DEPLOYED: Self = Self {
         intersection_search_distance_m: 30.0,
@@ -152,7 +153,7 @@ impl VehicleInfo {
         right_m: 0.948,
     };
 
-    /// Rear axle to front bumper, metres.
+    /// Returns the distance from the rear axle to the front bumper, metres.
     pub fn front_m(&self) -> f64 {
         self.wheel_base_m + self.front_overhang_m
     }

@@ -1,4 +1,4 @@
-//! The other, smaller decider that upstream has, in its core path generator: turn lanelets only
+//! The smaller decider in upstream's core path generator: turn lanelets only
 //! (docs/spec/turn-signal-decider.md, "Path generator").
 
 use std::collections::BTreeSet;
@@ -20,21 +20,22 @@ pub enum TaggedLanelet {
     /// No tagged lanelet on the path from the vehicle on: no command.
     #[display("no tagged lanelet")]
     None,
-    /// The vehicle is in it, not past its aligned start.
+    /// The vehicle is in this lanelet, not past its aligned start.
     #[display("in lanelet {_0}")]
     Own(LaneId),
-    /// It is the first ahead, within the search distance.
+    /// The first tagged lanelet ahead, within the search distance.
     #[display("lanelet {_0} ahead")]
     Ahead(LaneId),
-    /// It is the first ahead, beyond the search distance: no command.
+    /// The first tagged lanelet ahead, beyond the search distance: no command.
     #[display("lanelet {_0} is too far ahead")]
     TooFar(LaneId),
-    /// The vehicle is in it, past its aligned start, and no tagged lanelet is ahead: its tag still counts.
+    /// The vehicle is in this lanelet, past its aligned start, and no tagged lanelet is ahead: its tag still
+    /// counts.
     #[display("in lanelet {_0}, past its aligned start")]
     PastEnd(LaneId),
 }
 
-/// Returns the command for a vehicle on a path through `lanes`, with its front `front_m` metres before its
+/// Returns the command for a vehicle on a path through `lanes`, with its front `front_m` metres ahead of its
 /// rear axle, and the lanelet that decided.
 pub fn decide(
     (road, route, quirks): (&LaneNetwork, &Route, DeciderQuirks),

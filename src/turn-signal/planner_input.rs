@@ -1,6 +1,5 @@
-//! Messages of Autoware for the decider (docs/spec/turn-signal-decider.md, "Inputs and outputs").
-//! Plain values as they were sent, so that whatever is wrong with them becomes a finding and not a lost
-//! message.
+//! Messages of Autoware for the decider (docs/spec/turn-signal-decider.md, "Inputs and outputs"). The values
+//! are as sent, so that an invalid value becomes a finding rather than a lost message.
 
 use std::sync::Arc;
 
@@ -18,7 +17,7 @@ use lanelet2_map::lane_network::LaneId;
 pub enum PlannerInput {
     /// The message `nav_msgs/Odometry` of the localisation.
     Odometry {
-        /// Pose and speed; numbers may be none.
+        /// Pose and speed; numbers may be not finite.
         odometry: Odometry,
         /// Time of the measurement.
         stamp: WallStamp,
@@ -31,14 +30,14 @@ pub enum PlannerInput {
     Trajectory(Arc<[TrajectoryPoint]>),
     /// `autoware_internal_planning_msgs/PlanningFactorArray` of one module.
     Factors {
-        /// Module that sent them.
+        /// The sending module.
         topic: FactorTopic,
         /// All factors of the module.
         factors: Arc<[PlanningFactor]>,
     },
     /// `autoware_planning_msgs/PoseWithUuidStamped`: the goal of a pull-over.
     ModifiedGoal {
-        /// Id of its route.
+        /// Id of the route to which it belongs.
         route: u128,
         /// The goal that replaces the route's.
         goal: Pose,
@@ -47,7 +46,7 @@ pub enum PlannerInput {
     OperationMode(OperationMode),
     /// `autoware_internal_planning_msgs/Scenario`: whether the planner drives lanes.
     LaneDriving(bool),
-    /// `HazardLightsCommand` of the system: its request.
+    /// `HazardLightsCommand` of the system, as its request.
     HazardRequest(HazardCommand),
     /// `TurnIndicatorsCommand` of Autoware's own decider, as sent.
     OwnTurnCommand(EnumOrUnknown<TurnCommand>),
@@ -67,7 +66,7 @@ pub struct Odometry {
 /// A route as sent.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannerRoute {
-    /// Its `uuid`, first byte highest.
+    /// The route's `uuid`, first byte highest.
     pub id: u128,
     /// Pose at its start.
     pub start: Pose,
@@ -84,7 +83,7 @@ pub struct PlannedPathPoint {
     pub pose: Pose,
     /// Planned speed at the point, m/s.
     pub speed_mps: f64,
-    /// The lanelets it belongs to.
+    /// The lanelets to which the point belongs.
     pub lanes: Vec<LaneId>,
 }
 
@@ -97,7 +96,7 @@ pub struct TrajectoryPoint {
     pub speed_mps: f64,
 }
 
-/// Modules of the planner whose factors matter, by the last part of their topic
+/// Modules of the planner with relevant factors, by the last part of their topic
 /// (`/planning/planning_factors/…`), in the order in which the planner runs them
 /// (docs/spec/turn-signal-decider.md, "Joining records").
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -174,7 +173,7 @@ impl FactorTopic {
         Self::GoalPlanner,
     ];
 
-    /// Returns the topic's name in a folder, in which each module has its topic.
+    /// Returns the topic's name in a namespace with a topic for each module.
     pub fn in_folder(self, folder: &str) -> String {
         format!("{folder}/{}", self.name())
     }

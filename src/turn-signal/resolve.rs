@@ -1,5 +1,5 @@
 //! Chooses the candidate that is signalled (docs/spec/turn-signal-decider.md, "Resolution"): validity, order,
-//! the pairwise rule. What a decision remembers of earlier ones is given to it.
+//! the pairwise rule. State of earlier decisions is passed in.
 
 use std::collections::BTreeSet;
 
@@ -29,7 +29,7 @@ pub enum CandidateSource {
 named_by_variant!(CandidateSource);
 
 impl CandidateSource {
-    /// All of them, in order.
+    /// All sources, in order.
     pub const ALL: [Self; 3] = [Self::Intersection, Self::Roundabout, Self::Manoeuvre];
 }
 
@@ -58,15 +58,15 @@ impl Candidates {
 /// Rules of the resolver in which improved mode and upstream differ.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct PairwiseRules {
-    /// A front exactly at P's required start has not reached it (W3). Upstream: it is neither before
+    /// A front exactly at P's required start has not reached it (W3). Upstream: the front is neither before
     /// nor inside, and Q wins for one sample.
     pub start_belongs_to_before: bool,
-    /// Q wins until P's required section begins, if that lies within Q's: no signal is shown against the side
-    /// that is steered to (W21). Upstream: P wins from its desired start.
+    /// Q wins until P's required section begins, if that lies within Q's: no signal is shown against the
+    /// direction of steering (W21). Upstream: P wins from its desired start.
     pub nested_waits: bool,
-    /// Sources whose manoeuvre is over and may not come back (W4).
+    /// Sources whose manoeuvre is over and may not return (W4).
     pub finished: BTreeSet<CandidateSource>,
-    /// The source that won in the cycle before, if its manoeuvre is the same.
+    /// The source that won in the previous cycle, if its manoeuvre is the same.
     pub won_before: Option<CandidateSource>,
 }
 
@@ -95,13 +95,13 @@ impl Case {
 /// The winner of a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Winner {
-    /// The one with the earlier desired start.
+    /// The candidate with the earlier desired start.
     P,
-    /// The one with the later desired start.
+    /// The candidate with the later desired start.
     Q,
 }
 
-/// A source that could be signalled.
+/// A source eligible to be signalled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contender {
     /// The source of its record.
@@ -178,18 +178,19 @@ pub struct Resolution {
 }
 
 impl Resolution {
-    /// Left, right, or off.
+    /// Returns left, right, or off.
     pub fn signal(&self) -> TurnCommand {
         self.winner.map_or(TurnCommand::Disable, |winner| winner.side.into())
     }
 }
 
-/// Chooses the candidate that is signalled. `path_frame` finds the points of the records with its own limits.
+/// Chooses the candidate that is signalled. `path_frame` finds the points of the records within its own
+/// limits.
 pub fn resolve(path_frame: &PathFrame<'_>, candidates: &Candidates, rules: &PairwiseRules) -> Resolution {
     let mut evaluated =
         CandidateSource::ALL.map(|source| evaluate(path_frame, source, candidates.of(source), rules));
     let mut contenders: Vec<Contender> = evaluated.iter().filter_map(EvaluatedCandidate::contender).collect();
-    // Stable: equal starts stay in the order of the sources.
+    // Stable: equal starts keep the order of the sources.
     contenders
         .sort_by(|one, other| one.distances.desired_start_m.total_cmp(&other.distances.desired_start_m));
     let (mut winner, mut last_case) = (None, None);
@@ -215,8 +216,8 @@ pub fn resolve(path_frame: &PathFrame<'_>, candidates: &Candidates, rules: &Pair
     Resolution { winner, case: last_case, evaluated }
 }
 
-/// Chooses the record of the planner's manoeuvres that takes part, by the same rules; the first one when none
-/// of them is valid, so that the reason is known. `won_before` knows the record that won in the cycle before.
+/// Chooses the record of the planner's manoeuvres that takes part, by the same rules; the first record if
+/// none is valid, so that the reason is known. `won_before` tells whether a record won in the previous cycle.
 pub fn foremost(
     path_frame: &PathFrame<'_>,
     records: &[Section],
@@ -241,16 +242,16 @@ pub fn foremost(
     winner.map(|(_, record)| record).or(records.first().copied())
 }
 
-/// Required sections that start within this distance start together, metres: none is signalled for an instant
-/// only.
+/// Required sections whose starts are within this distance start together, metres: none is signalled only for
+/// an instant.
 const SAME_START_M: f64 = 3.0;
-/// Starts that were together stay so while they are at most this much farther apart, and those that were not
-/// while they are at most this much nearer, metres: measured from cycle to cycle they move a little, and the
-/// signal would go off and on.
+/// Starts that were together remain so while they are at most this much farther apart, and separate starts
+/// remain separate while they are at most this much nearer, metres: measured starts move a little from cycle
+/// to cycle, and the signal would flicker.
 const STILL_SAME_START_M: f64 = 1.0;
 
-/// Applies the pairwise rule: `p` has the earlier desired start. `won_before` is the winner of the cycle
-/// before.
+/// Applies the pairwise rule: `p` has the earlier desired start. `won_before` is the winner of the previous
+/// cycle.
 pub fn prior(
     p: &Distances,
     q: &Distances,

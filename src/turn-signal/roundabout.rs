@@ -1,6 +1,5 @@
-//! Entering and leaving roundabouts
-//! (docs/spec/turn-signal-decider.md, "Roundabouts"): what is remembered, and which
-//! record comes of it.
+//! Entering and leaving roundabouts (docs/spec/turn-signal-decider.md, "Roundabouts"): the state kept, and
+//! the resulting record.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -23,13 +22,13 @@ use legs::{Leaving, RoundaboutEntry, RoundaboutExit, RoundaboutLegs};
 pub struct RoundaboutMemory {
     entries: BTreeMap<LaneId, Pose>,
     exits: BTreeMap<LaneId, Pose>,
-    /// Improved: the entries that were announced and are passed. A route that goes once around comes by again
+    /// Improved: the announced entries that are passed. A route that goes around once comes by them again
     /// (W20).
     passed: BTreeSet<LaneId>,
 }
 
 impl RoundaboutMemory {
-    /// Returns the record of the entry or exit that is next, if one is in range.
+    /// Returns the record of the next entry or exit, if one is in range.
     pub fn section(&mut self, context: &DecisionContext<'_>, legs: &RoundaboutLegs) -> Option<Section> {
         if !context.quirks.memory_survives_route {
             let is_entry = |id: &LaneId| legs.entries.iter().any(|entry| entry.lane.id == *id);
@@ -50,7 +49,7 @@ impl RoundaboutMemory {
         next_in_queue(&context.path_frame, records)
     }
 
-    /// Clears the memory. To be called when the route changes.
+    /// Clears the memory. Must be called when the route changes.
     pub fn clear(&mut self) {
         self.entries.clear();
         self.exits.clear();
@@ -94,7 +93,8 @@ impl RoundaboutMemory {
     }
 
     /// docs/spec/turn-signal-decider.md, "Roundabout exit". By default an exit without a signal displaces
-    /// nothing, and one without tags is announced as well (W10), unless the signal of the entry lasts to it.
+    /// nothing, and an exit without tags is announced as well (W10), unless the signal of the entry lasts
+    /// until it.
     fn exit(
         &mut self,
         context: &DecisionContext<'_>,
@@ -129,7 +129,7 @@ impl RoundaboutMemory {
 }
 
 impl RoundaboutEntry {
-    /// Returns the side that the map names for the exit that will be taken.
+    /// Returns the side that the map assigns to the exit that will be taken.
     fn side(&self) -> Option<Side> {
         let Leaving { lane, .. } = self.leaving?;
         if self.exits_left.contains(&lane) {

@@ -1,4 +1,4 @@
-//! The route: ordered segments of lanelets, and who comes next within them
+//! The route: ordered segments of lanelets, and the neighbours of a lanelet within them
 //! (docs/spec/turn-signal-decider.md, "Neighbours within the route").
 
 use std::collections::BTreeMap;
@@ -12,12 +12,12 @@ use gateway_base::diagnostics::MessagePart;
 use lanelet2_map::geometry::Pose;
 use lanelet2_map::lane_network::{LaneId, LaneNetwork, Lanelet};
 
-/// Side by side lanelets of a route.
+/// Lanelets of a route that lie side by side.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Segment {
-    /// The one that the route prefers.
+    /// The lanelet that the route prefers.
     pub preferred: LaneId,
-    /// All of them, the preferred one included; areas left out.
+    /// All lanelets, including the preferred one; areas are left out.
     pub lanes: Vec<LaneId>,
 }
 
@@ -34,13 +34,13 @@ pub struct Route {
 /// A reason for which a route is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RouteError {
-    /// A route without lanelets.
+    /// The route has no lanelets.
     Empty,
-    /// This lanelet is listed twice; upstream refuses it as well.
+    /// This lanelet is listed twice; upstream also refuses such a route.
     Repeated(LaneId),
-    /// This lanelet is not on the map: the route belongs to another one.
+    /// This lanelet is not on the map: the route belongs to another map.
     Unknown(LaneId),
-    /// A start that is not a pose.
+    /// The start pose is not finite.
     StartNotFinite,
 }
 
@@ -85,7 +85,7 @@ impl Route {
     /// Returns the route if it can be driven on this road.
     ///
     /// # Errors
-    /// A lanelet that is not there, or a start that is not a pose.
+    /// Fails if a lanelet is not on the map, or the start is not a pose.
     pub fn checked(self, road: &LaneNetwork) -> Result<Self, RouteError> {
         if !self.start.is_finite() {
             return Err(RouteError::StartNotFinite);
@@ -97,7 +97,7 @@ impl Route {
         }
     }
 
-    /// Returns its id; another one means another route.
+    /// Returns the id; another id means another route.
     pub fn id(&self) -> u128 {
         self.id
     }
@@ -107,7 +107,7 @@ impl Route {
         self.start
     }
 
-    /// Returns its segments, in order.
+    /// Returns the segments, in order.
     pub fn segments(&self) -> &[Segment] {
         &self.segments
     }
@@ -127,8 +127,8 @@ impl Route {
         self.segments.last().is_some_and(|segment| segment.lanes.contains(&lane))
     }
 
-    /// Returns the lanelets of the segments with less than a distance, metres, of preferred lanelets between
-    /// them and the one of a lanelet, ascending; none where it is not on the route.
+    /// Returns the lanelets of the segments that are separated from the segment of `lane` by less than
+    /// `within_m` metres of preferred lanelets, in ascending order; empty if `lane` is not on the route.
     pub fn around(&self, road: &LaneNetwork, lane: LaneId, within_m: f64) -> Vec<LaneId> {
         let Some(here) = self.lanes.get(&lane).copied() else { return Vec::new() };
         let reached = |segments: &mut dyn Iterator<Item = &Segment>| {
@@ -147,8 +147,8 @@ impl Route {
         lanes
     }
 
-    /// Returns the lanelet after this one: of those that follow it on the map the one of the nearest segment
-    /// from its own on; none after the last segment.
+    /// Returns the lanelet after this one: among the lanelets that follow it on the map, the one in the
+    /// nearest segment from its own on; `None` after the last segment.
     pub fn next(&self, road: &LaneNetwork, lane: LaneId, quirks: DeciderQuirks) -> Option<LaneId> {
         if quirks.ignores_order_of_segments {
             return self.next_on_map(road, lane);
@@ -159,7 +159,7 @@ impl Route {
         later.filter(|(segment, _)| segment >= here).min_by_key(|(segment, _)| *segment).map(|(_, next)| next)
     }
 
-    /// Returns the lanelets before this one: those that lead to it on the map, from its own segment
+    /// Returns the lanelets before this one: the lanelets that lead to it on the map, from its own segment
     /// backwards; none before the first segment.
     pub fn previous(&self, road: &LaneNetwork, lane: LaneId, quirks: DeciderQuirks) -> Vec<LaneId> {
         let Some(here) = self.lanes.get(&lane) else { return Vec::new() };
@@ -170,13 +170,13 @@ impl Route {
             before.retain(|_| *here > 0);
         } else {
             before.retain(|(segment, before)| segment <= here && *before != lane);
-            // The sort keeps the order of equals.
+            // The sort is stable.
             before.sort_by_key(|(segment, _)| std::cmp::Reverse(*segment));
         }
         before.into_iter().map(|(_, before)| before).collect()
     }
 
-    /// Returns the first lanelet of the route that follows on the map, except for the one at its start (W22).
+    /// Returns the first lanelet of the route that follows on the map, except the lanelet at its start (W22).
     fn next_on_map(&self, road: &LaneNetwork, lane: LaneId) -> Option<LaneId> {
         let first = self.segments.first().map(|segment| segment.preferred);
         let follows = |next: &&LaneId| self.contains(**next) && Some(**next) != first;

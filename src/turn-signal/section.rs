@@ -1,4 +1,4 @@
-//! A section record: the signal of one manoeuvre and the stretch it is for
+//! A section record: the signal of one manoeuvre and the stretch to which it applies
 //! (docs/spec/turn-signal-decider.md, "Conventions").
 
 use super::junction::JunctionAhead;
@@ -24,40 +24,41 @@ pub struct Section {
     pub required_start: Pose,
     /// End of that stretch.
     pub required_end: Pose,
-    /// The turn, the part of a roundabout or the manoeuvre that it signals.
+    /// The turn, the part of a roundabout or the manoeuvre that is signalled.
     pub subject: SignalSubject,
-    /// Where it lies on the distance path of this cycle; `None` where its points are looked for.
+    /// Position of the section on the distance path of this cycle; `None` if its points must be searched for.
     pub place: Option<SectionPlace>,
-    /// A junction before its turn that offers the same side.
+    /// A junction before the section's turn that offers the same side.
     pub junction: Option<JunctionAhead>,
 }
 
-/// Where a section lies on the distance path of a cycle. The points of a path that comes near to itself are
-/// not mistaken for others.
+/// Position of a section on the distance path of a cycle. It prevents confusing the points of a path that
+/// comes near to itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SectionPlace {
-    /// Arc lengths of the lanelets that it is about, metres.
+    /// Arc lengths of the section's lanelets, metres.
     pub span_m: [f64; 2],
     /// Distance from its desired start to its required start, metres.
     pub announced_before_m: f64,
 }
 
-/// The four distances of a record, metres along the path: starts from the front, ends from the rear
-/// axle; negative = behind.
+/// The four distances of a record, metres along the path: starts from the front, ends from the rear axle;
+/// negative values lie behind.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Distances {
-    /// Front to the desired start (`ds`).
+    /// Distance from the front to the desired start (`ds`).
     pub desired_start_m: f64,
-    /// Rear axle to the desired end (`de`).
+    /// Distance from the rear axle to the desired end (`de`).
     pub desired_end_m: f64,
-    /// Front to the required start (`rs`).
+    /// Distance from the front to the required start (`rs`).
     pub required_start_m: f64,
-    /// Rear axle to the required end (`re`).
+    /// Distance from the rear axle to the required end (`re`).
     pub required_end_m: f64,
 }
 
 impl Distances {
-    /// Returns the front is past the start of the required section, and the rear axle not past its end.
+    /// Returns whether the front is past the start of the required section, and the rear axle not past its
+    /// end.
     pub fn are_required(&self) -> bool {
         self.required_start_m <= 0.0 && self.required_end_m >= 0.0
     }
@@ -79,26 +80,26 @@ impl Section {
         }
     }
 
-    /// Returns whether it waits until a junction is passed.
+    /// Returns whether the section waits until a junction is passed.
     pub fn waits(&self) -> bool {
         self.junction.is_some_and(|junction| junction.waits())
     }
 
-    /// Returns whether it requests a side or the hazard lights.
+    /// Returns whether a side or the hazard lights are requested.
     pub fn requests_something(&self) -> bool {
         self.turn.side().is_some() || self.hazard == HazardCommand::Enable
     }
 
-    /// Returns whether all four poses are numbers.
+    /// Returns whether all four poses are finite.
     pub fn is_finite(&self) -> bool {
         [self.desired_start, self.desired_end, self.required_start, self.required_end]
             .iter()
             .all(|pose| pose.is_finite())
     }
 
-    /// Measures its four distances from the vehicle. Where every visit of a path is looked at, the desired
-    /// section is the one that holds the required one: on a ring its far end may come by a second time,
-    /// nearer to the vehicle.
+    /// Measures the four distances from the vehicle. If every visit of a path is considered, the desired
+    /// section is the one that contains the required section: on a ring its far end may come by a second
+    /// time, nearer to the vehicle.
     pub fn distances(&self, path_frame: &PathFrame<'_>) -> Distances {
         if let Some(SectionPlace { span_m, announced_before_m }) = self.place {
             let from_base_m = |pose| path_frame.from_base_within_m(pose, span_m);

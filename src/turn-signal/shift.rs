@@ -1,4 +1,4 @@
-//! The rule for all that moves sideways (docs/spec/turn-signal-decider.md, "Shift rule"): avoidance, pulling
+//! The rule for all lateral manoeuvres (docs/spec/turn-signal-decider.md, "Shift rule"): avoidance, pulling
 //! out and over.
 
 use derive_more::Display;
@@ -16,9 +16,8 @@ use lanelet2_map::lane_network::LaneId;
 
 mod surroundings;
 
-/// The start of a shift that is signalled counts as ahead until the front is past it by this much, metres: a
-/// distance along the shifted path and one along the lanes differ, and between the two the signal would drop
-/// out.
+/// The start of a signalled shift counts as ahead until the front is past it by this much, metres: distances
+/// along the shifted path and along the lanes differ, and the signal would drop out between the two.
 const START_TOLERANCE_M: f64 = 2.0;
 
 /// A path with a lateral offset per point, metres, left positive.
@@ -62,20 +61,20 @@ pub struct Shift<'a> {
     pub path: &'a ShiftedPath,
     /// Its start and end on the path.
     pub line: ShiftLine,
-    /// Lanelets the vehicle is supposed to stay in.
+    /// Lanelets in which the vehicle is supposed to stay.
     pub lanes: &'a [LaneId],
-    /// Offset of the vehicle at present, metres.
+    /// Present offset of the vehicle, metres.
     pub current_shift_m: f64,
-    /// The manoeuvre it is part of.
+    /// The manoeuvre of which it is part.
     pub kind: ShiftKind,
     /// The vehicle drives forwards.
     pub forward: bool,
-    /// A return is signalled even while standing.
+    /// A return is signalled even at standstill.
     pub stop_override: bool,
-    /// The vehicle comes to a junction at which its signal would be taken for a turn: it ends once the bound
-    /// is near.
+    /// The vehicle approaches a junction at which its signal would be mistaken for a turn: the signal ends
+    /// once the bound is near.
     pub nears_junction: bool,
-    /// It was signalled before, and is until it is complete (W18).
+    /// It was signalled before, and stays signalled until it is complete (W18).
     pub is_announced: bool,
 }
 
@@ -124,7 +123,7 @@ pub enum ShiftVerdict {
 /// The result of the rule.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShiftOutcome {
-    /// The record; without a command unless signalled.
+    /// The record; without a command if not signalled.
     pub section: Section,
     /// The step that decided.
     pub verdict: ShiftVerdict,
@@ -154,12 +153,12 @@ impl ShiftedPath {
         nearest_index(&self.poses, query)
     }
 
-    /// Like [`Self::nearest_index`], by heading and height as well.
+    /// Like [`Self::nearest_index`], but also considers heading and height.
     pub fn visit_index(&self, query: Pose, limits: NearestLimits) -> usize {
         nearest_visit(&self.poses, query, limits, None)
     }
 
-    /// Returns the index of the point next to a pose; improved, by heading and height as well.
+    /// Returns the index of the point nearest to a pose; in improved mode also by heading and height.
     pub fn index_of(&self, context: &DecisionContext<'_>, pose: Pose) -> usize {
         if context.quirks.ignores_height_and_continuity {
             self.nearest_index(pose.position)
@@ -168,18 +167,18 @@ impl ShiftedPath {
         }
     }
 
-    /// Returns the shift from the point next to `start` to the one next to `end`.
+    /// Returns the shift from the point nearest to `start` to the point nearest to `end`.
     pub fn line(&self, context: &DecisionContext<'_>, start: Pose, end: Pose) -> ShiftLine {
         let index = |pose| self.index_of(context, pose);
         ShiftLine { start_index: index(start), end_index: index(end), start, end }
     }
 
-    /// Returns the change of the offset between two points, metres; 0 where there is none.
+    /// Returns the change of the offset between two points, metres; 0 beyond the path.
     pub fn offset_between_m(&self, start_index: usize, end_index: usize) -> f64 {
         self.offset_at_m(end_index) - self.offset_at_m(start_index)
     }
 
-    /// Returns the offset at a point, metres; 0 where there is none.
+    /// Returns the offset at a point, metres; 0 beyond the path.
     pub fn offset_at_m(&self, index: usize) -> f64 {
         self.shifts_m.get(index).copied().unwrap_or_default()
     }
@@ -189,7 +188,7 @@ impl ShiftedPath {
         Some(self.arcs_m.get(index)? - self.path.plain_station_m(from))
     }
 
-    /// Like [`Self::distance_to_m`], by heading and height as well.
+    /// Like [`Self::distance_to_m`], but also considers heading and height.
     fn distance_of_visit_to_m(&self, from: Pose, index: usize, limits: NearestLimits) -> Option<f64> {
         Some(self.arcs_m.get(index)? - self.path.station_of_visit_m(from, limits))
     }
@@ -209,7 +208,7 @@ impl ShiftedPath {
 }
 
 impl Shift<'_> {
-    /// Returns the side it moves to; right for none.
+    /// Returns the side to which the shift moves; right for no shift.
     pub fn side(&self) -> Side {
         let moves_left = self.path.offset_between_m(self.line.start_index, self.line.end_index) > 0.0;
         if moves_left { Side::Left } else { Side::Right }
@@ -297,7 +296,7 @@ fn objection(
     if shift.nears_junction && is_near_bound(context, offsets.side()) {
         return Some(ShiftVerdict::NearBound);
     }
-    // Upstream judges again in every cycle what it signals (W18).
+    // Upstream judges again in every cycle what it already signals (W18).
     if shift.is_announced {
         return None;
     }
@@ -334,7 +333,7 @@ fn objection(
     near_bound.then_some(ShiftVerdict::NearBound)
 }
 
-/// Step 11: returns whether the front corner on a side is near to the bound there.
+/// Step 11: returns whether the front corner on a side is near the bound there.
 fn is_near_bound(context: &DecisionContext<'_>, side: Side) -> bool {
     let limit_m = context.parameters.remaining_distance_to_bound_threshold_m;
     surroundings::distance_to_bound_m(context, side).is_some_and(|distance_m| distance_m < limit_m)

@@ -1,8 +1,8 @@
-//! The judge of a turn signal that another planner gives, by the rules of the decider
-//! (docs/turn-signal-decider.md, "Learned planners").
+//! Judges the turn signal of another planner by the rules of the decider (docs/turn-signal-decider.md,
+//! "Learned planners").
 //!
-//! A manoeuvre lasts while the decider asks for one side for one subject. When it is over, the signal that
-//! was received meanwhile gets a verdict. So does a signal that was shown while none was asked for.
+//! A manoeuvre lasts while the decider requests one side for one subject. When it is over, the signal
+//! received in that time gets a verdict. So does a signal that was shown while none was requested.
 
 use std::time::Duration;
 
@@ -31,39 +31,39 @@ mod tests;
 /// Tolerances of the judge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct JudgeSettings {
-    /// A signal may begin this long before the decider asks for it.
+    /// A signal may begin this long before the decider requests it.
     pub early: Duration,
-    /// A signal of a planner's manoeuvre may begin this long before it is required, even if the decider asks
-    /// for it later: the planner knows its manoeuvre before its trajectory shows it.
+    /// A signal of a planner's manoeuvre may begin this long before it is required, even if the decider
+    /// requests it later: the planner knows its manoeuvre before its trajectory shows it.
     pub ahead: Duration,
     /// A signal may begin this long after the vehicle has reached the required section.
     pub late: Duration,
     /// The signal may be missing for this long while it is required, once it was on.
     pub gap: Duration,
-    /// The other side may be on for this long while a side is asked for.
+    /// The other side may be on for this long while a side is requested.
     pub wrong_side: Duration,
-    /// A signal may stay on for this long after the manoeuvre that it was asked for.
+    /// A signal may stay on for this long after its manoeuvre.
     pub linger: Duration,
-    /// A signal that no manoeuvre asks for counts when it lasts longer.
+    /// A signal without a manoeuvre counts if it lasts longer than this.
     pub needless: Duration,
 }
 
-/// The signal that the decider asks for in a cycle.
+/// The signal that the decider requests in a cycle.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AskedSignal {
-    /// The decider lacks inputs, or asks for hazard lights instead: nothing is judged.
+    /// The decider lacks inputs, or requests hazard lights instead: nothing is judged.
     Unknown,
-    /// No side is asked for.
+    /// No side is requested.
     Dark(DeciderReason),
-    /// A side is asked for.
+    /// A side is requested.
     Side {
-        /// The side that is to blink.
+        /// The requested side.
         side: Side,
-        /// What it is asked for; `None` while a minimum duration keeps it on beyond its subject.
+        /// The subject of the request; `None` while a minimum duration keeps it on beyond its subject.
         subject: Option<SignalSubject>,
-        /// The vehicle is in the required section; otherwise the side may be shown, but need not.
+        /// The vehicle is in the required section; otherwise the signal is optional.
         is_required: bool,
-        /// Why it is asked for.
+        /// Reason for the request.
         reason: DeciderReason,
     },
 }
@@ -71,13 +71,13 @@ pub enum AskedSignal {
 /// The reason of the decider.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DeciderReason {
-    /// The ground on which it was decided.
+    /// The basis of the decision.
     pub basis: BasisKind,
     /// Source of the candidate that won; `None` without one.
     pub winner: Option<CandidateSource>,
     /// Rule by which it won; `None` when nothing was compared.
     pub rule: Option<Case>,
-    /// The minimum duration that keeps the command; `None` when none does.
+    /// The minimum duration that holds the command; `None` if none does.
     pub held: Option<Held>,
     /// The outcome of each candidate.
     pub candidates: Vec<(CandidateSource, CandidateOutcome)>,
@@ -85,37 +85,37 @@ pub struct DeciderReason {
     pub manoeuvres: Vec<ManoeuvreOutcome>,
 }
 
-/// One cycle of the decider beside the signal that was received.
+/// One cycle of the decider with the received signal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JudgedCycle {
     /// Time of the cycle.
     pub now: MonoTime,
     /// Pose and speed of the vehicle.
     pub odometry: Odometry,
-    /// The signal that the decider asks for.
+    /// The signal that the decider requests.
     pub asked: AskedSignal,
-    /// The command that is in force; `None` when none is known. Commands that turn nothing on are all dark.
+    /// The command in force; `None` if unknown. All commands that turn nothing on count as dark.
     pub received: Option<TurnCommand>,
 }
 
 /// A manoeuvre, or a needless signal, with the verdict on the received signal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JudgedManoeuvre {
-    /// The side that was asked for; of a needless signal, the side that was shown.
+    /// The requested side; for a needless signal, the side shown.
     pub side: Side,
-    /// What it was asked for; `None` for a needless signal.
+    /// The subject of the request; `None` for a needless signal.
     pub subject: Option<SignalSubject>,
-    /// The reason of the decider at the start.
+    /// Reason of the decider at the start.
     pub reason: DeciderReason,
-    /// Time at which the decider began to ask, or the needless signal began.
+    /// Time at which the decider began the request, or the needless signal began.
     pub start: MonoTime,
-    /// Time at which the signal became required; `None` when it never did.
+    /// Time at which the signal became required; `None` if it never did.
     pub required_since: Option<MonoTime>,
-    /// Time at which the decider no longer asked, or the needless signal ended.
+    /// Time at which the decider ended the request, or the needless signal ended.
     pub end: MonoTime,
     /// Pose and speed at the start.
     pub odometry: Odometry,
-    /// The side on which the verdict rests; `None` without a signal.
+    /// The received side that determines the verdict; `None` without a signal.
     pub received: Option<Side>,
     /// The verdict on the received signal.
     pub verdict: SignalVerdict,
@@ -143,9 +143,9 @@ pub struct JudgedManoeuvre {
 #[derive(Debug, Clone, PartialEq)]
 pub struct SignalJudge {
     settings: JudgeSettings,
-    /// The signal that is received.
+    /// The signal that is being received.
     signal: Option<ReceivedSignal>,
-    /// The manoeuvre that is asked for.
+    /// The manoeuvre that is being requested.
     open: Option<Stretch>,
     /// Time of the last cycle.
     last: MonoTime,
@@ -153,8 +153,7 @@ pub struct SignalJudge {
 }
 
 impl JudgeSettings {
-    /// Generous towards a signal that is early by no more than a driver's habit, strict once the vehicle
-    /// steers.
+    /// Tolerates a signal that is early within a driver's habit; strict once the vehicle steers.
     pub const DEFAULT: Self = Self {
         early: Duration::from_secs(2),
         ahead: Duration::from_secs(5),
@@ -165,7 +164,7 @@ impl JudgeSettings {
         needless: Duration::from_secs(1),
     };
 
-    /// Returns the settings for a signal that may belong to a manoeuvre which is asked for next.
+    /// Returns the settings for a signal that may belong to the manoeuvre requested next.
     fn before_manoeuvre(self) -> Self {
         Self { needless: self.needless.max(self.early), ..self }
     }
@@ -187,8 +186,8 @@ impl DeciderReason {
 }
 
 impl AskedSignal {
-    /// Returns what a decision asks for. Without a required section to measure, a side is required as soon as
-    /// it is asked for.
+    /// Returns the request of a decision. Without a required section to measure, a side is required as soon
+    /// as it is requested.
     pub fn of(decision: &Decision) -> Self {
         if matches!(decision.basis, Basis::NoInputs | Basis::Hazard) {
             return Self::Unknown;
@@ -208,8 +207,7 @@ impl AskedSignal {
 }
 
 impl JudgedCycle {
-    /// Returns the cycle of a decision, beside the command that was received last, unless that is older than
-    /// `limit`.
+    /// Returns the cycle of a decision with the last received command, unless that is older than `limit`.
     pub fn of(
         decision: &Decision,
         odometry: Odometry,
@@ -229,8 +227,8 @@ impl SignalJudge {
         Self { settings, signal: None, open: None, last: MonoTime::ZERO, counts: JudgedCounts::default() }
     }
 
-    /// Takes a cycle, no earlier than the one before. Returns the manoeuvre and the needless signal that it
-    /// ends, oldest first.
+    /// Processes a cycle, no earlier than the previous one. Returns the manoeuvre and the needless signal
+    /// that it ends, oldest first.
     pub fn on_cycle(&mut self, cycle: JudgedCycle) -> Vec<JudgedManoeuvre> {
         let JudgedCycle { now, odometry, asked, received } = cycle;
         self.last = now;
@@ -285,8 +283,8 @@ impl SignalJudge {
         self.counted(over)
     }
 
-    /// Ends the manoeuvre or the needless signal that is not over at the last cycle, and returns it. One that
-    /// may still have become an early signal is left out.
+    /// Ends the manoeuvre or the needless signal that is not over at the last cycle, and returns it. A signal
+    /// that may still have become an early signal is left out.
     pub fn finish(&mut self) -> Vec<JudgedManoeuvre> {
         let now = self.last;
         let settings = self.settings.before_manoeuvre();
@@ -296,7 +294,7 @@ impl SignalJudge {
         self.counted(needless.into_iter().chain(open).collect())
     }
 
-    /// Returns the verdicts so far, by what was signalled.
+    /// Returns the verdicts so far, by the kind of what was signalled.
     pub const fn counts(&self) -> &JudgedCounts {
         &self.counts
     }
@@ -316,7 +314,8 @@ impl SignalJudge {
     }
 }
 
-/// Returns whether the vehicle stands before it pulls out: its signal may be on, and must be once it moves.
+/// Returns whether the vehicle stands before it pulls out: its signal may then be on, and must be on once it
+/// moves.
 fn waits_to_pull_out(subject: Option<SignalSubject>, odometry: Odometry) -> bool {
     subject == Some(SignalSubject::Manoeuvre(ManoeuvreKind::PullOut))
         && odometry.speed_mps.abs() < STOP_SPEED_MPS

@@ -1,4 +1,4 @@
-//! A stretch of road with a turn signal of its own, reduced to what is measured.
+//! A stretch of road with its own turn signal, reduced to the measured values.
 
 use super::section::Section;
 use super::subject::SignalSubject;
@@ -12,25 +12,25 @@ use lanelet2_map::lane_network::{LaneId, Lanelet, TurnDirection};
 /// Points nearer than this to an earlier one are dropped, metres.
 const SAME_POINT_M: f64 = 0.01;
 
-/// One lanelet, or several that make one turn.
+/// One lanelet, or several that form one turn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TurnLane {
     /// Id of the first lanelet.
     pub id: LaneId,
     /// Direction of the turn.
     pub direction: TurnDirection,
-    /// Search distance of its own, metres.
+    /// Its own search distance, metres.
     pub search_distance_m: Option<f64>,
-    /// Pose at its start.
+    /// Pose at the start of the stretch.
     pub front: Pose,
-    /// Pose at its end.
+    /// Pose at the end of the stretch.
     pub back: Pose,
-    /// End of its required section.
+    /// End of the required section.
     pub required_end: Pose,
-    /// Centreline of all its lanelets.
+    /// Centreline of all lanelets.
     pub centerline: Vec<Point>,
-    /// Arc lengths of its lanelets on the distance path of this cycle, metres; `None` where its points are
-    /// looked for.
+    /// Arc lengths of the lanelets on the distance path of this cycle, metres; `None` if its points must be
+    /// searched for.
     pub span_m: Option<[f64; 2]>,
 }
 
@@ -50,7 +50,7 @@ impl TurnLane {
         })
     }
 
-    /// Returns the signed distance from the rear axle to one of its points, metres.
+    /// Returns the signed distance from the rear axle to a point of the stretch, metres.
     pub fn from_base_m(&self, path_frame: &PathFrame<'_>, pose: Pose) -> f64 {
         match self.span_m {
             Some(span_m) => path_frame.from_base_within_m(pose, span_m),
@@ -58,7 +58,7 @@ impl TurnLane {
         }
     }
 
-    /// Returns this stretch joined with the one after it; id and search distance come from this one.
+    /// Returns this stretch joined with the next; id and search distance are taken from this one.
     pub fn joined(&self, next: &Self, threshold_deg: f64) -> Self {
         let all: Vec<Point> = self.centerline.iter().chain(&next.centerline).copied().collect();
         let centerline = without_near_earlier(&all, SAME_POINT_M);
@@ -76,7 +76,7 @@ impl TurnLane {
         }
     }
 
-    /// Returns its record, with the desired section up to its end.
+    /// Returns the record, with the desired section up to the end of the stretch.
     pub fn section(&self, subject: SignalSubject, turn: TurnCommand, desired_start: Pose) -> Section {
         Section {
             turn,

@@ -1,4 +1,4 @@
-//! The state of the vehicle by its own signals, and the hazard lights that it asks for
+//! The state of the vehicle from its own signals, and the hazard lights that it requests
 //! (docs/spec/turn-signal-decider.md, "Hazard lights").
 
 use derive_more::Display;
@@ -6,7 +6,7 @@ use derive_more::Display;
 /// Below this speed the vehicle stands, m/s.
 const STANDSTILL_MPS: f64 = 0.1;
 
-/// State of the vehicle, as far as its signals give it.
+/// State of the vehicle, as far as its signals provide it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct VehicleState {
     /// Speed, m/s, negative backwards.
@@ -21,16 +21,16 @@ pub struct VehicleState {
     pub is_manual: Option<bool>,
 }
 
-/// Use of the state of the vehicle; without any by default.
+/// Use of the state of the vehicle; unused by default.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct VehicleUse {
-    /// The speed is taken from the vehicle's signals, as far as they give it, and else from the odometry.
+    /// The speed is taken from the vehicle's signals if available, otherwise from the odometry.
     pub takes_speed: bool,
     /// The states in which hazard lights are on.
     pub hazards: Vec<VehicleHazard>,
 }
 
-/// A state of the vehicle that asks for hazard lights.
+/// A state of the vehicle that requests hazard lights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 pub enum VehicleHazard {
     /// A door is open while the vehicle stands, but not in park.
@@ -42,8 +42,8 @@ pub enum VehicleHazard {
 }
 
 impl VehicleHazard {
-    /// Returns whether the hazard lights are asked for; `None` while a signal that decides is unknown. A
-    /// driver in control has them in his own hands.
+    /// Returns whether the hazard lights are requested; `None` while a deciding signal is unknown. A driver
+    /// in control operates them himself.
     pub fn asks(self, vehicle: &VehicleState) -> Option<bool> {
         let not = |is: Option<bool>| is.map(|is| !is);
         let is_driven = if vehicle.is_manual == Some(true) { Some(false) } else { Some(true) };
@@ -55,7 +55,7 @@ impl VehicleHazard {
     }
 }
 
-/// One that is false decides; else one that is unknown.
+/// Returns false if any condition is false; otherwise `None` if any is unknown.
 fn all<const COUNT: usize>(conditions: [Option<bool>; COUNT]) -> Option<bool> {
     if conditions.contains(&Some(false)) {
         return Some(false);

@@ -1,7 +1,8 @@
-//! Avoidance made of planning factors. A factor holds a batch of shift lines from its first start to its last
-//! end: exact when the batch is one line. The lines between are taken from the planned path, on which they
-//! are a little shorter than planned. An avoidance counts as approved when the planned path follows one of
-//! its lines, since factors do not name the state. Lines have no id: their ends stand for it.
+//! Builds an avoidance from planning factors. A factor holds a batch of shift lines from the start of the
+//! first to the end of the last, which is exact if the batch is one line. Lines in between are taken from the
+//! planned path, where they are a little shorter than planned. An avoidance counts as approved when the
+//! planned path follows one of its lines, since factors do not state whether it is approved. Lines have no
+//! id; their ends identify them.
 
 use super::factor::{FactorContext, FactorInterval, Made, Ramp};
 use super::path_offsets::PathOffsets;
@@ -11,7 +12,7 @@ use crate::manoeuvre::{Manoeuvre, ManoeuvreKind};
 use crate::planner_input::PlanningFactor;
 use lanelet2_map::geometry::Pose;
 
-/// Returns the avoidance of the module's factors. `refuse` takes what is wrong with them.
+/// Returns the avoidance of the module's factors. `refuse` receives the flaws of unusable factors.
 pub(super) fn around(
     context: &FactorContext<'_>,
     path_offsets: Option<&PathOffsets>,
@@ -38,7 +39,7 @@ pub(super) fn around(
     Ok(vec![Manoeuvre::Avoidance(avoidance)])
 }
 
-/// Returns the avoidance of these ramps, in order; `None` without a path.
+/// Returns the avoidance along these ramps, in order; `None` without a path.
 pub(super) fn along(
     context: &FactorContext<'_>,
     path_offsets: &PathOffsets,
@@ -54,7 +55,7 @@ pub(super) fn along(
     };
     let ego = context.odometry.pose;
     let ego_index = path_offsets.nearest_index(ego);
-    // Before its first line, what the path is shifted by belongs to another manoeuvre.
+    // Before the first line, the offset of the path belongs to another manoeuvre.
     let ahead = ramps.first().filter(|first| ego_index < path_offsets.nearest_index(first.start));
     Some(Avoidance {
         lines: ramps.iter().map(line).collect(),
@@ -67,13 +68,13 @@ pub(super) fn along(
     })
 }
 
-/// Returns the line of a batch of one; else those that the path shows.
+/// Returns the line of a batch with one line, otherwise the lines that the path shows.
 fn ramps(path_offsets: &PathOffsets, interval: &FactorInterval, threshold_m: f64) -> Vec<Ramp> {
     if interval.shift_m().abs() < threshold_m {
         let mut ramps = path_offsets.own_ramps(interval.start(), interval.end(), threshold_m);
-        // The factor has the start of the first one and the end of the last one; the path shows them late and
-        // early. Near the vehicle it may lack the first one, and far ahead the last one: the ramp that then
-        // is first or last keeps its own ends.
+        // The factor has the exact start of the first line and end of the last; the path shows them late and
+        // early. Near the vehicle the path may lack the first line, and far ahead the last; the outer ramp
+        // then keeps its own ends.
         let shifts = |ramp: &Ramp| {
             let shift_m = ramp.after_m - ramp.before_m;
             (shift_m.abs() >= threshold_m).then_some(shift_m > 0.0)
@@ -95,10 +96,10 @@ fn ramps(path_offsets: &PathOffsets, interval: &FactorInterval, threshold_m: f64
     vec![interval.ramp()]
 }
 
-/// Returns an id that lines share when they end within the same metre and shift to the same side.
+/// Returns an id shared by lines that end within the same metre and shift to the same side.
 fn id(ramp: &Ramp) -> u128 {
     let Pose { position, .. } = ramp.end;
-    // Zero without a sign.
+    // Removes the sign of zero.
     let metre = |coordinate_m: f64| u128::from((coordinate_m.round() + 0.0).to_bits());
     let side = u128::from(ramp.after_m > ramp.before_m);
     metre(position.x_m) << 64 | metre(position.y_m) << 1 ^ side

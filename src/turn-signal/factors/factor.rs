@@ -1,4 +1,4 @@
-//! A planning factor and what it is judged by.
+//! A planning factor and the context in which it is judged.
 
 use crate::manoeuvre::{Manoeuvre, ManoeuvreKind};
 use crate::parameters::DeciderParameters;
@@ -9,7 +9,7 @@ use lanelet2_map::lane_network::LaneNetwork;
 
 const MODE_STOP: u8 = 1;
 
-/// Everything by which factors are judged.
+/// Context in which factors are judged.
 #[derive(Debug, Clone, Copy)]
 pub struct FactorContext<'a> {
     /// The lanelets of the map.
@@ -18,11 +18,11 @@ pub struct FactorContext<'a> {
     pub route: &'a Route,
     /// Parameters of the decider.
     pub parameters: &'a DeciderParameters,
-    /// Points of the planned path are found by heading and height as well, not by position alone (W20).
+    /// Points of the planned path are also found by heading and height, not by position alone (W20).
     pub looks_at_height: bool,
     /// Pose and speed of the vehicle.
     pub odometry: Odometry,
-    /// The planned path, if there is one to use.
+    /// The planned path, if it is usable.
     pub path: Option<&'a [PlannedPathPoint]>,
     /// The goal of a pull-over, if it is published.
     pub modified_goal: Option<Pose>,
@@ -30,7 +30,7 @@ pub struct FactorContext<'a> {
     pub operation_mode: Option<OperationMode>,
 }
 
-/// The values of `PlanningFactor.behavior` that matter.
+/// The values of `PlanningFactor.behavior` in use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Behavior {
     SlowDown,
@@ -46,7 +46,7 @@ pub(super) struct FactorInterval {
     pub(super) end: ControlPoint,
 }
 
-/// The manoeuvres made of the factors of a module, or the kind that cannot be made without a planned path.
+/// Manoeuvres made from the factors of a module, or the kind of manoeuvre that needs a missing planned path.
 pub(super) type Made = Result<Vec<Manoeuvre>, ManoeuvreKind>;
 
 /// A change of offset along the path.
@@ -81,7 +81,7 @@ impl PlanningFactor {
         self.control_points.iter().all(|point| point.pose.is_finite() && point.shift_length_m.is_finite())
     }
 
-    /// Returns whether the factor is only about stopping or slowing down.
+    /// Returns whether the factor only concerns stopping or slowing down.
     pub(super) fn is_about_speed(&self) -> bool {
         matches!(self.known_behavior(), Behavior::SlowDown | Behavior::Stop)
     }

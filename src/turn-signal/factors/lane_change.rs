@@ -1,7 +1,7 @@
-//! Lane changes made of planning factors, which have side, start and end. The planner drives one already when
-//! its planned path crosses a bound; the crossing is exact to the spacing of the path. The length that the
-//! planner keeps for a lane change before its lane ends is not published: the length of the change stands for
-//! it.
+//! Builds lane changes from planning factors, which have side, start and end. The planner is executing a lane
+//! change when its planned path crosses a bound; the crossing is exact to the spacing of the path. The length
+//! that the planner reserves for a lane change before the lane ends is not published; the length of the
+//! change is used instead.
 
 use super::factor::{Behavior, FactorContext, FactorInterval};
 use super::path_offsets::{PathOffsets, crossing};
@@ -34,7 +34,7 @@ pub(super) fn sideways(
     });
     let phase = match (crossing, topic) {
         (Some(_), _) => LaneChangePhase::Running,
-        // Not signalled while it waits.
+        // A waiting lane change of this kind is not signalled.
         (None, FactorTopic::AvoidanceByLaneChange) => LaneChangePhase::Unsignalled,
         (None, _) => LaneChangePhase::Waiting,
     };
@@ -49,7 +49,7 @@ pub(super) fn sideways(
     })
 }
 
-/// Returns the side that the factor names, or else its module's name, or else its offsets.
+/// Returns the side from the factor, or else from its module's name, or else from its offsets.
 fn side(topic: FactorTopic, factor: &PlanningFactor, interval: &FactorInterval) -> Option<Side> {
     let named = match factor.known_behavior() {
         Behavior::ShiftLeft => Some(Side::Left),

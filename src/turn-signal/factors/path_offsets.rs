@@ -1,4 +1,4 @@
-//! The planned path beside the middle of its lanelets: how far it is off, where it crosses a bound.
+//! The planned path relative to the middle of its lanelets: its lateral offset, and where it crosses a bound.
 
 use super::factor::{FactorContext, Ramp};
 use super::reference_line::ReferenceLine;
@@ -9,32 +9,32 @@ use lanelet2_map::geometry::polyline::nearest_index;
 use lanelet2_map::geometry::{Point, Pose};
 use lanelet2_map::lane_network::{LaneId, LaneNetwork, Lanelet};
 
-/// Offsets that differ by less are one offset, metres: planned paths are smoothed.
+/// Offsets that differ by less than this are equal, metres; planned paths are smoothed.
 const SAME_OFFSET_M: f64 = 0.05;
-/// So many short lanelets can lie between two points of a path.
+/// Maximum number of short lanelets between two points of a path.
 pub(super) const MAX_LANES_BETWEEN: u32 = 4;
 
 /// A planned path, measured against the lanelets it follows.
 #[derive(Debug, Clone)]
 pub(super) struct PathOffsets {
     pub(super) poses: Vec<Pose>,
-    /// Limits by which a point of the path is found by heading and height as well; `None` = by position
+    /// Limits within which a point of the path is also found by heading and height; `None` = by position
     /// alone.
     limits: Option<NearestLimits>,
-    /// The lanelets of the path that follow each other, from its first one on: the lane the vehicle
-    /// is in, also while the path leads beside it.
+    /// The consecutive lanelets of the path from its first on: the vehicle's lane, even while the path leaves
+    /// it.
     pub(super) lanes: Vec<LaneId>,
     middle: ReferenceLine,
-    /// Offset of each point of the path to the left of it, metres.
+    /// Offset of each point of the path to the left of the middle of the lane, metres.
     offsets_m: Vec<f64>,
 }
 
 impl PathOffsets {
-    /// Measures the planned path; `None` when it cannot be used.
+    /// Measures the planned path; `None` if it is unusable.
     pub(super) fn new(context: &FactorContext<'_>) -> Option<Self> {
         let path = context.path.filter(|path| path.len() > 1)?;
         let poses: Vec<Pose> = path.iter().map(|point| point.pose).collect();
-        // A path that is not a line is of no use for anything.
+        // A path that is not a line is unusable.
         ShiftedPath::new(poses.clone(), Vec::new()).ok()?;
         let lanes = lanes(context, path);
         let middle = lanes.iter().filter_map(|id| context.road.lane(*id)).flat_map(|lane| &lane.centerline);
@@ -44,8 +44,7 @@ impl PathOffsets {
         Some(Self { poses, limits, lanes, middle, offsets_m })
     }
 
-    /// Returns the path with the mean of the offsets around each of its points, of as many before as after
-    /// it, within a distance.
+    /// Returns the path with each offset averaged over as many points before as after it, within a distance.
     pub(super) fn smoothed(mut self, within_m: f64) -> Self {
         let mean_m = |(index, here): (usize, &Pose)| {
             let is_near = |pose: &&Pose| pose.position.distance_m(here.position) <= within_m;
@@ -66,12 +65,12 @@ impl PathOffsets {
         self.middle.offset_m(pose, self.limits)
     }
 
-    /// Returns the offset of the point of the path next to a pose, metres.
+    /// Returns the offset of the path's point nearest to a pose, metres.
     pub(super) fn path_offset_m(&self, pose: Pose) -> f64 {
         self.offsets_m.get(self.nearest_index(pose)).copied().unwrap_or_default()
     }
 
-    /// Returns the path's point next to a pose.
+    /// Returns the index of the path's point nearest to a pose.
     pub(super) fn nearest_index(&self, pose: Pose) -> usize {
         match self.limits {
             Some(limits) => nearest_visit(&self.poses, pose, limits, None),
@@ -90,7 +89,7 @@ impl PathOffsets {
         line.offset_m(pose, self.limits)
     }
 
-    /// Returns the path with the offsets that these ramps, in order, make: linear within a ramp.
+    /// Returns the path with the offsets that result from these ramps, in order, linear within each ramp.
     pub(super) fn ramped(&self, ramps: &[Ramp]) -> Option<ShiftedPath> {
         let spans: Vec<(usize, usize, &Ramp)> = ramps
             .iter()
@@ -111,9 +110,9 @@ impl PathOffsets {
         ShiftedPath::new(self.poses.clone(), shifts_m).ok()
     }
 
-    /// Returns the ramps of the path itself between two poses: its offset changes by `threshold_m` or more in
-    /// one direction. A smooth path hardly moves at the ends of a ramp, so that these begin a little
-    /// later and end a little earlier than they were planned.
+    /// Returns the ramps of the path itself between two poses: changes of the offset by `threshold_m` or more
+    /// in one direction. A smooth path hardly moves at the ends of a ramp, so these ramps begin a little
+    /// later and end a little earlier than planned.
     pub(super) fn own_ramps(&self, from: Pose, to: Pose, threshold_m: f64) -> Vec<Ramp> {
         let within = (self.nearest_index(from), self.nearest_index(to));
         let ramps = self.ramps_within(within, threshold_m, SAME_OFFSET_M).into_iter();
@@ -170,7 +169,7 @@ pub(super) fn crossing(
     None
 }
 
-/// Returns the lanelet that contains a point: this one, or one of at most `most` that follow it.
+/// Returns the lanelet that contains a point: `lane`, or one of at most `most` lanelets that follow it.
 fn onward<'a>(road: &'a LaneNetwork, lane: &'a Lanelet, point: Point, most: u32) -> Option<&'a Lanelet> {
     if lane.contains(point) {
         return Some(lane);
@@ -179,8 +178,8 @@ fn onward<'a>(road: &'a LaneNetwork, lane: &'a Lanelet, point: Point, most: u32)
     next.into_iter().find_map(|next| onward(road, next, point, most - 1))
 }
 
-/// Returns the lanelets of the path that follow each other. Without a name for the first one, the lanelet of
-/// the route next to the vehicle stands for it.
+/// Returns the consecutive lanelets of the path. If the first point names no lanelet, the lanelet of the
+/// route nearest to the vehicle is used.
 fn lanes(context: &FactorContext<'_>, path: &[PlannedPathPoint]) -> Vec<LaneId> {
     let known = |id: &LaneId| context.road.lane(*id).is_some();
     let named = path.first().map_or(&[][..], |point| &point.lanes);

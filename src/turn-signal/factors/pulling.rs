@@ -1,8 +1,8 @@
-//! Pull-out and pull-over made of planning factors, which have start, end and offsets. The rest is inferred:
-//! the vehicle has not departed while it is within a metre of the start, and the planner's path counts as one
-//! piece. The pose at which the vehicle begins to slow down before its path to the roadside is decided comes
-//! from a factor to stop or slow down; without one, it is the first point whose planned speed is what is left
-//! to the stop in the search time.
+//! Builds pull-outs and pull-overs from planning factors, which have start, end and offsets. The rest is
+//! inferred: the vehicle has not departed while it is within a metre of the start, and the planner's path
+//! counts as one piece. Before the path to the roadside is decided, the pose at which the vehicle begins to
+//! slow down comes from a factor to stop or slow down; without such a factor, it is the first point whose
+//! planned speed covers the remaining distance to the stop within the search time.
 
 use super::factor::{Behavior, FactorContext, Made, Ramp};
 use super::path_offsets::PathOffsets;
@@ -16,12 +16,12 @@ use crate::shift::ShiftedPath;
 use lanelet2_map::geometry::{Point, Pose};
 use lanelet2_map::lane_network::LaneId;
 
-/// Distance from its start up to which the vehicle has not departed, metres.
+/// Distance from the start within which the vehicle has not departed, metres.
 const DEPARTED_M: f64 = 1.0;
-/// A planned speed within this share of the limit is at the limit.
+/// A planned speed of at least this share of the limit counts as at the limit.
 const AT_LIMIT: f64 = 0.95;
 
-/// Returns the pull-out of a factor. Its `behavior` comes from upstream's own signal and is not used.
+/// Returns the pull-out of a factor. Ignores its `behavior`, which comes from upstream's own signal.
 pub(super) fn out(
     context: &FactorContext<'_>,
     path_offsets: Option<&PathOffsets>,
@@ -32,7 +32,7 @@ pub(super) fn out(
     let lanes = path_offsets.map(|path_offsets| path_offsets.lanes.clone()).filter(|lanes| !lanes.is_empty());
     let lanes: Vec<LaneId> = lanes.unwrap_or_else(|| context.route.lanes().collect());
     if !factor.is_driving_forward {
-        // Backing up needs neither path nor offsets: hazard lights, wherever it leads.
+        // Backing up needs neither path nor offsets: the hazard lights are used, wherever it leads.
         let ahead = Pose { position: ego.point_at(1.0, 0.0), yaw_rad: ego.yaw_rad };
         let path = ShiftedPath::new(vec![ego, ahead], vec![0.0, 0.0]).ok();
         let pull_out = PullOut {
@@ -78,8 +78,8 @@ pub(super) fn forwards(
     }
 }
 
-/// Returns the pull-over of the module's factors: decided when one of them shifts, else announced by those
-/// that stop or slow down.
+/// Returns the pull-over of the module's factors: decided if one of them shifts, otherwise announced by
+/// factors to stop or slow down.
 pub(super) fn over(
     context: &FactorContext<'_>,
     path_offsets: Option<&PathOffsets>,
@@ -131,7 +131,8 @@ fn undecided(
     })
 }
 
-/// Returns the first point whose planned speed is what is left to the stop in the search time.
+/// Returns the first point whose planned speed covers the remaining distance to the stop within the search
+/// time.
 fn begins_to_brake(context: &FactorContext<'_>, stop: Point) -> Option<Pose> {
     let at_limit = |speed_mps: f64, left_m: f64| {
         let limit_mps = left_m / context.parameters.search_time_s;

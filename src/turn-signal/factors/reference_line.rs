@@ -1,4 +1,4 @@
-//! A line from which offsets are measured: the middle of lanelets that follow each other, or a path.
+//! A line from which offsets are measured: the middle of consecutive lanelets, or a path.
 
 use lanelet2_map::geometry::path::NearestLimits;
 use lanelet2_map::geometry::{Point, Pose, wrapped};
@@ -15,11 +15,11 @@ pub(super) struct ReferenceLine {
 struct Piece {
     from: Point,
     yaw_rad: f64,
-    /// Its direction.
+    /// Sine of the piece's direction.
     sin: f64,
     cos: f64,
     length_m: f64,
-    /// Arc length of its end from the first point of the line, metres.
+    /// Arc length from the first point of the line to the end of the piece, metres.
     end_m: f64,
 }
 
@@ -42,20 +42,20 @@ impl ReferenceLine {
         Self { first, pieces }
     }
 
-    /// Returns the offset of a pose to the left of the nearest piece, metres; 0 without a line. With
-    /// `limits`, of the pieces that face alike, if there are any: a line may come back by the lane beside.
+    /// Returns the offset of a pose to the left of the nearest piece, metres; 0 for an empty line. With
+    /// `limits`, prefers pieces with a similar heading, since a line may return in the neighbouring lane.
     pub(super) fn offset_m(&self, pose: Pose, limits: Option<NearestLimits>) -> f64 {
         self.offset_near_m(pose, limits, &mut 0)
     }
 
-    /// Returns the offsets of poses that follow each other, as [`Self::offset_m`] has them.
+    /// Returns the offsets of consecutive poses, as [`Self::offset_m`] computes them.
     pub(super) fn offsets_m(&self, poses: &[Pose], limits: Option<NearestLimits>) -> Vec<f64> {
         let mut near = 0;
         poses.iter().map(|pose| self.offset_near_m(*pose, limits, &mut near)).collect()
     }
 
-    /// `near` is the index of a piece from which on the nearest is probably found, and becomes the index of
-    /// the nearest.
+    /// Like [`Self::offset_m`], starting the search at the piece `near`, which becomes the index of the
+    /// nearest piece.
     fn offset_near_m(&self, pose: Pose, limits: Option<NearestLimits>, near: &mut usize) -> f64 {
         let point = pose.position;
         let faces_alike = |piece: &Piece| {
@@ -70,8 +70,8 @@ impl ReferenceLine {
         piece.left_m(point, piece.along_m(point))
     }
 
-    /// Returns the nearest of the pieces that qualify, the first of equally near ones, with its index.
-    /// `probable` is looked at first.
+    /// Returns the nearest qualifying piece and its index; of equally near pieces, the first. Checks
+    /// `probable` first.
     fn nearest(
         &self,
         point: Point,
@@ -104,13 +104,13 @@ impl ReferenceLine {
 }
 
 impl Piece {
-    /// Returns the arc length from its start to the place that is nearest to a point, metres.
+    /// Returns the arc length from the start of the piece to its nearest place to a point, metres.
     fn along_m(&self, point: Point) -> f64 {
         let along_m = (point.x_m - self.from.x_m) * self.cos + (point.y_m - self.from.y_m) * self.sin;
         along_m.clamp(0.0, self.length_m)
     }
 
-    /// Returns how far a point lies to the left of the place at an arc length, metres.
+    /// Returns the lateral distance of a point to the left of the place at an arc length, metres.
     fn left_m(&self, point: Point, along_m: f64) -> f64 {
         let (x_m, y_m) = (self.from.x_m + along_m * self.cos, self.from.y_m + along_m * self.sin);
         (point.y_m - y_m) * self.cos - (point.x_m - x_m) * self.sin
@@ -134,7 +134,7 @@ mod tests {
             ReferenceLine::new(points.iter().map(|(x_m, y_m)| Point::new(*x_m, *y_m)))
         };
         let limits = Some(NearestLimits { distance_m: 3.0, yaw_rad: 1.0 });
-        // There and back by the lane beside, with a point twice.
+        // Out and back in the neighbouring lane, with a repeated point.
         let there_and_back = line(&[(0.0, 0.0), (10.0, 0.0), (10.0, 0.0), (10.0, 4.0), (0.0, 4.0)]);
         let pose = Pose::new(5.0, 3.0, 0.0);
         let before = Pose::new(-7.0, 1.5, 0.0);

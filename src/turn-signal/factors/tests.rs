@@ -1,4 +1,4 @@
-//! Each manoeuvre of its factors, on a straight road of two lanes.
+//! Tests of each manoeuvre built from its factors, on a straight road with two lanes.
 
 #![allow(clippy::float_cmp)] // whole metres are exact
 #![allow(clippy::items_after_statements)] // tables with their short names
@@ -17,7 +17,7 @@ use gateway_base::time::MonoTime;
 use lanelet2_map::geometry::{Point, Pose};
 use lanelet2_map::lane_network::{LaneNetwork, Lanelet};
 
-/// A straight lane of 3.5 m.
+/// Returns a straight lanelet, 3.5 m wide.
 pub(super) fn lane(id: i64, from_m: f64, to_m: f64, y_m: f64, followers: &[i64]) -> Lanelet {
     let line = |y_m: f64| vec![Point::new(from_m, y_m), Point::new(to_m, y_m)];
     Lanelet {
@@ -30,7 +30,7 @@ pub(super) fn lane(id: i64, from_m: f64, to_m: f64, y_m: f64, followers: &[i64])
     }
 }
 
-/// Lanes 1 and 2 one behind the other, 11 and 12 to their left.
+/// Returns lanelets 1 and 2 one after the other, with 11 and 12 to their left.
 fn road() -> LaneNetwork {
     let lanes = [
         lane(1, 0.0, 60.0, 0.0, &[2]),
@@ -41,7 +41,7 @@ fn road() -> LaneNetwork {
     LaneNetwork::new(lanes, Vec::new())
 }
 
-/// A path along x, a point each metre from 0 to 150, at these offsets, on these lanelets.
+/// Returns a path along x with a point at each metre from 0 to 150, with these offsets and lanelets.
 fn path(offset_m: impl Fn(f64) -> f64, lanes: impl Fn(f64) -> Vec<i64>) -> Vec<PlannedPathPoint> {
     let point = |x: i32| {
         let x = f64::from(x);
@@ -54,7 +54,7 @@ fn own_lanes(x: f64) -> Vec<i64> {
     if x < 60.0 { vec![1] } else { vec![2] }
 }
 
-/// Smooth from `before` to `after` between two positions.
+/// Returns a value that changes smoothly from `before` to `after` between two positions.
 fn smooth(x: f64, from: f64, to: f64, before: f64, after: f64) -> f64 {
     let share = ((x - from) / (to - from)).clamp(0.0, 1.0);
     before + (after - before) * (3.0 - 2.0 * share) * share * share
@@ -71,7 +71,7 @@ fn factor(behavior: u16, points: &[(f64, f64)]) -> PlanningFactor {
     PlanningFactor { behavior, is_driving_forward: true, detail: "".into(), control_points }
 }
 
-/// Manoeuvres and findings of these factors, with the vehicle at `x_m`.
+/// Returns the manoeuvres and findings of these factors, with the vehicle at `x_m`.
 fn made_of(
     x_m: f64,
     path: Option<&[PlannedPathPoint]>,
@@ -111,7 +111,7 @@ fn only<T>(mut all: Vec<T>) -> T {
     all.pop().unwrap()
 }
 
-/// The only manoeuvre, without any finding.
+/// Returns the only manoeuvre, and asserts that there is no finding.
 fn manoeuvre((manoeuvres, findings): (Vec<Manoeuvre>, Vec<InputFinding>)) -> Manoeuvre {
     assert_eq!(findings, []);
     only(manoeuvres)
@@ -131,7 +131,7 @@ fn avoidance(made: (Vec<Manoeuvre>, Vec<InputFinding>)) -> Avoidance {
 fn a_lane_change_has_side_start_end_and_where_its_path_crosses_the_bound() {
     let ids = |x: f64| if x < 60.0 { vec![1, 11] } else { vec![2, 12] };
     let changing = path(|x| smooth(x, 40.0, 100.0, 0.0, 3.5), ids);
-    // The side of the factor comes before the name of the module.
+    // The side of the factor takes precedence over the name of the module.
     for (topic, behavior, side) in [
         (FactorTopic::LaneChangeLeft, 4, Side::Left),
         (FactorTopic::LaneChangeLeft, 1, Side::Left),
@@ -144,7 +144,7 @@ fn a_lane_change_has_side_start_end_and_where_its_path_crosses_the_bound() {
         assert_eq!((change.side, change.phase), (side, LaneChangePhase::Running), "{topic:?}");
         assert_eq!(change.start.map(|pose| pose.position.x_m), Some(40.0));
         assert_eq!(change.end.map(|pose| pose.position.x_m), Some(100.0));
-        // Half of the lane change, to the next point.
+        // Half of the lane change, rounded to the next point.
         let crossing = change.crossing.unwrap().position;
         assert!((70.0..=71.0).contains(&crossing.x_m), "{crossing:?}");
         assert_eq!(change.minimum_length_m, 60.0);
@@ -180,7 +180,7 @@ fn a_batch_of_one_shift_line_is_that_line() {
     assert_eq!(avoiding.path.offset_between_m(50, 65), 0.75, "linear in between");
     let next = avoidance(made_of(66.0, Some(&out), &factors));
     assert_eq!(only(next.lines).id, line.id, "the same line in the next cycle");
-    // Far before it, another manoeuvre shifts the path.
+    // Long before it, another manoeuvre shifts the path.
     let pulling_out = path(|x| smooth(x, 5.0, 30.0, -2.0, 0.0) + smooth(x, 50.0, 80.0, 0.0, 1.5), own_lanes);
     assert_eq!(avoidance(made_of(10.0, Some(&pulling_out), &factors)).current_shift_m, 0.0);
     // Before it is approved, the path stays in the middle.
@@ -207,12 +207,12 @@ fn a_batch_that_comes_back_is_read_off_the_path() {
         assert!(found.abs_diff(planned) <= 4, "{found} for {planned}");
     }
     assert!(avoiding.approved);
-    // Within the first line, the begin of which is not on the path any more.
+    // Within the first line, whose beginning is no longer on the path.
     let avoiding = avoidance(made_of(50.0, Some(&there_and_back[45..]), &factors));
     let first = avoiding.lines[0];
     assert_eq!((first.line.start.position.x_m, first.start_shift_m), (40.0, 0.0));
     assert_eq!(avoiding.lines[1].end_shift_m, 0.0);
-    // Past the first line, and before the path reaches the second one: each alone is what it is.
+    // After the first line, and before the path reaches the second: each is identified alone.
     let back = only(avoidance(made_of(85.0, Some(&there_and_back[75..]), &factors)).lines);
     assert!(back.start_shift_m < -1.4 && back.end_shift_m == 0.0, "{back:?}");
     let out = only(avoidance(made_of(30.0, Some(&there_and_back[..70]), &factors)).lines);
@@ -242,7 +242,7 @@ fn pulling_out_shifts_by_its_offsets_and_backwards_requests_hazard_lights() {
 fn pulling_over_is_decided_by_a_shift_and_announced_by_braking() {
     let mut straight = path(|_| 0.0, own_lanes);
     for point in &mut straight {
-        // Three seconds to the stop at 120 m, from 90 m on.
+        // Three seconds before the stop at 120 m, starting at 90 m.
         let left_m = 120.0 - point.pose.position.x_m;
         point.speed_mps = if left_m > 30.0 { 10.0 } else { (left_m / 3.0).max(0.0) };
     }

@@ -1,9 +1,9 @@
-//! Manoeuvres of a planner that sends a plain trajectory and no planning factors
+//! Derives manoeuvres for a planner that sends a plain trajectory and no planning factors
 //! (docs/turn-signal-decider.md, "Learned planners").
 //!
-//! The trajectory is put behind the way that the vehicle has come, so that a manoeuvre is seen as a whole
-//! until it is over. Its points are placed on the lanelets of the route, and each change of the offset from
-//! the middle of the vehicle's lane becomes a manoeuvre by where it begins and ends.
+//! The trajectory is appended to the driven path, so that a manoeuvre stays visible as a whole until it is
+//! over. The points are placed on the lanelets of the route, and each change of the offset from the middle of
+//! the vehicle's lane becomes a manoeuvre whose kind follows from its start and end.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -24,33 +24,33 @@ use lanelet2_map::geometry::Pose;
 use lanelet2_map::geometry::path::nearest_visit;
 use lanelet2_map::lane_network::{LaneId, LaneNetwork, Lanelet};
 
-/// Points of the path are at least this far apart, metres; a trajectory may have many more.
+/// Minimum distance between points of the path, metres; a trajectory may be denser.
 const STEP_M: f64 = 1.0;
-/// So many points of the driven path are kept: more than a lane change at the speed of a city.
+/// Maximum number of points of the driven path: more than a lane change at city speed needs.
 const MAX_DRIVEN: usize = 120;
-/// A position farther from the one before than this is another drive, metres.
+/// A position farther than this from the previous one starts a new drive, metres.
 const MAX_JUMP_M: f64 = 5.0;
-/// Points that are nearer to each other are one, metres: a vehicle that stands has many.
+/// Points nearer to each other than this are merged, metres: a standing vehicle produces many.
 const SAME_POINT_M: f64 = 0.1;
 /// A vehicle that begins to leave the roadside within this distance of where it stood pulls out from there,
-/// metres: a smooth path hardly moves at the ends of a ramp.
+/// metres; a smooth path hardly moves at the ends of a ramp.
 const PULLS_OUT_WITHIN_M: f64 = 20.0;
-/// A vehicle that stands this near to the end of its trajectory has arrived, metres.
+/// A vehicle that stands within this distance of the end of its trajectory has arrived, metres.
 const ARRIVED_M: f64 = 1.0;
-/// An offset may move back by so much within a manoeuvre, metres: positions are measured, and trajectories
-/// not smoothed.
+/// Tolerated backward change of the offset within a manoeuvre, metres: positions are measured, and
+/// trajectories are not smoothed.
 const RIPPLE_M: f64 = 0.2;
-/// A ramp may have crossed a bound of its lane up to so many points before it is seen to begin: a ripple
-/// hides its begin.
+/// Maximum number of points by which a ramp may have crossed a bound of its lane before its detected start:
+/// ripple hides the true start.
 const TRIMMED: usize = 5;
-/// Offsets are the mean of those within this distance, metres: positions and trajectories are noisy.
+/// Offsets are averaged within this distance, metres: positions and trajectories are noisy.
 const SMOOTHED_M: f64 = 4.0;
-/// A ramp that ends at most this far before the end of a trajectory may go on, metres.
+/// A ramp that ends at most this far before the end of a trajectory may continue beyond it, metres.
 const BEYOND_M: f64 = 5.0;
-/// Lanelets at most this far from the one before are looked for first, metres.
+/// Lanelets at most this far from the previous point are searched first, metres.
 const AROUND_M: f64 = 20.0;
 
-/// The way that the vehicle has come, as far as it matters.
+/// The part of the driven path that matters for manoeuvres.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct DrivenPath {
     points: VecDeque<Odometry>,
@@ -60,7 +60,7 @@ pub struct DrivenPath {
 type Span = ((usize, usize), Ramp);
 
 impl DrivenPath {
-    /// Takes a position of the vehicle.
+    /// Adds a position of the vehicle.
     pub fn update(&mut self, odometry: Odometry) {
         let moved_m = |last: &Odometry| last.pose.position.distance_m(odometry.pose.position);
         if !odometry.pose.is_finite() || !odometry.speed_mps.is_finite() {
@@ -79,7 +79,7 @@ impl DrivenPath {
     }
 }
 
-/// Returns the manoeuvres of a trajectory, in the order of the chain. It must be finite.
+/// Returns the manoeuvres of a trajectory, in the order of the chain. The trajectory must be finite.
 pub fn trajectory_manoeuvres(
     context: &FactorContext<'_>,
     driven: &DrivenPath,
@@ -91,7 +91,7 @@ pub fn trajectory_manoeuvres(
     manoeuvres.into_iter().map(|value| Timed { at: trajectory.at, value }).collect()
 }
 
-/// Returns the driven path, the vehicle and the trajectory before it as one path on lanelets, and the index
+/// Returns the driven path, the vehicle and the trajectory ahead of it as one path on lanelets, and the index
 /// of the vehicle.
 fn whole_path(
     context: &FactorContext<'_>,
@@ -126,7 +126,7 @@ fn whole_path(
             way.push((point.pose, point.speed_mps));
         }
     }
-    // What the vehicle does at the end matters: the last point stands for those before it.
+    // The vehicle's state at the end matters: the last point replaces the points just before it.
     if let Some(last) = ahead.last() {
         let is_near = far_m(&way, last) < STEP_M;
         if is_near && way.len() > ego_index + 1 {
@@ -139,8 +139,8 @@ fn whole_path(
     (on_lanes(context, way), ego_index)
 }
 
-/// Places the points of a path on the lanelets of the route: first the lanelet of the point, then those
-/// beside it.
+/// Places the points of a path on the lanelets of the route. Each point lists its own lanelet first, then the
+/// lanelets beside it.
 fn on_lanes(context: &FactorContext<'_>, way: Vec<(Pose, f64)>) -> Vec<PlannedPathPoint> {
     let (road, route, limits) = (context.road, context.route, context.parameters.nearest);
     let mut before: Option<(LaneId, Vec<LaneId>)> = None;
@@ -169,7 +169,7 @@ fn derived(context: &FactorContext<'_>, points: &[PlannedPathPoint], ego_index: 
     let offsets = offsets.smoothed(SMOOTHED_M);
     let threshold_m = context.parameters.shift_length_threshold_m;
     let spans = offsets.ramps_within((0, points.len() - 1), threshold_m, RIPPLE_M);
-    // Whoever comes back into the lane has not changed it.
+    // A vehicle that returns to its lane has not changed lanes.
     let is_back = |((_, end), _): &Span| {
         let lane = points.get(*end).and_then(|point| point.lanes.first());
         lane.is_some_and(|lane| offsets.lanes.contains(lane))
@@ -179,7 +179,7 @@ fn derived(context: &FactorContext<'_>, points: &[PlannedPathPoint], ego_index: 
     };
     let last_back = spans.iter().rposition(|span| crosses(span) && is_back(span));
     let changes_lane = |index: usize, span: &Span| last_back.is_none_or(|back| back < index) && crosses(span);
-    // A lane change that is over has made its lane the vehicle's own.
+    // A completed lane change has made its lane the vehicle's own.
     let is_over = |span: &&Span| {
         let ((_, end), _) = span;
         *end < ego_index
@@ -216,26 +216,26 @@ fn derived(context: &FactorContext<'_>, points: &[PlannedPathPoint], ego_index: 
     manoeuvres
 }
 
-/// Returns whether a path leaves its lanelet for one that does not follow it, between two indices.
+/// Returns whether a path leaves its lanelet, between two indices, for a lanelet that does not follow it.
 fn leaves_sideways(road: &LaneNetwork, points: &[PlannedPathPoint], (from, to): (usize, usize)) -> bool {
     let lanes = points.get(from..=to).unwrap_or_default().iter().filter_map(|point| point.lanes.first());
     let lanes: Vec<LaneId> = lanes.copied().collect();
     lanes.windows(2).any(|pair| !leads_to(road, pair[0], pair[1], MAX_LANES_BETWEEN))
 }
 
-/// Returns whether a lanelet is another one, or at most `most` lanelets later follows it.
+/// Returns whether `to` equals `from`, or follows it within `most` lanelets.
 fn leads_to(road: &LaneNetwork, from: LaneId, to: LaneId, most: u32) -> bool {
     from == to || most > 0 && road.followers(from).iter().any(|next| leads_to(road, *next, to, most - 1))
 }
 
-/// Returns whether a path leads from a stand off the middle towards it.
+/// Returns whether a path leads from standstill off the middle towards the middle.
 fn pulls_out(context: &FactorContext<'_>, points: &[PlannedPathPoint], (_, ramp): &Span) -> bool {
     let stood = points.first().is_some_and(|point| point.speed_mps.abs() < STOP_SPEED_MPS);
     let is_off = ramp.before_m.abs() >= context.parameters.pull_out_minimum_shift_m;
     stood && is_off && ramp.after_m.abs() < ramp.before_m.abs()
 }
 
-/// Returns whether a path ends in a stand off the middle of the last lanelets of the route.
+/// Returns whether a path ends at standstill, off the middle of the last lanelets of the route.
 fn pulls_over(context: &FactorContext<'_>, points: &[PlannedPathPoint], (_, ramp): &Span) -> bool {
     let Some(last) = points.last() else { return false };
     let off_m = off_middle_m(context, last);
@@ -245,14 +245,14 @@ fn pulls_over(context: &FactorContext<'_>, points: &[PlannedPathPoint], (_, ramp
     stands && is_at_end && moves_out && off_m.abs() >= context.parameters.pull_out_minimum_shift_m
 }
 
-/// Returns a ramp from where the vehicle stood, unless it first drives along the roadside.
+/// Returns a ramp that starts where the vehicle stood, unless it first drives along the roadside.
 fn from_stand(points: &[PlannedPathPoint], ramp: &Ramp) -> Ramp {
     let stand = points.first().map(|point| point.pose);
     let near = stand.filter(|pose| pose.position.distance_m(ramp.start.position) <= PULLS_OUT_WITHIN_M);
     Ramp { start: near.unwrap_or(ramp.start), ..*ramp }
 }
 
-/// Returns a ramp to where the path ends in a stand.
+/// Returns a ramp that ends where the path comes to a standstill.
 fn to_stand(points: &[PlannedPathPoint], ramp: &Ramp) -> Ramp {
     Ramp { end: points.last().map_or(ramp.end, |point| point.pose), ..*ramp }
 }
@@ -265,7 +265,7 @@ fn has_arrived(context: &FactorContext<'_>, points: &[PlannedPathPoint]) -> bool
     speed_mps.abs() < STOP_SPEED_MPS && is_at_end
 }
 
-/// Returns the offset of a point to the left of the middle of its lanelet, metres; 0 without one.
+/// Returns the offset of a point to the left of the middle of its lanelet, metres; 0 without a lanelet.
 fn off_middle_m(context: &FactorContext<'_>, point: &PlannedPathPoint) -> f64 {
     let lane = point.lanes.first().and_then(|id| context.road.lane(*id));
     let limits = context.looks_at_height.then_some(context.parameters.nearest);
@@ -273,8 +273,8 @@ fn off_middle_m(context: &FactorContext<'_>, point: &PlannedPathPoint) -> f64 {
     lane.map_or(0.0, |lane| middle(lane).offset_m(point.pose, limits))
 }
 
-/// Returns whether a path continues, or stands, where a ramp of it ends: otherwise the ramp leads beyond the
-/// horizon, and what it becomes is not known yet.
+/// Returns whether a path continues, or stands, where a ramp of it ends; otherwise the ramp leads beyond the
+/// horizon and its kind is not known yet.
 fn is_complete(points: &[PlannedPathPoint], end: usize) -> bool {
     let (Some(at), Some(last)) = (points.get(end), points.last()) else { return false };
     last.speed_mps.abs() < STOP_SPEED_MPS || at.pose.position.distance_m(last.pose.position) > BEYOND_M

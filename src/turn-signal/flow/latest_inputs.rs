@@ -1,4 +1,4 @@
-//! The latest message of each kind that Autoware sent, and when it came.
+//! The latest message of each kind from Autoware, with its time of reception.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -16,7 +16,7 @@ pub(super) struct LatestInputs {
     odometry_stamp: Option<WallStamp>,
     path: Option<Timed<Arc<[PlannedPathPoint]>>>,
     trajectory: Option<Timed<Arc<[TrajectoryPoint]>>>,
-    /// The way that the vehicle has come.
+    /// The driven path.
     pub(super) driven: DrivenPath,
     pub(super) factors: Factors,
     modified_goal: Option<(u128, Pose)>,
@@ -28,11 +28,12 @@ pub(super) struct LatestInputs {
 }
 
 impl LatestInputs {
-    /// Keeps a message that came at `at`. A route is not kept here.
+    /// Stores a message received at `at`, except a route.
     pub(super) fn update(&mut self, input: PlannerInput, at: MonoTime) {
         match input {
             PlannerInput::Odometry { odometry, stamp } => {
-                // The same measurement once more makes it no younger. Who sets no stamp is believed.
+                // A repeated measurement does not renew its age. A message without a stamp is always
+                // accepted.
                 let is_repeated = self.odometry_stamp == Some(stamp) && stamp != WallStamp::default();
                 if !is_repeated {
                     self.odometry = Some(Timed { at, value: odometry });
@@ -65,7 +66,7 @@ impl LatestInputs {
         self.path.as_ref().map(|path| Timed { at: path.at, value: path.value.len() })
     }
 
-    /// Returns the planned path, if it can be used; the decider reports its age.
+    /// Returns the planned path, if it is usable; the decider reports its age.
     pub(super) fn planned_path(
         &self,
         limit: Duration,
@@ -80,7 +81,7 @@ impl LatestInputs {
         None
     }
 
-    /// Returns the trajectory of a planner of which no planning factors were received, if it can be used.
+    /// Returns the trajectory of a planner without planning factors, if it is usable.
     pub(super) fn trajectory(
         &self,
         limit: Duration,
@@ -100,7 +101,8 @@ impl LatestInputs {
         None
     }
 
-    /// Returns whether lanes are driven: so without any scenario, and not once the last one is too old.
+    /// Returns whether the planner drives lanes: true before any scenario was received, false once the last
+    /// scenario is too old.
     pub(super) fn lane_driving(
         &self,
         limit: Duration,

@@ -1,4 +1,4 @@
-//! Shadow mode: the share of cycles in which the decider commands the same as Autoware's own.
+//! Shadow mode: the share of cycles in which the decider agrees with Autoware's own commands.
 
 use std::time::Duration;
 
@@ -9,9 +9,9 @@ use gateway_base::time::MonoTime;
 pub(super) struct CommandDisagreement<T> {
     pub(super) ours: T,
     pub(super) autoware: EnumOrUnknown<T>,
-    /// When they began to differ, from whatever they were.
+    /// Start of the difference, whatever the commands were.
     pub(super) since: MonoTime,
-    /// It has lasted longer than is tolerated.
+    /// The difference has lasted longer than is tolerated.
     counts: bool,
 }
 
@@ -19,9 +19,9 @@ pub(super) struct CommandDisagreement<T> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct ShadowComparison<T> {
     pub(super) agreed: u64,
-    /// Cycles with different ones, but not for longer than is tolerated.
+    /// Cycles with different commands, within the tolerated time.
     pub(super) tolerated: u64,
-    /// Cycles with different ones for longer.
+    /// Cycles with different commands for longer than is tolerated.
     pub(super) disagreed: u64,
     /// Cycles without two commands to compare.
     pub(super) skipped: u64,
@@ -34,9 +34,9 @@ impl<T> Default for ShadowComparison<T> {
     }
 }
 
-/// A command by which a vehicle shows something, or nothing.
+/// A command to show or hide a light.
 pub(super) trait ComparableCommand: Copy + PartialEq {
-    /// Returns whether it asks for no light, since all are to be off or nothing is known.
+    /// Returns whether the command requests no light: all off, or nothing known.
     fn is_dark(self) -> bool;
 }
 
@@ -53,8 +53,8 @@ impl ComparableCommand for HazardCommand {
 }
 
 impl<T: ComparableCommand> ShadowComparison<T> {
-    /// Compares the commands of one cycle. Two that ask for no light are alike: upstream's deciders say
-    /// `NO_COMMAND` where this one says `DISABLE`.
+    /// Compares the commands of one cycle. Two commands without a light are equal: upstream's deciders send
+    /// `NO_COMMAND` where this one sends `DISABLE`.
     pub(super) fn compare(
         &mut self,
         ours: T,
@@ -84,8 +84,8 @@ impl<T: ComparableCommand> ShadowComparison<T> {
         self.present.is_some_and(|present| present.counts)
     }
 
-    /// Returns the percentage of compared cycles without a disagreement that counts; `None` when nothing
-    /// was compared.
+    /// Returns the percentage of compared cycles without a counted disagreement; `None` when nothing was
+    /// compared.
     #[allow(clippy::cast_precision_loss)] // cycles of a year stay far below 2^52
     pub(super) fn percent(&self) -> Option<f64> {
         let alike = self.agreed + self.tolerated;

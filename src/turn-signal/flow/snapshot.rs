@@ -1,4 +1,4 @@
-//! The present state of the decider, for people and programs that watch the gateway.
+//! The present state of the decider, for people and programs that monitor the gateway.
 
 use derive_more::Display;
 use schemars::JsonSchema;
@@ -119,7 +119,7 @@ pub struct CandidateSnapshot {
 }
 
 impl TurnSignalFlow {
-    /// The use of its decisions.
+    /// Returns the use of the decisions.
     pub(super) fn role(&self) -> DeciderUse {
         match self.settings.role {
             DeciderRole::Command => DeciderUse::Command,
@@ -127,7 +127,7 @@ impl TurnSignalFlow {
         }
     }
 
-    /// The present state.
+    /// Returns the present state.
     pub fn snapshot(&self, now: MonoTime) -> DeciderSnapshot {
         let message = self.summary();
         let verdicts = self.judge.counts().total();
@@ -151,7 +151,7 @@ impl TurnSignalFlow {
 }
 
 impl WrongSignal {
-    /// Returns what is shown of a judged signal.
+    /// Returns the displayed values of a judged signal.
     pub(super) fn of(judged: &JudgedManoeuvre) -> Self {
         let subject = judged.subject.and_then(|subject| subject.name(judged.side.into()));
         let position = judged.odometry.pose.position;
@@ -165,7 +165,7 @@ impl WrongSignal {
 }
 
 impl DecisionSnapshot {
-    /// The snapshot of a decision.
+    /// Returns the snapshot of a decision.
     pub fn of(decision: &Decision) -> Self {
         Self {
             turn: decision.turn,
@@ -197,7 +197,7 @@ impl CandidateSnapshot {
             subject: candidate.subject.name(candidate.turn),
             turn: candidate.turn,
             outcome: candidate.outcome,
-            // JSON has no other numbers.
+            // JSON can represent only finite numbers.
             distances_m: distances
                 .filter(|distances| distances.iter().all(|distance| distance.is_finite()))
                 .map(|distances| distances.map(|metres| rounded(metres, 1e3))),
@@ -205,7 +205,7 @@ impl CandidateSnapshot {
     }
 }
 
-/// A number rounded to a part of one; zero has no sign.
+/// Rounds a number to a fraction of one; removes the sign of zero.
 fn rounded(number: f64, parts: f64) -> f64 {
     (number * parts).round() / parts + 0.0
 }

@@ -17,7 +17,7 @@ use gateway_base::time::MonoTime;
 type Value = (&'static str, String);
 
 impl TurnSignalFlow {
-    /// The message: the worst finding, else the source of the command.
+    /// Returns the message: the worst finding, otherwise the source of the command.
     pub(super) fn summary(&self) -> MessagePart {
         let Some(decision) = &self.decision else { return catalogue::nothing_decided() };
         let worst = decision.findings.iter().rev().map(InputFinding::message).max_by_key(MessagePart::level);
@@ -31,7 +31,7 @@ impl TurnSignalFlow {
         message.with_text(|text| format!("{}: {text}", decision.turn))
     }
 
-    /// The route: its id, `none` or `refused`.
+    /// Returns the route: its id, `none` or `refused`.
     pub(super) fn route_text(&self) -> String {
         match &self.route {
             None => "none".to_owned(),
@@ -40,7 +40,7 @@ impl TurnSignalFlow {
         }
     }
 
-    /// Key/values in a fixed order.
+    /// Returns the key/values in a fixed order.
     pub(super) fn values(&self, now: MonoTime) -> Vec<Value> {
         let mut values = vec![("role", self.role().to_string())];
         if let Some(decision) = &self.decision {
@@ -74,7 +74,7 @@ impl TurnSignalFlow {
     }
 }
 
-/// The source of the command.
+/// Returns the source of the command.
 fn by_whom(decision: &Decision) -> MessagePart {
     let source = match &decision.basis {
         Basis::NoInputs => catalogue::no_inputs(),

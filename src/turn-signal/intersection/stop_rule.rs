@@ -1,13 +1,13 @@
 //! The rule for a vehicle that stands next to a turn with the signal of a manoeuvre on
-//! (docs/spec/turn-signal-decider.md, "Stop rule"). Upstream meant to switch it off; the effect that remains
-//! is that plain lanelets stand in the queue of turns.
+//! (docs/spec/turn-signal-decider.md, "Stop rule"). Upstream meant to switch it off; the remaining effect is
+//! that plain lanelets enter the queue of turns.
 
 use crate::decision_context::DecisionContext;
 use crate::side::Side;
 use lanelet2_map::geometry::polyline::nearest;
 use lanelet2_map::lane_network::{LaneId, Lanelet, TurnDirection};
 
-/// Returns whether the vehicle stands near or inside a turn to this side.
+/// Returns whether the vehicle stands near or inside a turn to `side`.
 pub(super) fn stands_at_turn(context: &DecisionContext<'_>, lanes: &[LaneId], side: Side) -> bool {
     let direction = match side {
         Side::Left => TurnDirection::Left,

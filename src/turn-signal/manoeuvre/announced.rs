@@ -1,17 +1,17 @@
-//! The manoeuvres that are announced, each known again from one cycle to the next
-//! (docs/spec/turn-signal-decider.md, "Identity of manoeuvres").
+//! Announced manoeuvres, recognised from one cycle to the next (docs/spec/turn-signal-decider.md, "Identity
+//! of manoeuvres").
 
 use crate::side::Side;
 use crate::subject::ManoeuvreKind;
 use lanelet2_map::geometry::Pose;
 use lanelet2_map::geometry::path::PathFrame;
 
-/// Ends farther apart than this in two consecutive cycles belong to two manoeuvres, metres. A lane change
-/// that waits moves with the vehicle, by less than this in a cycle.
+/// Ends farther apart than this in two consecutive cycles belong to two manoeuvres, metres. A waiting lane
+/// change moves with the vehicle, by less than this per cycle.
 pub const SAME_END_M: f64 = 5.0;
-/// Nearer ends nevertheless belong to two manoeuvres when their distances from the vehicle along the path
-/// differ by more than this, metres: the path comes by twice, as on a ring or a helix. Within a cycle the
-/// vehicle itself passes less.
+/// Nearer ends belong to two manoeuvres if their distances from the vehicle along the path differ by more
+/// than this, metres: the path comes by twice, as on a ring or a helix. The vehicle itself advances less in a
+/// cycle.
 const SAME_VISIT_M: f64 = 25.0;
 
 /// Returns whether an end that is `before_m` ahead of the vehicle in one cycle and `now_m` in the next lies
@@ -20,12 +20,12 @@ pub fn is_same_visit(before_m: f64, now_m: f64) -> bool {
     (before_m - now_m).abs() <= SAME_VISIT_M
 }
 
-/// What makes a manoeuvre of the planner the same in the next cycle: planning factors have no ids.
+/// The features that identify a manoeuvre of the planner in the next cycle; planning factors have no ids.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ManoeuvreIdentity {
     /// The kind of the manoeuvre.
     pub kind: ManoeuvreKind,
-    /// The side it moves to.
+    /// The side to which it moves.
     pub side: Side,
     /// Pose at which it ends.
     pub end: Pose,
@@ -33,7 +33,7 @@ pub struct ManoeuvreIdentity {
     pub ahead_m: f64,
 }
 
-/// The manoeuvres that are announced. One that does not come again in a cycle is forgotten at its end.
+/// The announced manoeuvres. A manoeuvre that is absent in a cycle is forgotten at the end of that cycle.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct AnnouncedManoeuvres {
     known: Vec<AnnouncedManoeuvre>,
@@ -42,7 +42,7 @@ pub struct AnnouncedManoeuvres {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct AnnouncedManoeuvre {
     identity: ManoeuvreIdentity,
-    /// Pose of the vehicle at the announcement, or of the start that already lay behind.
+    /// Pose of the vehicle at the announcement, or the start if it already lay behind.
     from: Pose,
     is_present: bool,
 }
@@ -53,10 +53,10 @@ impl ManoeuvreIdentity {
         Self { kind, side, end, ahead_m: path_frame.from_base_m(end) }
     }
 
-    /// Returns the distance between the ends, metres, of what may be one manoeuvre in two cycles.
+    /// Returns the distance between the ends, metres, if both may be one manoeuvre in two cycles.
     fn moved_m(&self, next: &Self) -> Option<f64> {
         let moved_m = self.end.position.distance_m(next.end.position);
-        // The planner pulls out and over once; deciding where to moves the end by any distance.
+        // The planner pulls out and over once; deciding on the target moves the end by any distance.
         let is_only_one = matches!(self.kind, ManoeuvreKind::PullOut | ManoeuvreKind::PullOver);
         let is_near = moved_m <= SAME_END_M && is_same_visit(self.ahead_m, next.ahead_m);
         let is_same = self.kind == next.kind && self.side == next.side && (is_only_one || is_near);
@@ -65,8 +65,8 @@ impl ManoeuvreIdentity {
 }
 
 impl AnnouncedManoeuvres {
-    /// Returns the pose from which a manoeuvre is announced, and marks it as present in this cycle; `None`
-    /// when it is not announced.
+    /// Returns the pose from which a manoeuvre is announced, and marks the manoeuvre as present in this
+    /// cycle; `None` if it is not announced.
     pub fn from(&mut self, identity: ManoeuvreIdentity) -> Option<Pose> {
         let free = self.known.iter_mut().filter(|announced| !announced.is_present);
         let nearest = free
@@ -78,7 +78,7 @@ impl AnnouncedManoeuvres {
         })
     }
 
-    /// Announces a manoeuvre that was not.
+    /// Announces a manoeuvre that is not announced yet.
     pub fn announce(&mut self, identity: ManoeuvreIdentity, from: Pose) {
         self.known.push(AnnouncedManoeuvre { identity, from, is_present: true });
     }

@@ -9,7 +9,7 @@ use crate::shift::{Shift, ShiftKind, ShiftLine, ShiftVerdict, ShiftedPath, judge
 use crate::subject::ManoeuvreKind;
 use lanelet2_map::lane_network::LaneId;
 
-/// Greatest distance beside its path at which the vehicle is avoiding, metres.
+/// Maximum distance from its path at which the vehicle is avoiding, metres.
 const MAX_DEVIATION_M: f64 = 1.0;
 
 /// An avoidance: shift lines out and back.
@@ -19,15 +19,15 @@ pub struct Avoidance {
     pub path: ShiftedPath,
     /// Its shift lines, in order.
     pub lines: Vec<AvoidanceLine>,
-    /// The vehicle's nearest point on the path it drives.
+    /// Index of the path's point nearest to the vehicle.
     pub ego_index: usize,
-    /// Offset of the vehicle from that path, metres.
+    /// Offset of the vehicle from the path, metres.
     pub deviation_m: f64,
     /// Offset of the path at the vehicle, metres.
     pub current_shift_m: f64,
-    /// The lanelets it should stay in.
+    /// The lanelets in which the vehicle should stay.
     pub lanes: Vec<LaneId>,
-    /// It is being driven; otherwise it waits for approval.
+    /// It is being executed; otherwise it waits for approval.
     pub approved: bool,
 }
 
@@ -36,7 +36,7 @@ pub struct Avoidance {
 pub struct AvoidanceLine {
     /// Id of the line (`uuid`).
     pub id: u128,
-    /// Its start and end.
+    /// Start and end of the line.
     pub line: ShiftLine,
     /// Offset before the line, metres to the left.
     pub start_shift_m: f64,
@@ -98,7 +98,7 @@ impl ManoeuvreMemory {
         SignalReason::Shift(outcome.verdict)
     }
 
-    /// Judges each line by itself and adds a record of each; the pairwise rule decides between them (W18).
+    /// Judges each line by itself and adds a record for each; the pairwise rule decides between them (W18).
     fn each_line(
         &mut self,
         context: &DecisionContext<'_>,
@@ -124,7 +124,7 @@ fn signalled_while_waiting(context: &DecisionContext<'_>) -> bool {
     }
 }
 
-/// Chooses the line as upstream does: the first shift that is left, or the first one back if that is near.
+/// Chooses the line as upstream does: the first remaining shift, or the first shift back if it is near.
 fn target_line(context: &DecisionContext<'_>, avoidance: &Avoidance) -> Option<AvoidanceLine> {
     let mut left = avoidance.lines_left();
     let first = left.next()?;

@@ -1,5 +1,5 @@
-//! Lane changes (docs/spec/turn-signal-decider.md, "Lane change"). Upstream's has no start: it counts as
-//! begun from the first request (W9). Improved, it begins where the steering begins.
+//! Lane changes (docs/spec/turn-signal-decider.md, "Lane change"). Upstream's lane change has no start: it
+//! counts as begun from the first request (W9). In improved mode, it begins where the steering begins.
 
 use super::announced::ManoeuvreIdentity;
 use super::memory::ManoeuvreMemory;
@@ -16,19 +16,19 @@ use lanelet2_map::geometry::{Point, Pose};
 /// A lane change, requested or running.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaneChange {
-    /// The side it changes to.
+    /// The side to which it changes.
     pub side: Side,
     /// Its state in the planner.
     pub phase: LaneChangePhase,
     /// Pose at which steering begins, if known.
     pub start: Option<Pose>,
-    /// Pose at which the bound of the lane is crossed, if known.
+    /// Pose at which it crosses the bound of the lane, if known.
     pub crossing: Option<Pose>,
-    /// Pose at which it ends; `None` = no valid path.
+    /// Pose at which it ends; `None` without a valid path.
     pub end: Option<Pose>,
-    /// The path of the module before, for a lane change that waits.
+    /// Path of the previous module, for a waiting lane change.
     pub previous_path: Vec<Pose>,
-    /// Length the planner keeps for it before the lane ends, metres.
+    /// Length that the planner reserves for it before the lane ends, metres.
     pub minimum_length_m: f64,
 }
 
@@ -37,9 +37,9 @@ pub struct LaneChange {
 pub enum LaneChangePhase {
     /// Approved, driven, held or aborted.
     Running,
-    /// It waits for the approval.
+    /// Waiting for approval.
     Waiting,
-    /// Waiting, and of a special kind (avoidance by lane change), or on no lane: not signalled.
+    /// Waiting, and of a special kind (avoidance by lane change) or not on a lane: not signalled.
     Unsignalled,
 }
 
@@ -83,7 +83,7 @@ impl ManoeuvreMemory {
     }
 
     /// Returns the pose at which the announcement of a lane change began; `None` while it is too far ahead.
-    /// Once announced it stays so, however the vehicle slows down.
+    /// Once announced it stays announced, however much the vehicle slows down.
     fn announced_from(
         &mut self,
         context: &DecisionContext<'_>,
@@ -93,7 +93,7 @@ impl ManoeuvreMemory {
         let known = self.announced.from(identity);
         known.or_else(|| {
             let ahead_m = context.path_frame.from_front_m(start);
-            // Already steering: the announcement begins where the lane change did.
+            // Already steering: the announcement begins at the start of the lane change.
             let from = if ahead_m > 0.0 { context.ego() } else { start };
             let is_near = ahead_m <= context.parameters.prepare_m(context.speed_mps);
             is_near.then(|| self.announced.announce(identity, from)).map(|()| from)
@@ -101,8 +101,7 @@ impl ManoeuvreMemory {
     }
 }
 
-/// Returns the pose at which a lane change that waits must begin at the latest, on the path of the module
-/// before.
+/// Returns the latest pose at which a waiting lane change must begin, on the path of the previous module.
 fn terminal_start(context: &DecisionContext<'_>, change: &LaneChange) -> Option<Pose> {
     let path = Path::new(change.previous_path.iter().copied()).ok()?;
     let buffer_m = change.minimum_length_m

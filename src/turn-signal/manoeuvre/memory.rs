@@ -1,4 +1,4 @@
-//! What is remembered of manoeuvres from one cycle to the next.
+//! State of manoeuvres that is kept from one cycle to the next.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use crate::subject::ManoeuvreKind;
 use lanelet2_map::geometry::Pose;
 use lanelet2_map::lane_network::LaneId;
 
-/// The memory of manoeuvres from one cycle to the next.
+/// State of manoeuvres that is kept from one cycle to the next.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ManoeuvreMemory {
     /// Upstream: shift lines that are not judged again while avoiding.
@@ -20,14 +20,14 @@ pub struct ManoeuvreMemory {
     pub(super) pull_out_has_ended: bool,
     /// Upstream: the lanelet in which pulling over is not judged again.
     pub(super) pull_over_ignored: Option<LaneId>,
-    /// First deceleration pose of a pull-over, and the stop pose if known then.
+    /// First deceleration pose of a pull-over, and the stop pose if it was known at the time.
     pub(super) pre_signal: Option<(Pose, Option<Pose>)>,
-    /// Improved: what is announced.
+    /// Improved: the announced manoeuvres.
     pub(super) announced: AnnouncedManoeuvres,
 }
 
 impl ManoeuvreMemory {
-    /// Judges a shift that, once signalled, is until it is complete (W18).
+    /// Judges a shift, which stays signalled until it is complete (W18).
     pub(super) fn judged(
         &mut self,
         context: &DecisionContext<'_>,
@@ -60,12 +60,12 @@ impl ManoeuvreMemory {
         outcome
     }
 
-    /// Clears the memory. To be called when the route changes.
+    /// Clears the memory. Must be called when the route changes.
     pub fn clear(&mut self) {
         *self = Self::default();
     }
 
-    /// Clears what was remembered for modules without a manoeuvre now.
+    /// Clears the state of modules without a manoeuvre in this cycle.
     pub(super) fn forget_absent(&mut self, present: &BTreeSet<ManoeuvreKind>) {
         if !present.contains(&ManoeuvreKind::Avoidance) {
             self.avoidance_ignored.clear();

@@ -23,8 +23,8 @@ pub struct PullOut {
     pub current_shift_m: f64,
     /// It drives forwards; otherwise it backs up first.
     pub forward: bool,
-    /// It has not departed, or its path is geometric and the vehicle within 1.0 m of the end of its
-    /// first part: it is signalled while standing as well.
+    /// It has not departed, or its path is geometric and the vehicle is within 1.0 m of the end of the first
+    /// part: it is also signalled while standing.
     pub standing_counts: bool,
     /// Not yet engaged forward, or within the time to blink before moving.
     pub before_start: bool,
@@ -74,7 +74,7 @@ impl ManoeuvreMemory {
 }
 
 /// Returns whether the second half of the pull-out leads to a junction that offers its side and is not taken:
-/// there its signal would be taken for a turn. In the first half the vehicle may be near to the bound in a
+/// there its signal would be mistaken for a turn. In the first half the vehicle may be near the bound of a
 /// narrow lane, and needs its signal.
 fn nears_junction(context: &DecisionContext<'_>, shift: &Shift<'_>) -> bool {
     let ShiftLine { start_index, end_index, .. } = shift.line;
@@ -103,8 +103,8 @@ fn starts_on_centerline(
         && pull_out.before_start
 }
 
-/// Upstream only changes the command of the record before, whose points are usually at the origin of
-/// the map, so that nothing is signalled. Improved, the record lies where the start is.
+/// Upstream only changes the command of the previous record, whose points are usually at the origin of the
+/// map, so that nothing is signalled. In improved mode, the record lies at the start.
 fn centerline_start(
     context: &DecisionContext<'_>,
     pull_out: &PullOut,

@@ -32,18 +32,18 @@ pub struct Decided {
     pub goal: Pose,
     /// Offset of the vehicle from the centerline, metres.
     pub current_shift_m: f64,
-    /// Not a shift path, and the vehicle is within 1.0 m of the end of its first part.
+    /// Its path is not a shift path, and the vehicle is within 1.0 m of the end of the first part.
     pub near_first_end: bool,
     /// The current lanelets, with the lengths of the goal search.
     pub lanes: Vec<LaneId>,
 }
 
-/// A pull-over whose path is not decided: the vehicle slows down in its lane.
+/// A pull-over whose path is not decided yet: the vehicle slows down in its lane.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Undecided {
     /// The path to the pose at which it would stop.
     pub stop_path: Vec<Pose>,
-    /// Pose at which it begins to slow down for the blinker; `None` until known.
+    /// Pose at which it begins to slow down with the blinker on; `None` until known.
     pub deceleration: Option<Pose>,
     /// Pose at which it would stop; `None` until known.
     pub stop: Option<Pose>,
@@ -119,7 +119,7 @@ impl ManoeuvreMemory {
             return SignalReason::TooEarly;
         }
         if !is_announced {
-            // Once its path is decided, it stays announced.
+            // Once its path is decided, the pull-over stays announced.
             self.announced.announce(identity, context.ego());
         }
         let section = Section::blinking(side, (deceleration, end), (stop.unwrap_or(deceleration), end));

@@ -1,16 +1,16 @@
-//! The table of parameters: names, what they take, where it goes.
+//! The table of parameters: names, accepted values, fields.
 
 use thiserror::Error;
 
 use super::{CandidatePolicy, DeciderParameters};
 use crate::side::Side;
 
-/// One parameter: its names and what it takes.
+/// A parameter with its names and accepted values.
 #[derive(Debug)]
 pub struct DeciderParameter {
     /// The name that Autoware documents.
     pub name: &'static str,
-    /// Other spellings: Autoware's own where it differs, and its name within the module it belongs to.
+    /// Other spellings: Autoware's spelling where it differs, and the name within its module.
     pub aliases: &'static [&'static str],
     slot: Slot,
 }
@@ -21,9 +21,9 @@ enum Slot {
     Flag(fn(&mut DeciderParameters) -> &mut bool),
     /// `Left`, `Right`, or `None`.
     RoundaboutSide(fn(&mut DeciderParameters) -> &mut Option<Side>),
-    /// A side by these names, and what is expected.
+    /// One of these names of a side, with the text for errors.
     Side(Names<Side>, &'static str, fn(&mut DeciderParameters) -> &mut Side),
-    /// A count; negative is not a limit.
+    /// A count; a negative number means no limit.
     Depth(fn(&mut DeciderParameters) -> &mut Option<u32>),
     Policy(fn(&mut DeciderParameters) -> &mut CandidatePolicy),
 }
@@ -31,10 +31,10 @@ enum Slot {
 /// Values by their names in a parameter file.
 type Names<T> = &'static [(&'static str, T)];
 
-/// The values that a parameter takes.
+/// The values that a parameter accepts.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ParameterValues {
-    /// Numbers from the first to the second, in a unit.
+    /// Numbers from the first to the second, with a unit.
     Numbers(f64, f64, &'static str),
     /// Whole numbers.
     WholeNumbers,
@@ -113,7 +113,7 @@ pub const PARAMETERS: &[DeciderParameter] = &[
         &["min_length_for_turn_signal_activation"],
         Slot::Number(METRES, |p| &mut p.lane_change_activation_length_m),
     ),
-    // Upstream takes any other text for right.
+    // Upstream treats any other text as right.
     row(
         "turn_signal_on_centerline_start",
         Slot::Side(START_SIDES, "LEFT or RIGHT, in capitals", |p| &mut p.centerline_start_side),
@@ -150,30 +150,30 @@ const fn row2(name: &'static str, aliases: &'static [&'static str], slot: Slot) 
     DeciderParameter { name, aliases, slot }
 }
 
-/// A parameter that was not taken. Nothing changed.
+/// The reason a parameter was refused. Nothing changed.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum ParameterError {
-    /// There is none of this name.
+    /// There is no parameter with this name.
     #[error("`{name}` is not a parameter of the turn signal decider")]
     Unknown {
         /// The name as it was given.
         name: String,
     },
-    /// The value does not fit.
+    /// The value is invalid.
     #[error("`{name}` = `{value}`: give {expected}")]
     Value {
         /// Name of the parameter.
         name: &'static str,
         /// The value as it was given.
         value: String,
-        /// Values that would fit.
+        /// The accepted values.
         expected: &'static str,
     },
 }
 
 impl DeciderParameters {
-    /// Sets one parameter from text, as in a parameter file (`30.0`, `true`, `"Left"`). The name is
-    /// the documented one or the spelling Autoware uses.
+    /// Sets one parameter from text, as in a parameter file (`30.0`, `true`, `"Left"`). The name is the
+    /// documented one or Autoware's spelling.
     pub fn set(&mut self, name: &str, value: &str) -> Result<(), ParameterError> {
         let parameter =
             DeciderParameter::named(name).ok_or_else(|| ParameterError::Unknown { name: name.to_owned() })?;
@@ -191,7 +191,7 @@ impl DeciderParameter {
         PARAMETERS.iter().find(|row| row.name == name || row.aliases.contains(&name))
     }
 
-    /// Returns the values that it takes.
+    /// Returns the accepted values.
     pub fn values(&self) -> ParameterValues {
         use ParameterValues::{Flags, Numbers, Texts, WholeNumbers};
         match self.slot {
@@ -209,9 +209,9 @@ impl DeciderParameter {
         matches!(self.slot, Slot::Number(..) | Slot::Depth(_))
     }
 
-    /// Returns the value as text, in the form that [`DeciderParameters::set`] takes.
+    /// Returns the value as text, in the format of [`DeciderParameters::set`].
     pub fn value(&self, parameters: &DeciderParameters) -> String {
-        // The slots give mutable references.
+        // The fields are accessible only through mutable references.
         let parameters = &mut parameters.clone();
         match self.slot {
             Slot::Number(_, slot) => slot(parameters).to_string(),
@@ -223,7 +223,7 @@ impl DeciderParameter {
         }
     }
 
-    /// Sets the parameter; on an error, which names what would fit, nothing changes.
+    /// Sets the parameter; on an error nothing changes, and the error names the accepted values.
     pub(super) fn set(&self, parameters: &mut DeciderParameters, value: &str) -> Result<(), &'static str> {
         match self.slot {
             Slot::Number(quantity, slot) => {
@@ -232,7 +232,7 @@ impl DeciderParameter {
                 *slot(parameters) = number.ok_or(quantity.expected)?;
             }
             Slot::Flag(slot) => *slot(parameters) = value.parse().map_err(|_| "true or false")?,
-            // Upstream takes any other text for none, `left` included.
+            // Upstream treats any other text as none, including `left`.
             Slot::RoundaboutSide(slot) => {
                 *slot(parameters) = named(ROUNDABOUT_SIDES, value, "Left, Right or None, with a capital")?;
             }
@@ -257,7 +257,7 @@ fn name_of<T: PartialEq>(names: Names<T>, value: &T) -> String {
     names.iter().find(|(_, known)| known == value).map_or("", |(name, _)| name).to_owned()
 }
 
-/// Returns the value with a name, which may have the quotes of a parameter file.
+/// Returns the value with a name, which may be quoted as in a parameter file.
 fn named<T: Copy>(names: Names<T>, text: &str, expected: &'static str) -> Result<T, &'static str> {
     let within = |quote| text.strip_prefix(quote).and_then(|rest| rest.strip_suffix(quote));
     let name = within('"').or_else(|| within('\'')).unwrap_or(text);

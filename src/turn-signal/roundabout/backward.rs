@@ -1,5 +1,5 @@
-//! The length of the distance path behind a vehicle inside a roundabout, so that it still holds the pose at
-//! which the entry came within range (docs/spec/turn-signal-decider.md, "Backward search").
+//! The length of the distance path behind a vehicle inside a roundabout, chosen so that the path still holds
+//! the pose at which the entry came within range (docs/spec/turn-signal-decider.md, "Backward search").
 
 use std::collections::BTreeSet;
 
@@ -12,7 +12,7 @@ use lanelet2_map::lane_network::{LaneId, LaneNetwork, Lanelet};
 
 /// Returns the length of the distance path behind the vehicle, metres, when it is on the lanelet `current`.
 ///
-/// In upstream's search a remembered pose inside the entry itself, or met before the entry is, adds nothing.
+/// In upstream's search, a remembered pose inside the entry itself, or met before the entry, adds nothing.
 pub fn backward_length_m(
     (road, route): (&LaneNetwork, &Route),
     parameters: &DeciderParameters,
@@ -37,13 +37,13 @@ struct Search<'a> {
     route: &'a Route,
     memory: &'a RoundaboutMemory,
     quirks: DeciderQuirks,
-    /// Lanelets that hold a remembered pose.
+    /// Lanelets that contain a remembered pose.
     noted: BTreeSet<LaneId>,
     longest_m: f64,
 }
 
 impl Search<'_> {
-    /// Searches depth first, over lanelets not met before.
+    /// Searches depth first, over lanelets not visited before.
     fn run(&mut self, current: LaneId, most_depth: Option<u32>) {
         if !self.quirks.searches_back_by_entries {
             let poses: Vec<Pose> = self.memory.entries.values().copied().collect();

@@ -21,7 +21,7 @@ pub struct RoundaboutLegs {
 /// An entry of a roundabout.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RoundaboutEntry {
-    /// The lanelet that leads in.
+    /// The lanelet that leads into the roundabout.
     pub lane: TurnLane,
     /// The last lanelet of the roundabout on the route; `None` when the route leaves it at once.
     pub leaving: Option<Leaving>,
@@ -43,14 +43,15 @@ pub struct Leaving {
 /// An exit of a roundabout.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RoundaboutExit {
-    /// The lanelet that leads out.
+    /// The lanelet that leads out of the roundabout.
     pub lane: TurnLane,
-    /// Pose from which it may be signalled: the start of the tagged lanelets before it, else its own.
+    /// Pose from which it may be signalled: the start of the tagged lanelets before it, otherwise its own
+    /// start.
     pub start: Pose,
-    /// There are tagged lanelets before it.
+    /// Tagged lanelets lie before it.
     pub is_tagged: bool,
-    /// Behind the exit before this one, or where the ring begins on the route; `None` when the
-    /// lanelet before is not of the ring.
+    /// Pose behind the previous exit, or at the start of the ring on the route; `None` if the previous
+    /// lanelet is not part of the ring.
     pub after_previous: Option<Pose>,
 }
 
@@ -77,7 +78,7 @@ pub fn legs(context: &DecisionContext<'_>, lanes: &[LaneId]) -> RoundaboutLegs {
     legs
 }
 
-/// Returns whether both lanelets lead into one roundabout, one after the other: a split entry (W7).
+/// Returns whether both lanelets lead into one roundabout, one after the other, as in a split entry (W7).
 fn enters_with(context: &DecisionContext<'_>, before: LaneId, id: LaneId) -> bool {
     let both = |element: &Roundabout| element.entries.contains(&before) && element.entries.contains(&id);
     context.road.followers(before).contains(&id) && context.road.roundabouts_of(id).any(both)
@@ -98,7 +99,7 @@ fn turn_lane(context: &DecisionContext<'_>, id: LaneId) -> Option<TurnLane> {
 
 fn entry(context: &DecisionContext<'_>, id: LaneId) -> Option<RoundaboutEntry> {
     let lane = context.road.lane(id)?;
-    // Upstream looks at the first element only (W10).
+    // Upstream considers only the first element (W10).
     let considered = if context.quirks.overlooks_roundabout_exits { 1 } else { usize::MAX };
     let elements = || context.road.roundabouts_of(id).take(considered);
     let leaving = elements().find_map(|element| leaving(context, id, element));
@@ -114,7 +115,7 @@ fn leaving(context: &DecisionContext<'_>, entry: LaneId, element: &Roundabout) -
     let mut last = entry;
     let mut visited = BTreeSet::from([entry]);
     while let Some(next) = context.route.next(context.road, last, context.quirks) {
-        // A ring that closes on itself would be walked for ever.
+        // A ring that closes on itself would otherwise be walked for ever.
         if !element.contains(next) || !visited.insert(next) {
             break;
         }
@@ -132,7 +133,7 @@ fn exit(context: &DecisionContext<'_>, id: LaneId) -> Option<RoundaboutExit> {
     let elements: Vec<&Roundabout> =
         context.road.roundabouts_of(id).filter(|element| element.exits.contains(&id)).collect();
     let only_here = |lane: LaneId| {
-        // Behind a lanelet from which another exit branches off, a signal would mean that one.
+        // Behind a lanelet from which another exit branches off, a signal would refer to that exit.
         let branches = context
             .road
             .followers(lane)
@@ -150,7 +151,8 @@ fn exit(context: &DecisionContext<'_>, id: LaneId) -> Option<RoundaboutExit> {
     })
 }
 
-/// Returns the farthest lanelet back along the route such that it and all up to `from` (not included) hold.
+/// Returns the lanelet farthest back along the route for which the condition holds for it and all lanelets up
+/// to `from` (excluded).
 fn farthest_back(
     context: &DecisionContext<'_>,
     from: LaneId,

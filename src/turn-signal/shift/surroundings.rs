@@ -1,4 +1,4 @@
-//! Objections of the road to signalling a shift: hatched sides, bounds not crossed, bounds near
+//! Objections from the road to signalling a shift: hatched sides, bounds not crossed, bounds near
 //! (docs/spec/turn-signal-decider.md, "Shift rule", steps 8 to 11).
 
 use super::{Offsets, Shift};
@@ -9,7 +9,7 @@ use lanelet2_map::geometry::shape::{sideways_distance_m, touches};
 use lanelet2_map::geometry::{Point, Pose};
 use lanelet2_map::lane_network::{LaneId, Lanelet};
 
-/// Returns whether the shift leads over, or back from, a side with nothing but a hatched marking.
+/// Returns whether the shift leads over, or back from, a side with only a hatched marking.
 pub(super) fn hatched_forbids(lane: &Lanelet, offsets: Offsets, threshold_m: f64) -> bool {
     let Offsets { before_m, after_m } = offsets;
     let (left_only, right_only) = (lane.left.is_hatched_only(), lane.right.is_hatched_only());
@@ -21,11 +21,11 @@ pub(super) fn hatched_forbids(lane: &Lanelet, offsets: Offsets, threshold_m: f64
     near(before_m) && far(after_m) && toward
         || far(before_m) && near(after_m) && from
         || before_m > threshold_m && after_m > threshold_m && left_only
-        // Upstream compares with plus the threshold here.
+        // Upstream compares with the positive threshold here.
         || before_m < threshold_m && after_m < threshold_m && right_only
 }
 
-/// Returns whether the vehicle, driven along the shift, touches a bound of a current lanelet.
+/// Returns whether the vehicle touches a bound of a current lanelet while driving along the shift.
 pub(super) fn crosses_bound(context: &DecisionContext<'_>, shift: &Shift<'_>) -> bool {
     let bounds: Vec<&[Point]> = shift
         .lanes
@@ -46,8 +46,8 @@ pub(super) fn is_inside(context: &DecisionContext<'_>, lanes: &[LaneId]) -> bool
     lanes.iter().filter_map(|id| context.road.lane(*id)).any(|lane| lane.contains(context.ego().position))
 }
 
-/// Returns the distance in metres from the front corner on `side` across to the bound on that side of the
-/// lanelet below it.
+/// Returns the lateral distance from the front corner on `side` to the bound on that side of the lanelet
+/// below it, metres.
 pub(super) fn distance_to_bound_m(context: &DecisionContext<'_>, side: Side) -> Option<f64> {
     let (vehicle, ego) = (context.vehicle, context.ego());
     let aside_m = match side {

@@ -1,4 +1,4 @@
-//! Verdicts on received signals, and how many there were of each.
+//! Verdicts on received signals, and their counts.
 
 use std::collections::BTreeMap;
 

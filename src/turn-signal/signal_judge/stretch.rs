@@ -1,4 +1,4 @@
-//! The two stretches of time that the judge follows: what is asked for, and what is shown.
+//! The two stretches of time that the judge follows: the requested side, and the side shown.
 
 use std::time::Duration;
 
@@ -13,18 +13,18 @@ use gateway_base::time::{MonoTime, millis};
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ReceivedSignal {
     pub(super) side: Side,
-    /// Since when its side is not asked for; `None` while it is.
+    /// The time since which its side is not requested; `None` while it is requested.
     pub(super) unasked: Option<Unasked>,
-    /// The begin of the time in which no side is asked for.
+    /// The beginning of the time in which no side is requested.
     dark: Option<DarkStart>,
     was_asked: bool,
 }
 
-/// The begin of a time in which a signal is shown and its side not asked for.
+/// The beginning of the time in which a signal is shown without a request for its side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Unasked {
     since: MonoTime,
-    /// Its side was asked for just before.
+    /// The request for its side ended just before.
     follows: bool,
 }
 
@@ -35,7 +35,7 @@ struct DarkStart {
     reason: DeciderReason,
 }
 
-/// A manoeuvre while it is asked for.
+/// A manoeuvre while it is requested.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Stretch {
     side: Side,
@@ -43,7 +43,7 @@ pub(super) struct Stretch {
     reason: DeciderReason,
     start: MonoTime,
     odometry: Odometry,
-    /// The signal was on before the side was asked for.
+    /// The signal was on before the side was requested.
     unasked: Option<Unasked>,
     required_since: Option<MonoTime>,
     /// The first cycle in which the side was received.
@@ -52,12 +52,12 @@ pub(super) struct Stretch {
     is_heard: bool,
     /// In a cycle the opposite side was not received.
     is_mixed: bool,
-    /// The last cycle, with what the time since then counts as.
+    /// The last cycle, with the category of the time since then.
     counting: Option<(MonoTime, Counted)>,
     times: Times,
 }
 
-/// What the time between two cycles counts as.
+/// Category of the time between two cycles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Counted {
     received: Received,
@@ -69,18 +69,18 @@ enum Received {
     Unknown,
     Asked,
     Opposite,
-    /// The opposite side where it does no harm.
+    /// The opposite side is on where it does no harm.
     Tolerated,
     Dark,
 }
 
-/// Sums of times within a manoeuvre.
+/// Accumulated times within a manoeuvre.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Times {
     required: Duration,
     unknown: Duration,
     opposite: Duration,
-    /// Without the side while it was required, after it was on.
+    /// Time without the side while it was required, after it was on.
     gap: Duration,
 }
 
@@ -89,35 +89,34 @@ impl ReceivedSignal {
         Self { side, unasked: None, dark: None, was_asked: false }
     }
 
-    /// Notes that no side is asked for.
+    /// Records that no side is requested.
     pub(super) fn note_dark(&mut self, (now, odometry): (MonoTime, Odometry), reason: DeciderReason) {
         self.note_unasked(now);
         self.dark.get_or_insert(DarkStart { at: now, odometry, reason });
     }
 
-    /// Notes that the other side is asked for.
+    /// Records that the other side is requested.
     pub(super) fn note_other_side(&mut self, now: MonoTime) {
         self.note_unasked(now);
         self.dark = None;
     }
 
-    /// Notes that its side is asked for.
+    /// Records that its side is requested.
     pub(super) fn note_asked(&mut self) {
         (self.unasked, self.dark, self.was_asked) = (None, None, true);
     }
 
-    /// Notes that a manoeuvre was judged by it: from now on it lingers.
+    /// Records that it was used to judge a manoeuvre: from now on it lingers.
     pub(super) fn note_judged(&mut self) {
         (self.unasked, self.was_asked) = (None, true);
     }
 
-    /// Returns whether it is still on after its manoeuvre, for no longer than is tolerated.
+    /// Returns whether it is still on after its manoeuvre, within the tolerated time.
     pub(super) fn lingers(&self, settings: &JudgeSettings, now: MonoTime) -> bool {
         self.unasked.is_some_and(|unasked| unasked.follows && now.since(unasked.since) <= settings.linger)
     }
 
-    /// Returns the verdict on the time in which nothing was asked for, which ends now; `None` if it is short
-    /// enough.
+    /// Returns the verdict on the time without a request, which ends now; `None` if it is short enough.
     pub(super) fn needless(&self, settings: &JudgeSettings, now: MonoTime) -> Option<JudgedManoeuvre> {
         let DarkStart { at, odometry, reason } = self.dark.as_ref()?;
         let follows = self.unasked.is_some_and(|unasked| unasked.follows);
@@ -141,7 +140,7 @@ impl ReceivedSignal {
 }
 
 impl Stretch {
-    /// Creates a manoeuvre that is asked for from now on.
+    /// Creates a manoeuvre that is requested from now on.
     pub(super) fn new(
         (side, subject): (Side, Option<SignalSubject>),
         reason: DeciderReason,
@@ -164,7 +163,7 @@ impl Stretch {
         }
     }
 
-    /// Returns whether the decider still asks for the same.
+    /// Returns whether the decider's request is unchanged.
     pub(super) fn continues(&self, asked: &AskedSignal) -> bool {
         match asked {
             AskedSignal::Side { side, subject, .. } => {
@@ -174,8 +173,8 @@ impl Stretch {
         }
     }
 
-    /// Notes a cycle. The opposite side is tolerated after the required section, and before it while it
-    /// lingers.
+    /// Records a cycle. The opposite side is tolerated after the required section, and before it while the
+    /// signal lingers.
     pub(super) fn note(
         &mut self,
         now: MonoTime,
@@ -202,7 +201,7 @@ impl Stretch {
         self.counting = Some((now, Counted { received, is_required }));
     }
 
-    /// Judges the manoeuvre, which ends now; `None` when the received signal was not known for too long.
+    /// Judges the manoeuvre, which ends now; `None` if the received signal was unknown for too long.
     pub(super) fn judged(mut self, settings: &JudgeSettings, now: MonoTime) -> Option<JudgedManoeuvre> {
         self.count_until(now);
         let is_known = self.is_heard && self.times.unknown <= settings.gap;
@@ -233,7 +232,7 @@ impl Stretch {
             return SignalVerdict::WrongSide;
         }
         let Some(on_at) = self.on_at else {
-            // What was required for a moment only could not be followed.
+            // A signal that was required only for a moment could not be followed.
             return if required > settings.late { SignalVerdict::Missing } else { SignalVerdict::Agree };
         };
         let late_by = self.required_since.map_or(Duration::ZERO, |since| on_at.since(since));

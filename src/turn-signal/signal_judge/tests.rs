@@ -7,8 +7,7 @@ use lanelet2_map::geometry::Pose;
 const CYCLE_MS: usize = 100;
 const TURN: SignalSubject = SignalSubject::Turn(7);
 
-/// Something that is asked for: side, subject, time from the begin to the end, and the time in which it is
-/// required, ms.
+/// A request: side, subject, time from start to end, and the time in which it is required, ms.
 #[derive(Debug, Clone, Copy)]
 struct Asked {
     side: Side,
@@ -48,7 +47,7 @@ fn asked_at(asked: &[Asked], ms: u64) -> AskedSignal {
     )
 }
 
-/// Judges 40 s, in which the vehicle drives 10 m/s along the x axis.
+/// Judges 40 s, in which the vehicle drives at 10 m/s along the x axis.
 fn judged(
     asked: &[Asked],
     received: impl Fn(u64) -> Option<TurnCommand>,
@@ -72,7 +71,7 @@ fn verdicts(asked: &[Asked], received: impl Fn(u64) -> Option<TurnCommand>) -> V
     judged(asked, received).0.into_iter().map(|judged| judged.verdict).collect()
 }
 
-/// The side in these spans of time, dark otherwise.
+/// Returns the side in these spans of time, dark otherwise.
 fn shown(spans: &'static [(Side, u64, u64)]) -> impl Fn(u64) -> Option<TurnCommand> {
     move |ms| {
         let span = spans.iter().find(|(_, from, to)| within((*from, *to), ms));
@@ -99,7 +98,7 @@ fn each_signal_gets_its_verdict() {
         (&[(Left, 10_000, 16_000), (Left, 17_000, 20_000)], &[Agree]),
         (&[(Left, 10_000, 16_000), (Left, 17_100, 20_000)], &[Missing]),
         (&[(Right, 10_000, 20_000)], &[WrongSide]),
-        // One fault, though it begins before and ends after its manoeuvre as a right signal may.
+        // One fault, although it begins before and ends after its manoeuvre, as a correct signal may.
         (&[(Right, 8_000, 23_000)], &[WrongSide]),
         (&[(Right, 7_900, 20_000)], &[Needless, WrongSide]),
         (&[(Right, 10_000, 23_100)], &[WrongSide, Needless]),

@@ -1,4 +1,4 @@
-//! Manoeuvres of a trajectory, driven along on a straight road of two lanes.
+//! Tests of manoeuvres from a trajectory, driven on a straight road with two lanes.
 
 use super::super::tests::lane;
 use super::*;
@@ -7,7 +7,7 @@ use crate::parameters::DeciderParameters;
 use crate::route::{Route, Segment};
 use gateway_base::time::MonoTime;
 
-/// Lanes 1 and 2 one behind the other along y = 0, 11 and 12 to their left, each 3.5 m wide.
+/// Returns lanelets 1 and 2 one after the other along y = 0, with 11 and 12 to their left, each 3.5 m wide.
 fn road() -> LaneNetwork {
     let lanes = [
         lane(1, 0.0, 100.0, 0.0, &[2]),
@@ -18,14 +18,14 @@ fn road() -> LaneNetwork {
     LaneNetwork::new(lanes, Vec::new())
 }
 
-/// Smooth from one offset to another between two positions.
+/// Returns an offset that changes smoothly between two positions.
 fn smooth(x_m: f64, (from_m, to_m): (f64, f64), (before_m, after_m): (f64, f64)) -> f64 {
     let share = ((x_m - from_m) / (to_m - from_m)).clamp(0.0, 1.0);
     before_m + (after_m - before_m) * (3.0 - 2.0 * share) * share * share
 }
 
-/// The kinds of the manoeuvres that are seen along a drive from `from_m` to `to_m`, and at which positions,
-/// in whole metres. The trajectory reaches 80 m ahead, and the vehicle stands at both ends.
+/// Returns the kinds of manoeuvres detected along a drive from `from_m` to `to_m`, with their first and last
+/// positions in whole metres. The trajectory reaches 80 m ahead, and the vehicle stands at both ends.
 fn seen(offset_m: impl Fn(f64) -> f64, (from_m, to_m): (i32, i32)) -> Vec<(ManoeuvreKind, i32, i32)> {
     let (road, parameters) = (road(), DeciderParameters::DEPLOYED);
     let segment = |preferred, beside| Segment { preferred, lanes: vec![preferred, beside] };
@@ -99,7 +99,7 @@ fn an_avoidance_comes_back_into_its_lane() {
         let around =
             |x_m| smooth(x_m, (60.0, 80.0), (0.0, most_m)) - smooth(x_m, (100.0, 120.0), (0.0, most_m));
         let seen = seen(around, (0, 290));
-        // Beyond the horizon it may not come back.
+        // Beyond the horizon the path may not return.
         let avoidances: Vec<_> = seen.iter().filter(|(kind, ..)| *kind == ManoeuvreKind::Avoidance).collect();
         let [(_, first, last)] = avoidances[..] else { panic!("{seen:?}") };
         assert!(*first <= 40 && (112..=120).contains(last), "{most_m} {seen:?}");
