@@ -1,5 +1,5 @@
-//! The folder of a bag, as `rosbag2` and the gateway's recorder make it: its recordings are one after the
-//! other.
+//! The folder of a bag, as written by `rosbag2` and the gateway's recorder: its recordings follow one
+//! another.
 
 use std::cmp::Ordering;
 use std::fs;
@@ -11,11 +11,11 @@ use crate::file_budget::FileBudget;
 use crate::formats::{HEAD, is_in_bags};
 use crate::regular_file;
 
-/// Returns the recordings of a bag in the order of the numbers in their names; none if the folder is not a
+/// Returns the recordings of a bag in the order of the numbers in their names; empty if the folder is not a
 /// bag.
 ///
 /// # Errors
-/// A folder or file that cannot be read.
+/// Fails if a folder or file cannot be read.
 pub fn files(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder)? {
@@ -28,20 +28,20 @@ pub fn files(folder: &Path) -> io::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// Returns true if a file begins as the recordings of a bag do, plain or packed.
+/// Returns true if a file begins like a recording of a bag, plain or compressed.
 ///
 /// # Errors
-/// A file that cannot be read.
+/// Fails if a file cannot be read.
 pub fn begins_like_a_bag(path: &Path) -> io::Result<bool> {
     let file = io::BufReader::new(regular_file::open(path)?);
     let mut head = Vec::new();
-    // What can be unpacked of it tells.
+    // The part that can be unpacked is enough.
     let _cut_off =
         decompressed(Box::new(file), &FileBudget::default())?.take(HEAD as u64).read_to_end(&mut head);
     Ok(is_in_bags(&head))
 }
 
-/// Compares digits as numbers, so that `bag_10` comes behind `bag_9`.
+/// Compares digits as numbers, so that `bag_10` comes after `bag_9`.
 fn by_number(one: &str, other: &str) -> Ordering {
     let parts = |text: &str| {
         let mut parts: Vec<(String, u128)> = Vec::new();

@@ -1,5 +1,5 @@
-//! Dates, times of the day and clocks that start again at zero, as recordings write them, in nanoseconds.
-//! Time zones are not written, see [the formats](super).
+//! Dates, times of day and wrapping clocks, as written in recordings, in nanoseconds. Time zones are not
+//! recorded, see [the formats](super).
 
 use crate::fields::decimal;
 
@@ -21,7 +21,7 @@ pub(super) fn days(year: u32, month: u32, day: u32) -> Option<i64> {
     Some(i64::from(years * 365 + leap_days + day_of_year) - 719_163)
 }
 
-/// Returns the nanoseconds from 1970 to a time of day on a date; `None` if one is missing.
+/// Returns the nanoseconds from 1970 to a time of day on a date; `None` if either is missing.
 pub(super) fn nanos(date: Option<i64>, time_of_day: Option<i64>) -> Option<i64> {
     date?.checked_mul(DAY)?.checked_add(time_of_day?)
 }
@@ -56,10 +56,10 @@ pub(super) fn month(field: &str) -> Option<u32> {
     u32::try_from(found + 1).ok()
 }
 
-/// Longest delay of a line, ns; writers do not keep lines quite in order.
+/// Longest delay of a line, ns; writers do not keep lines strictly in order.
 const MAX_DELAY: i64 = 10 * SECOND;
 
-/// A clock that starts again at zero after each period, ns.
+/// A clock that restarts at zero after each period, ns.
 #[derive(Debug)]
 pub(super) struct WrappingClock {
     period: i64,
@@ -88,11 +88,11 @@ impl WrappingClock {
     }
 }
 
-/// A counter that starts again after each period, unless it is found to be longer.
+/// A counter that restarts after each period, unless it proves to be longer.
 #[derive(Debug)]
 pub(super) struct TimeCounter {
     clock: WrappingClock,
-    /// True if a time has come that the period cannot hold.
+    /// True if a time was read that exceeds the period.
     is_longer: bool,
 }
 

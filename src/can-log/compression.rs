@@ -1,5 +1,5 @@
 //! Decompresses gzip, bzip2, xz, Zstandard and LZ4 recordings with several members or frames, recognised by
-//! their first bytes. Memory is bounded whatever the file announces.
+//! their first bytes. Memory is bounded whatever sizes the file announces.
 
 use std::error::Error;
 use std::io::{self, BufRead, ErrorKind, Read};
@@ -15,7 +15,7 @@ use crate::exact::skip;
 use crate::file_budget::{FileBudget, Kept};
 
 const GZIP: &[u8] = &[0x1F, 0x8B];
-/// Followed by a digit.
+/// Followed by a digit in a file.
 const BZIP2: &[u8] = b"BZh";
 const XZ: &[u8] = &[0xFD, b'7', b'z', b'X', b'Z', 0];
 const LZ4: &[u8] = &[0x04, 0x22, 0x4D, 0x18];
@@ -25,11 +25,12 @@ const ZSTD_SKIPPABLE: &[u8] = &[0x2A, 0x4D, 0x18];
 
 /// Memory limit of the xz decoder, KiB; `xz -9` needs 65 MiB.
 const MAX_XZ_KIB: u32 = 96 << 10;
-/// The decoders of xz and bzip2 give nothing of a read within which the file breaks off, bytes.
+/// Maximum size of one read, bytes: when the file breaks off within a read, the decoders of xz and bzip2
+/// discard that whole read.
 const PIECE: usize = 1024;
 /// Largest Zstandard window, bytes; the `zstd` tool has the same default limit.
 const MAX_ZSTD_WINDOW: u64 = 128 << 20;
-/// Room of the decoder of Zstandard beside a window, bytes: two blocks.
+/// Memory of the Zstandard decoder besides a window, bytes: two blocks.
 const ZSTD_BLOCKS: u64 = 256 << 10;
 
 /// Longest header of a Zstandard frame, bytes.
@@ -52,7 +53,7 @@ pub(super) fn decompressed(
     mut source: Box<dyn BufRead + Send>,
     budget: &FileBudget,
 ) -> io::Result<Box<dyn Read + Send>> {
-    // A pipe may give its first bytes one by one.
+    // A pipe may return its first bytes one at a time.
     let mut head = Vec::new();
     (&mut source).take(XZ.len() as u64).read_to_end(&mut head)?;
     let is = |magic| head.starts_with(magic);
@@ -84,12 +85,12 @@ pub(super) fn decompressed(
     })
 }
 
-/// Decompresses within the budget. After an error, which may have left the decoder without a state, it is not
-/// called again.
+/// Decompresses within the budget. After an error, which may have left the decoder in an invalid state, it is
+/// not called again.
 struct Decoder {
     content: Box<dyn Read + Send>,
     is_failed: bool,
-    /// Most bytes that are asked for at once.
+    /// Maximum number of bytes requested at once.
     piece: usize,
     /// Nominal ns.
     byte_work: u64,
@@ -97,8 +98,8 @@ struct Decoder {
 }
 
 impl Read for Decoder {
-    /// A damaged source fails with [`ErrorKind::Other`], so that no reader takes it for damage of one object
-    /// of its own, which the next read passes over.
+    /// A damaged source fails with [`ErrorKind::Other`], so that no reader mistakes it for damage of one
+    /// object, which the next read would skip.
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         if self.is_failed {
             return Err(io::Error::other("the compressed data are damaged"));
@@ -128,15 +129,15 @@ struct ZstdReader<R> {
     source: R,
     decoder: FrameDecoder,
     in_frame: bool,
-    /// Largest window of the frames so far, bytes: the decoder uses its memory again.
+    /// Largest window of the frames so far, bytes: the decoder reuses its memory.
     window: u64,
     kept: Kept,
-    /// Why the frame ends early.
+    /// Reason why the frame ends early.
     broken: Option<io::Error>,
 }
 
 /// An empty block that ends a frame, and room for a checksum. The decoder keeps the window for blocks that
-/// refer to it, and gives it out at the end of a frame only.
+/// refer to it, and returns its content only at the end of a frame.
 const LAST_BLOCK: [u8; 7] = [1, 0, 0, 0, 0, 0, 0];
 
 impl<R: BufRead> ZstdReader<R> {
@@ -161,7 +162,7 @@ impl<R: BufRead> ZstdReader<R> {
             let length = if header.starts_with(ZSTD) { zstd_header_length(header[4]) } else { 5 };
             self.source.read_exact(&mut header[5..length])?;
             let header = &header[..length];
-            // A frame with a larger window is refused by the decoder, with its size.
+            // The decoder refuses a frame with a larger window, and reports the size.
             let window = zstd_window(header).min(MAX_ZSTD_WINDOW);
             self.kept.resize(self.window.max(window) + ZSTD_BLOCKS)?;
             self.window = self.window.max(window);
@@ -172,7 +173,7 @@ impl<R: BufRead> ZstdReader<R> {
         Ok(false)
     }
 
-    /// Compares the frame that has ended with its checksum.
+    /// Checks the frame that has ended against its checksum.
     fn leave(&mut self) -> io::Result<()> {
         self.in_frame = false;
         if let Some(error) = self.broken.take() {
@@ -186,7 +187,7 @@ impl<R: BufRead> ZstdReader<R> {
     }
 }
 
-/// Returns the length of a frame's header, by the descriptor behind its magic.
+/// Returns the length of a frame's header, from the descriptor after its magic.
 fn zstd_header_length(descriptor: u8) -> usize {
     let is_single = descriptor & 0x20 != 0;
     let dictionary = [0, 1, 2, 4][usize::from(descriptor & 3)];
@@ -194,8 +195,8 @@ fn zstd_header_length(descriptor: u8) -> usize {
     5 + usize::from(!is_single) + dictionary + content_size
 }
 
-/// Returns the size of the window that a frame's header announces, bytes. A frame of a single segment has the
-/// size of its content.
+/// Returns the size of the window that a frame's header announces, bytes. A single-segment frame has the size
+/// of its content.
 fn zstd_window(header: &[u8]) -> u64 {
     let [_, _, _, _, descriptor, window, ..] = *header else { return 0 };
     if descriptor & 0x20 == 0 {
@@ -247,7 +248,7 @@ mod tests {
     use std::io::Write;
     use std::process::{Command, Stdio};
 
-    /// What a tool writes for this input; `None` without the tool.
+    /// Returns the output of a tool for this input; `None` if the tool is not installed.
     fn packed(tool: &str, arguments: &[&str], input: &[u8]) -> Option<Vec<u8>> {
         let mut command = Command::new(tool);
         let child = command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();
@@ -267,7 +268,7 @@ mod tests {
         Ok(content)
     }
 
-    /// Numbers that no compressor packs to nothing.
+    /// Returns numbers that no compressor can shrink much.
     fn content() -> Vec<u8> {
         (0..300_000_u32).flat_map(|i| i.wrapping_mul(2_654_435_761).to_le_bytes()).collect()
     }
@@ -303,7 +304,7 @@ mod tests {
                 println!("skipped: no {tool} here");
                 continue;
             };
-            // Of Zstandard no block is given in part.
+            // Zstandard returns no partial blocks.
             let most_lost = if tool == "zstd" { 128 << 10 } else { PIECE };
             for place in 1..=20 {
                 let cut = whole.len() / 21 * place + place;

@@ -1,4 +1,4 @@
-//! A source that counts the bytes taken from it, for the place where a recording breaks off, and for its
+//! A source that counts the bytes read from it, to locate the end of a broken recording and to charge its
 //! budget.
 
 use std::io::{self, BufRead, BufReader, Read};
@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::file_budget::FileBudget;
 
-/// Counts the bytes that are taken from a source.
+/// Counts the bytes read from a source.
 pub(super) struct CountedSource {
     source: BufReader<Box<dyn Read + Send>>,
     consumed: Arc<AtomicU64>,
@@ -19,7 +19,7 @@ impl CountedSource {
         Self { source, consumed: Arc::default(), budget }
     }
 
-    /// Returns the counter of the bytes.
+    /// Returns the byte counter.
     pub(super) fn consumed(&self) -> Arc<AtomicU64> {
         Arc::clone(&self.consumed)
     }

@@ -1,4 +1,4 @@
-//! An entry of a recording, as every format yields it.
+//! An entry of a recording, in a form common to all formats.
 
 use std::fmt;
 
@@ -10,7 +10,7 @@ use gateway_base::time::WallStamp;
 /// One entry of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LogEntry<'a> {
-    /// When it was received.
+    /// Time of reception.
     pub stamp: WallStamp,
     /// The interface that received it.
     pub interface: EntryInterface<'a>,
@@ -64,11 +64,11 @@ pub enum EntryContent {
     Remote,
     /// An error frame, which reports a fault of the bus.
     Error(ErrorFrame),
-    /// A note that the black box writes beside frames.
+    /// A note that the black box writes between frames.
     Note(LogNote),
 }
 
-/// Why a line of a recording cannot be read.
+/// Reason why a line of a recording cannot be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Display)]
 pub enum BadLine {
     /// Longer than any line of the format.
@@ -77,22 +77,22 @@ pub enum BadLine {
     /// It is not UTF-8 text.
     #[display("not text")]
     NotText,
-    /// No time where the format has it.
+    /// The time is missing.
     #[display("the time is missing")]
     NoTime,
-    /// No interface name or number where the format has it.
+    /// The interface name or number is missing.
     #[display("the interface is missing")]
     NoInterface,
-    /// No frame where the format has it, or one of a kind that the format does not define.
+    /// The frame is missing, or of a kind that the format does not define.
     #[display("the frame is missing")]
     NoFrame,
-    /// An identifier that is not written as the format does, or out of range.
+    /// An identifier that is malformed or out of range.
     #[display("invalid identifier")]
     BadId,
     /// Data that is not bytes, or fewer than announced.
     #[display("data is damaged or missing")]
     BadData,
-    /// A length that no frame has.
+    /// A length that is invalid for a frame.
     #[display("invalid data length")]
     BadLength,
     /// A CAN XL frame.

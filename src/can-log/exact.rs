@@ -1,19 +1,19 @@
-//! Reads or passes over exactly as many bytes as a file announces.
+//! Reads or skips exactly as many bytes as a file announces.
 
 use std::io::{self, ErrorKind, Read};
 
 use crate::file_budget::Kept;
 
-/// Least growth of a buffer, bytes.
+/// Minimum growth of a buffer, bytes.
 const GROWTH: u64 = 64 << 10;
 
-/// Passes over bytes. Fails if the source ends before.
+/// Skips `length` bytes. Fails if the source ends earlier.
 pub(super) fn skip(source: &mut impl Read, length: u64) -> io::Result<()> {
     whole(io::copy(&mut source.take(length), &mut io::sink())?, length)
 }
 
-/// Appends bytes to `content`, which grows with what there is, within the budget. Fails if the source ends
-/// before.
+/// Appends bytes to `content`, which grows only as bytes arrive, within the budget. Fails if the source ends
+/// earlier.
 pub(super) fn append(
     source: &mut impl Read,
     length: u64,
@@ -24,7 +24,7 @@ pub(super) fn append(
 }
 
 /// Appends the rest of the source, at most `most` bytes, to `content`, which grows within the budget. Returns
-/// how many there were.
+/// the number of bytes appended.
 pub(super) fn append_rest(
     source: &mut impl Read,
     most: u64,
@@ -50,8 +50,8 @@ fn whole(read: u64, length: u64) -> io::Result<()> {
     if read == length { Ok(()) } else { Err(ErrorKind::UnexpectedEof.into()) }
 }
 
-/// Returns the error for a part that a file does not have, of which all that could be read is kept: the
-/// `failure` that ended reading, or the end of the file.
+/// Returns the error for a missing part of a file whose readable part is kept: the `failure` that ended
+/// reading, or the end of the file.
 pub(super) fn missing_part(failure: Option<&io::Error>) -> io::Error {
     failure.map_or_else(
         || ErrorKind::UnexpectedEof.into(),

@@ -1,4 +1,4 @@
-//! The scanner that the text formats share: a line's fields as times, channels, identifiers and data.
+//! The scanner shared by the text formats: reads fields of a line as times, channels, identifiers and data.
 
 use std::str::SplitAsciiWhitespace;
 
@@ -21,7 +21,7 @@ pub(super) fn fields(line: &str, radix: u32) -> SpacedFields<'_> {
     LineFields { fields: line.split_ascii_whitespace(), radix }
 }
 
-/// Splits a line at commas, from the field at `column` on; data is hexadecimal.
+/// Splits a line at commas, starting with the field at `column`; data is hexadecimal.
 pub(super) fn columns(line: &str, column: usize) -> LineFields<impl Iterator<Item = &str>> {
     LineFields { fields: line.split(',').skip(column).map(str::trim), radix: 16 }
 }
@@ -35,12 +35,12 @@ impl<'a, I: Iterator<Item = &'a str>> Iterator for LineFields<I> {
 }
 
 impl<'a, I: Iterator<Item = &'a str>> LineFields<I> {
-    /// Takes any field; `missing` is the error if there is none.
+    /// Reads any field; `missing` is the error if there is none.
     pub(super) fn text(&mut self, missing: BadLine) -> Result<&'a str, BadLine> {
         self.next().ok_or(missing)
     }
 
-    /// Takes a decimal number of units of `unit_ns`, and returns ns.
+    /// Reads a decimal number in units of `unit_ns`, and returns ns.
     pub(super) fn time(&mut self, unit_ns: i64) -> Result<i64, BadLine> {
         self.next().and_then(|field| decimal(field, unit_ns)).ok_or(BadLine::NoTime)
     }
@@ -54,7 +54,7 @@ impl<'a, I: Iterator<Item = &'a str>> LineFields<I> {
         length.and_then(|length| usize::try_from(length).ok()).ok_or(BadLine::BadLength)
     }
 
-    /// Takes `length` fields as the bytes of a data frame.
+    /// Reads `length` fields as the bytes of a data frame.
     pub(super) fn data_frame(&mut self, id: CanId, fd: bool, length: usize) -> Result<EntryContent, BadLine> {
         let mut bytes = [0; MAX_DATA];
         for byte in bytes.get_mut(..length).ok_or(BadLine::BadLength)? {
@@ -64,7 +64,7 @@ impl<'a, I: Iterator<Item = &'a str>> LineFields<I> {
         data_frame(id, fd, &bytes[..length])
     }
 
-    /// Returns the number of fields from here on that are bytes, up to the first that is not one.
+    /// Returns the number of remaining fields that are bytes, up to the first other field.
     pub(super) fn byte_count(&self) -> usize
     where
         I: Clone,
@@ -73,7 +73,7 @@ impl<'a, I: Iterator<Item = &'a str>> LineFields<I> {
         self.fields.clone().take_while(is_byte).count()
     }
 
-    /// Fails if fields are left.
+    /// Fails if fields remain.
     pub(super) fn end(&mut self) -> Result<(), BadLine> {
         if self.next().is_none() { Ok(()) } else { Err(BadLine::BadLength) }
     }
@@ -87,18 +87,19 @@ pub(super) fn text(line: &[u8]) -> Result<&str, BadLine> {
 pub(super) fn text_before_comment(line: &[u8]) -> &str {
     text(line).unwrap_or_else(|_| {
         let valid = line.utf8_chunks().next().map_or("", |chunk| chunk.valid());
-        // What stands right before them is a part of a field.
+        // Characters directly before them belong to the same field.
         valid.rfind([' ', '\t']).map_or("", |end| &valid[..end])
     })
 }
 
 /// Parses an unsigned number without sign or prefix.
 pub(super) fn number(field: &str, radix: u32) -> Option<u32> {
-    // from_str_radix would take a sign.
+    // from_str_radix would accept a sign.
     field.bytes().all(|byte| byte.is_ascii_alphanumeric()).then(|| u32::from_str_radix(field, radix).ok())?
 }
 
-/// Parses `12` or `12.345` units of `unit_ns`, and returns ns; further digits are cut off.
+/// Parses a number such as `12` or `12.345` in units of `unit_ns`, and returns ns; further digits are cut
+/// off.
 pub(super) fn decimal(field: &str, unit_ns: i64) -> Option<i64> {
     let (whole, fraction) = field.split_once('.').unwrap_or((field, "0"));
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
@@ -140,7 +141,7 @@ pub(super) fn packed_frame(id: CanId, fd: bool, digits: &str) -> Result<EntryCon
     data_frame(id, fd, data)
 }
 
-/// Returns the error frame for a recording that does not state the kind of error: a violated bus rule.
+/// Returns the error frame for a recording that does not state the kind of error: a protocol violation.
 pub(super) fn bus_error() -> EntryContent {
     EntryContent::Error(ErrorFrame::new(class::PROTOCOL | class::BUS_ERROR, &[]))
 }

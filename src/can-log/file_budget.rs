@@ -1,20 +1,20 @@
-//! What reading one file may cost. A damaged or hostile file can announce, repeat and pack far more than it
-//! holds, so every reader of a file takes time and memory through the file's one budget, which nested
-//! containers share.
+//! Limits of time and memory for reading one file. A damaged or hostile file can announce, repeat and pack
+//! far more than it holds, so every reader of a file charges time and memory to the file's one budget, which
+//! nested containers share.
 //!
-//! *Work* is counted in nominal nanoseconds: [`WORK_PER_BYTE`] for each byte that was read of the file
-//! itself, and at least as much as a file of 10 MB has. A file that is not packed cannot reach this limit,
-//! unless it refers to the same content again and again. *Memory* is what readers keep of a file at one time:
-//! [`MIN_KEPT`], and for larger files [`KEPT_PER_BYTE`]. A format that has to be held as a whole may use
-//! more, see [`FileBudget::allow_whole`].
+//! *Work* is counted in nominal nanoseconds: [`WORK_PER_BYTE`] for each byte read from the file itself, and
+//! at least the work for a file of 10 MB. An uncompressed file cannot reach this limit, unless it refers to
+//! the same content again and again. *Memory* is the data of a file that readers keep at one time:
+//! [`MIN_KEPT`], and for larger files [`KEPT_PER_BYTE`]. A format that must be held as a whole may use more,
+//! see [`FileBudget::allow_whole`].
 
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 
-/// Work that each byte of a file pays for, nominal ns.
+/// Work allowed for each byte of a file, nominal ns.
 const WORK_PER_BYTE: u64 = 1000;
-/// Work that any file may cost, nominal ns: as much as a file of 10 MB.
+/// Work allowed for any file, nominal ns: that of a 10 MB file.
 const MIN_WORK: u64 = 10_000_000 * WORK_PER_BYTE;
 /// Bytes that the readers of any file may keep.
 const MIN_KEPT: u64 = 192 << 20;
@@ -22,7 +22,7 @@ const MIN_KEPT: u64 = 192 << 20;
 const KEPT_PER_BYTE: u64 = 16;
 /// Bytes that may be kept for each byte of a file that is held as a whole, up to [`MAX_WHOLE`].
 const WHOLE_PER_BYTE: u64 = 50;
-/// Most bytes that may be kept of a file that is held as a whole, unpacked.
+/// Maximum number of unpacked bytes that may be kept of a file held as a whole.
 pub const MAX_WHOLE: u64 = 1 << 30;
 
 /// Nominal cost of an entry of a recording, from the reader to the result of a command, ns.
@@ -46,7 +46,7 @@ struct Counters {
 /// A limit that reading a file has reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum LimitReached {
-    /// Unpacking and following references costs too much.
+    /// Unpacking and following references is too costly.
     #[error(
         "its packed or repeated content costs more time than {} MB of plain content, the limit for the {read} bytes read; \
          unpack the file first, or read it in parts", .limit / WORK_PER_BYTE / 1_000_000
@@ -57,7 +57,7 @@ pub enum LimitReached {
         /// Bytes read of the file.
         read: u64,
     },
-    /// Too much has to be kept in memory.
+    /// Too much memory would be needed.
     #[error(
         "reading on needs more than {} MiB of memory, the limit for the {read} bytes read; unpack the file first, or read \
          it in parts", .limit >> 20
@@ -76,7 +76,7 @@ impl From<LimitReached> for io::Error {
     }
 }
 
-/// Returns true for the error of a [limit](LimitReached), behind which nothing of a file is read.
+/// Returns true for the error of a [limit](LimitReached), after which no more of the file is read.
 pub fn is_limit(error: &io::Error) -> bool {
     error.kind() == io::ErrorKind::FileTooLarge
 }
@@ -89,18 +89,17 @@ fn add(counter: &AtomicU64, amount: u64) -> u64 {
 }
 
 impl FileBudget {
-    /// Counts bytes that were read of the file itself, which pay for more work and memory.
+    /// Counts bytes read from the file itself, which raise the limits of work and memory.
     pub fn count_read(&self, bytes: usize) {
         add(&self.0.read, bytes as u64);
     }
 
-    /// Returns the number of bytes that were read of the file itself.
+    /// Returns the number of bytes read from the file itself.
     pub fn bytes_read(&self) -> u64 {
         self.0.read.load(Relaxed)
     }
 
-    /// Allows the readers to keep the whole file, unpacked: up to 1 GiB where that is at most fifty times the
-    /// bytes read.
+    /// Allows the readers to keep the whole unpacked file: up to 1 GiB, and up to fifty times the bytes read.
     pub fn allow_whole(&self) {
         self.0.is_whole.store(true, Relaxed);
     }
@@ -137,13 +136,13 @@ impl FileBudget {
         limit.max(MIN_KEPT)
     }
 
-    /// Starts to keep something of the file in memory.
+    /// Returns a reservation for keeping data of the file in memory.
     pub fn keep(&self) -> Kept {
         Kept { budget: self.clone(), bytes: 0 }
     }
 }
 
-/// Memory that a reader uses; it is free for others when this is dropped.
+/// Memory used by a reader; dropping it frees the memory for others.
 #[derive(Debug)]
 pub struct Kept {
     budget: FileBudget,
@@ -184,7 +183,7 @@ impl Kept {
         if bytes > self.bytes { self.resize(bytes) } else { Ok(()) }
     }
 
-    /// Returns the budget that this is a part of.
+    /// Returns the budget to which this belongs.
     pub fn budget(&self) -> &FileBudget {
         &self.budget
     }

@@ -1,4 +1,4 @@
-//! What a format of recordings is: how its files are recognised, and how they are read.
+//! Interface of a recording format: how its files are recognised and read.
 
 use std::io::{self, BufRead, Read};
 
@@ -12,11 +12,11 @@ pub(super) const MAX_LINE: usize = 1024;
 #[derive(Clone, Copy)]
 pub(super) struct LineFormat {
     pub(super) name: &'static str,
-    /// Returns true for a line by which this format is recognised, without its line end.
+    /// Returns true for a line that identifies this format; the line has no line end.
     pub(super) claims: fn(&[u8]) -> bool,
-    /// Unit of the stamps, ns, where writers do not agree on it; `None` if the format leaves no doubt.
+    /// Default unit of the stamps, ns, if writers use different units; `None` if the format fixes the unit.
     pub(super) unit_ns: Option<i64>,
-    /// Creates a reader of stamps in a unit, ns, which only a format with a unit uses.
+    /// Creates a reader of stamps in a unit, ns, which is used only by formats without a fixed unit.
     pub(super) reader: fn(i64) -> Box<dyn LineReader>,
 }
 
@@ -36,12 +36,12 @@ pub(super) struct ObjectFormat {
     pub(super) reader: fn(ObjectSource) -> io::Result<Box<dyn ObjectReader>>,
 }
 
-/// By what the files of a binary format are recognised.
+/// Feature by which the files of a binary format are recognised.
 #[derive(Clone, Copy)]
 pub(super) enum Mark {
-    /// Their first bytes, one of these.
+    /// The file begins with one of these.
     Magics(&'static [&'static [u8]]),
-    /// What is true for the beginning of a file.
+    /// This function returns true for the beginning of the file.
     Content(fn(&[u8]) -> bool),
 }
 
@@ -54,7 +54,7 @@ impl ObjectFormat {
     }
 }
 
-/// The bytes of a file, decompressed, and what reading it may cost.
+/// The decompressed bytes of a file, and its reading budget.
 pub(super) struct ObjectSource {
     pub(super) bytes: Box<dyn BufRead + Send>,
     pub(super) budget: FileBudget,
@@ -76,20 +76,21 @@ impl BufRead for ObjectSource {
     }
 }
 
-/// What a line or an object is: an entry, `None` if it is not one, or the reason why it cannot be read.
+/// The content of a line or an object: an entry, `None` if it is not one, or the reason why it cannot be
+/// read.
 pub(super) type Outcome<'a> = Result<Option<LogEntry<'a>>, BadLine>;
 
 /// Reads a recording object by object, in bounded memory.
 pub(super) trait ObjectReader: Send {
-    /// Reads the next object; `None` at the end of the file. Fails if the source fails, or if nothing behind
-    /// can be read: with [`io::ErrorKind::UnexpectedEof`] if the file ends within an object, with
+    /// Reads the next object; `None` at the end of the file. Fails if the source fails, or if nothing after
+    /// this point can be read: with [`io::ErrorKind::UnexpectedEof`] if the file ends within an object, with
     /// [`io::ErrorKind::InvalidData`] if it is damaged.
     fn next_object(&mut self) -> io::Result<Option<Outcome<'_>>>;
 }
 
 /// Reads a recording line by line, and keeps the state from its headings.
 pub(super) trait LineReader: Send {
-    /// Reads a trimmed line with content; `None` for a heading, a comment, or an event that is no frame.
+    /// Reads a trimmed line with content; `None` for a heading, a comment, or an event that is not a frame.
     fn read<'a>(&mut self, line: &'a [u8]) -> Outcome<'a>;
 }
 
@@ -100,13 +101,13 @@ pub(super) fn begins(line: &[u8], marks: &[&str]) -> bool {
         .any(|mark| line.get(..mark.len()).is_some_and(|start| start.eq_ignore_ascii_case(mark.as_bytes())))
 }
 
-/// Why a file is not a recording, and what to do about it.
+/// Reason why a file is not a recording, with a remedy.
 #[derive(Debug, thiserror::Error)]
 #[error("{reason}{}{remedy}", if .remedy.is_empty() { "" } else { "; " })]
 pub struct NotRecording {
     /// The format that the file seems to have.
     pub reason: String,
-    /// Empty if there is none.
+    /// Remedy for the user; empty if there is none.
     pub remedy: String,
 }
 
@@ -127,7 +128,7 @@ pub(crate) mod testing {
     use super::*;
     use crate::entry::EntryContent;
 
-    /// Reads lines; the entries are shown as microseconds, interface and content.
+    /// Reads lines; entries are written as microseconds, interface and content.
     pub(crate) fn read(format: LineFormat, lines: &[&str]) -> Vec<Result<String, BadLine>> {
         let mut reader = format.usual_reader();
         let entries = lines.iter().filter_map(|line| reader.read(line.as_bytes()).transpose());
@@ -139,13 +140,13 @@ pub(crate) mod testing {
         ObjectSource { bytes: Box::new(io::Cursor::new(bytes.to_vec())), budget: FileBudget::default() }
     }
 
-    /// Reads a file to its end; the entries are shown as those of lines.
+    /// Reads a file to its end; entries are written like those of lines.
     pub(crate) fn objects(format: ObjectFormat, file: &[u8]) -> io::Result<Vec<Result<String, BadLine>>> {
         let (entries, outcome) = until_failure(format, file);
         outcome.map(|()| entries)
     }
 
-    /// Reads a file to its end, or to the error behind which nothing can be read.
+    /// Reads a file to its end, or to the first error that ends reading.
     pub(crate) fn until_failure(
         format: ObjectFormat,
         file: &[u8],
@@ -160,8 +161,9 @@ pub(crate) mod testing {
         (entries, outcome)
     }
 
-    /// Cuts a file at 20 places behind its first `head` bytes: each part gives the first entries of the whole
-    /// file, at most `most_lost` less than its share, and then fails unless the cut is between two objects.
+    /// Cuts a file at 20 places after its first `head` bytes. Each part must yield the first entries of the
+    /// whole file, at most `most_lost` less than its share, and then fail unless the cut is between two
+    /// objects.
     pub(crate) fn assert_parts_give_the_beginning(
         format: ObjectFormat,
         file: &[u8],
@@ -170,7 +172,7 @@ pub(crate) mod testing {
     ) {
         let whole = objects(format, file).unwrap();
         for place in 0..20 {
-            // Steps of a prime number, so that the cuts are anywhere within objects.
+            // Steps by a prime number, so that the cuts fall anywhere within objects.
             let cut = head + place * 7919 % (file.len() - head);
             let (part, outcome) = until_failure(format, &file[..cut]);
             let share = (cut - head) * whole.len() / (file.len() - head);
@@ -181,7 +183,7 @@ pub(crate) mod testing {
         }
     }
 
-    /// Reads a file with bytes replaced, and cut at each of them: it ends or fails, without a panic.
+    /// Reads a file with bytes replaced, and cut at each of them: reading must end or fail, without a panic.
     pub(crate) fn assert_survives_damage(format: ObjectFormat, mut file: Vec<u8>, damage: &[(usize, u8)]) {
         for (at, byte) in damage {
             let at = at % file.len();
@@ -193,12 +195,12 @@ pub(crate) mod testing {
         }
     }
 
-    /// Reads lines of which none is malformed.
+    /// Reads lines, none of which is malformed.
     pub(crate) fn good(format: LineFormat, lines: &[&str]) -> Vec<String> {
         read(format, lines).into_iter().map(Result::unwrap).collect()
     }
 
-    /// Asserts the reason for which each line, behind the headings, is not read.
+    /// Asserts the reason why each line after the headings is not read.
     pub(crate) fn assert_refused(format: LineFormat, headings: &[&str], cases: &[(&str, BadLine)]) {
         for (line, reason) in cases {
             let lines = [headings, &[line]].concat();
@@ -206,7 +208,7 @@ pub(crate) mod testing {
         }
     }
 
-    /// Microseconds since `start_micros`, interface and content.
+    /// Returns microseconds since `start_micros`, interface and content.
     pub(crate) fn shown(entry: &LogEntry<'_>, start_micros: i64) -> String {
         let content = match entry.content {
             EntryContent::Data(frame) => frame.to_string(),

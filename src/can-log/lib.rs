@@ -1,10 +1,10 @@
 //! Reads recordings of CAN frames in the formats of other tools, plain or compressed, in bounded memory.
 //!
-//! [`Log`] recognises the format by the content of a file and reads entry by entry: candump, Vector ASC and
-//! BLF, PCAN TRC, MF4, MCAP and rosbag2, pcap, SavvyCAN and other CSV, and more ([`names`] lists them all).
-//! What cannot be read is counted, with the place and reason of the first; where a file was cut or is
-//! damaged, everything before it is read. A hostile file costs no more time and memory than its size pays
-//! for ([`file_budget`]).
+//! [`Log`] recognises the format by the content of a file and reads it entry by entry: candump, Vector ASC
+//! and BLF, PCAN TRC, MF4, MCAP and rosbag2, pcap, SavvyCAN and other CSV, and more ([`names`] lists them
+//! all). Unreadable lines or objects are counted, with the place and reason of the first; if a file was cut
+//! or is damaged, everything before that point is read. The time and memory spent on a hostile file are
+//! limited by its size ([`file_budget`]).
 //!
 //! ```
 //! use can_log::{EntryContent, Log};
@@ -22,11 +22,11 @@
 //! # Ok::<(), std::io::Error>(())
 //! ```
 //!
-//! Recordings of ROS may have other messages beside the frames: [`open_messages`] reads those of chosen
+//! ROS recordings may contain other messages besides frames: [`open_messages`] reads the messages of chosen
 //! topics.
 //!
-//! It stands on `gateway_base` for stamps, on `can_signal` for frames, and on `ros_messages` for frames
-//! within ROS messages. A new format is a file in `formats` and a line in its table.
+//! It uses `gateway_base` for stamps, `can_signal` for frames, and `ros_messages` for frames within ROS
+//! messages. A new format needs a file in `formats` and a line in its table.
 
 mod bag_folder;
 mod clock;

@@ -1,4 +1,4 @@
-//! Reads the lines of a recording in a buffer of fixed size.
+//! Reads the lines of a recording into a buffer of fixed size.
 
 use std::io::{self, ErrorKind, Read};
 
@@ -7,7 +7,7 @@ use memchr::memchr;
 use crate::entry::BadLine;
 use crate::format::MAX_LINE;
 
-/// Smallest read from the source, bytes: as large as the buffer below it, which is then bypassed.
+/// Minimum read from the source, bytes: the size of the underlying buffer, which is thereby bypassed.
 const READ: usize = 64 << 10;
 
 pub(super) struct Lines<R> {
@@ -23,8 +23,8 @@ impl<R: Read> Lines<R> {
         Self { source, buffer: vec![0; MAX_LINE + READ].into(), begin: 0, end: 0 }
     }
 
-    /// Returns the next line with its line end, which the last line may lack. A line of more than
-    /// [`MAX_LINE`] bytes is skipped. Fails if the source does.
+    /// Returns the next line with its line end, which the last line may lack. A line longer than [`MAX_LINE`]
+    /// bytes is skipped. Fails if the source fails.
     #[inline]
     pub(super) fn next_line(&mut self) -> io::Result<Option<Result<&[u8], BadLine>>> {
         let mut searched = 0;
@@ -65,8 +65,8 @@ impl<R: Read> Lines<R> {
         }
     }
 
-    /// Reads more behind at most [`MAX_LINE`] bytes, which move to the start of the buffer; returns false at
-    /// the end of the source.
+    /// Reads more bytes after at most [`MAX_LINE`] unread ones, which move to the start of the buffer;
+    /// returns false at the end of the source.
     fn read_on(&mut self) -> io::Result<bool> {
         self.buffer.copy_within(self.begin..self.end, 0);
         (self.begin, self.end) = (0, self.end - self.begin);
@@ -88,7 +88,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Gives its bytes in pieces of these sizes, again and again, with an interruption before each.
+    /// Returns its bytes in pieces of these sizes, repeatedly, with an interruption before each.
     struct Pieces<'a> {
         bytes: &'a [u8],
         sizes: std::iter::Cycle<std::vec::IntoIter<usize>>,

@@ -29,7 +29,7 @@ pub struct InterfaceIndex(pub usize);
 /// One entry of a log, with the position of its interface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LogRecord {
-    /// When it was received.
+    /// Time of reception.
     pub stamp: WallStamp,
     /// The interface that received it.
     pub interface: InterfaceIndex,
@@ -37,7 +37,7 @@ pub struct LogRecord {
     pub content: EntryContent,
 }
 
-/// Where a recording breaks off, because it was cut or is damaged there.
+/// The point where a recording breaks off, because it was cut or is damaged.
 #[derive(Debug, Clone, PartialEq, Eq, Display)]
 #[display("the recording breaks off at byte {bytes} ({reason}); frames read before it: {records}")]
 pub struct Breakage {
@@ -45,7 +45,7 @@ pub struct Breakage {
     pub records: u64,
     /// Number of bytes of the file before it.
     pub bytes: u64,
-    /// Why nothing behind it can be read.
+    /// Reason why nothing after it can be read.
     pub reason: String,
 }
 
@@ -64,12 +64,12 @@ pub struct Crowd {
     pub span: Duration,
 }
 
-/// Data frames that a bus carries at most, a second: at 1 Mbit/s, with 47 bits each.
+/// Maximum number of data frames per second on a bus: at 1 Mbit/s, with 47 bits each.
 const MAX_RATE_HZ: u128 = 21_000;
-/// Number of frames from which their rate counts; fewer may be the burst of a buffer.
+/// Minimum number of frames for judging their rate; fewer may be the burst of a buffer.
 const MIN_CROWD: u64 = 1_000;
 
-/// Frames of an interface, and the first and the last of their stamps.
+/// Number of frames of an interface, and their first and last stamp.
 #[derive(Debug, Clone, Copy)]
 struct FrameTimes {
     frames: u64,
@@ -80,9 +80,9 @@ struct FrameTimes {
 /// Reads a log.
 pub struct Log {
     reader: FormatReader,
-    /// Number of bytes that were read of the present file.
+    /// Number of bytes read from the current file.
     consumed: Arc<AtomicU64>,
-    /// Of all files.
+    /// Budget of all files.
     budget: FileBudget,
     interfaces: Vec<String>,
     times: Vec<FrameTimes>,
@@ -90,7 +90,7 @@ pub struct Log {
     bad_lines: u64,
     first_bad: Option<(u64, BadLine)>,
     breakage: Option<Breakage>,
-    /// The files of a bag that follow.
+    /// The remaining files of a bag.
     rest: VecDeque<PathBuf>,
     is_ended: bool,
 }
@@ -98,19 +98,19 @@ pub struct Log {
 /// Number of entries that are searched for interface names.
 const LOOK_AHEAD: usize = 20_000;
 const BUFFER: usize = 64 << 10;
-/// Number of unreadable lines behind which no frame is expected any more, so that an endless source ends: as
+/// Number of unreadable lines after which no frame is expected, so that reading an endless source ends: as
 /// many as a file of 10 MB can have.
 const MAX_BAD_BEFORE_FIRST: u64 = 10_000_000;
 /// Maximum number of interfaces; more indicate garbage, and count as bad lines.
 const MAX_INTERFACES: usize = 64;
 
-/// Counts lines or objects.
+/// Reads lines or objects, and counts them.
 enum FormatReader {
     Lines { lines: Lines<Source>, format: LineFormat, reader: Box<dyn LineReader>, number: u64 },
     Objects { reader: Box<dyn ObjectReader>, number: u64 },
 }
 
-/// The beginning, by which the format was recognised, and the rest.
+/// The beginning, used to recognise the format, and the rest.
 type Source = Chain<Cursor<Vec<u8>>, Box<dyn Read + Send>>;
 
 /// Returns the error for a recording without a frame.
@@ -133,7 +133,7 @@ impl Log {
         Self::of_file(path, |file| Box::new(file))
     }
 
-    /// Opens a file that `wrap` reads, e.g. to show its progress.
+    /// Opens a file and reads it through `wrap`, e.g. to show its progress.
     pub fn of_file(path: &Path, wrap: impl FnOnce(File) -> Box<dyn Read + Send>) -> io::Result<Self> {
         refuse_pending_rows(path)?;
         Self::new(wrap(regular_file::open(path)?))
@@ -162,8 +162,8 @@ impl Log {
         })
     }
 
-    /// Takes the stamps in a unit, ns, instead of the usual one of the format. Call it before the first entry
-    /// is read. Fails if the format leaves no doubt about its unit.
+    /// Interprets the stamps in a unit, ns, instead of the usual unit of the format. Call it before the first
+    /// entry is read. Fails if the format has a fixed unit.
     pub fn in_time_unit(mut self, unit_ns: i64) -> io::Result<Self> {
         match &mut self.reader {
             FormatReader::Lines { format, reader, .. } if format.unit_ns.is_some() => {
@@ -194,12 +194,12 @@ impl Log {
     }
 
     /// Returns the next entry; unreadable lines are counted and skipped. A file that was cut or is damaged
-    /// ends there, and [`Self::breakage`] tells where. Fails if the file cannot be read, or breaks off before
-    /// its first entry.
+    /// ends there, and [`Self::breakage`] returns where. Fails if the file cannot be read, or breaks off
+    /// before its first entry.
     pub fn next_record(&mut self) -> io::Result<Option<LogRecord>> {
         while !self.is_ended {
             let read = self.next_whole_record();
-            // Looked at where it lies: a copy of each record would cost as much as the rest of this.
+            // Borrowed: a copy of each record would cost as much as the rest of this function.
             if let Ok(Some(record)) = &read {
                 self.records += 1;
                 self.note_time(record);
@@ -207,7 +207,7 @@ impl Log {
             }
             match read {
                 Ok(_) => {}
-                // Another file of the bag may have some.
+                // Another file of the bag may have frames.
                 Err(error) if is_without_frames(&error) && (self.records > 0 || !self.rest.is_empty()) => {}
                 Err(error) if self.records > 0 && is_breakage(&error) => {
                     let (records, bytes) = (self.records, self.consumed.load(Ordering::Relaxed));
@@ -284,8 +284,8 @@ impl Log {
         self.first_bad
     }
 
-    /// Returns the interface with the most frames a second, if they are more than a bus can carry. Frames
-    /// without times do not count.
+    /// Returns the interface with the highest frame rate, if it exceeds the capacity of a bus. Frames without
+    /// times are ignored.
     pub fn densest(&self) -> Option<Crowd> {
         let crowds = self.interfaces.iter().zip(&self.times).filter_map(|(interface, times)| {
             let FrameTimes { frames, first, last } = *times;
@@ -303,12 +303,12 @@ impl Log {
     }
 }
 
-/// True for the error about a bag whose topics have no frames.
+/// Returns true for the error about a bag whose topics have no frames.
 pub fn is_without_frames(error: &io::Error) -> bool {
     error.kind() == io::ErrorKind::Unsupported
 }
 
-/// True for an error of the content of a file, and not of the disk.
+/// Returns true for an error in the content of a file, rather than of the disk.
 #[allow(clippy::wildcard_enum_match_arm)] // there are forty kinds
 pub fn is_breakage(error: &io::Error) -> bool {
     matches!(
@@ -334,7 +334,7 @@ fn position(names: &mut Vec<String>, interface: EntryInterface<'_>) -> Result<In
 }
 
 impl FormatReader {
-    /// Reads a source, decompressed if necessary. Also returns the counter of the bytes that it takes.
+    /// Reads a source, decompressed if necessary. Also returns the counter of the bytes read from it.
     fn of_source(source: Box<dyn Read + Send>, budget: &FileBudget) -> io::Result<(Self, Arc<AtomicU64>)> {
         let source = CountedSource::new(BufReader::with_capacity(BUFFER, source), budget.clone());
         let consumed = source.consumed();

@@ -1,4 +1,4 @@
-//! Opens the files that are read, and refuses devices in their place: `/dev/zero` has no end.
+//! Opens files for reading, and refuses devices: `/dev/zero` has no end.
 
 use std::fs::File;
 use std::io;
@@ -8,9 +8,10 @@ use std::path::Path;
 /// Opens a regular file or a pipe for reading.
 ///
 /// # Errors
-/// An error of the system, such as a missing file; a folder; or a device or socket, with the remedy.
+/// Fails with an error of the system, such as a missing file, or for a folder, device or socket, with a
+/// remedy.
 pub fn open(path: &Path) -> io::Result<File> {
-    // Opening a device can already have an effect, so it is asked for its kind first.
+    // Opening a device can already have an effect, so its kind is checked first.
     let kind = path.metadata()?.file_type();
     if kind.is_dir() {
         return Err(io::ErrorKind::IsADirectory.into());

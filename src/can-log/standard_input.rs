@@ -13,7 +13,7 @@ pub fn is_named(path: &Path) -> bool {
     path == Path::new("-")
 }
 
-/// Returns the whole content, the same at each call; at most `most` bytes and one more.
+/// Returns the whole content, the same at each call; at most `most` bytes plus one.
 pub fn content(most: u64) -> io::Result<Vec<u8>> {
     let mut kept = CONTENT.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(content) = kept.as_ref() {

@@ -1,4 +1,4 @@
-//! Vector ASC, as CANoe, CANalyzer and many others write it.
+//! Vector ASC, as written by CANoe, CANalyzer and many other tools.
 //!
 //! ```text
 //! date Tue Mar 5 02:30:00.250 pm 2024
@@ -15,11 +15,10 @@
 //! and a line with any other number is bad.
 //!
 //! `base dec` makes identifiers and data decimal. `timestamps absolute` counts from the start of the
-//! measurement, `relative` from the line before, whatever that held. The start is the date of the first
+//! measurement, `relative` from the previous line, whatever its content. The start is the date of the first
 //! trigger block, or the date of the heading, also written as `Thu, 09 Nov 2023 17:10:55 GMT`. A chip status,
-//! with error counters or without, is the state of the controller. Statistics, requests to send (`TxRq`) and
-//! other events are skipped; an event with a direction in the place of a frame that is not a frame counts as
-//! bad.
+//! with error counters or without, is the state of the controller. Statistics, transmit requests (`TxRq`) and
+//! other events are skipped; an event that has a direction like a frame, but is not a frame, counts as bad.
 
 use crate::clock::{SECOND, days, month, nanos, time_of_day};
 use crate::entry::{BadLine, EntryContent, LogEntry};
@@ -160,7 +159,7 @@ fn classic(fields: &mut SpacedFields<'_>) -> Result<Option<EntryContent>, BadLin
     match fields.next() {
         Some("Rx" | "Tx") => {}
         Some("TxRq") => return Ok(None),
-        // Statistics and the like have neither.
+        // Statistics and similar events have neither.
         _ => return if id.is_ok() { Err(BadLine::NoFrame) } else { Ok(None) },
     }
     let id = id?;
@@ -191,7 +190,7 @@ fn fd(fields: &mut SpacedFields<'_>) -> Result<Option<EntryContent>, BadLine> {
         return Ok(Some(bus_error()));
     }
     let id = identifier(name, fields.radix)?;
-    // The bit rate switch, behind a symbolic name if there is one; then the error state and the DLC.
+    // The bit rate switch, after the optional symbolic name; then the error state and the DLC.
     let mut rate_switch = fields.next();
     if rate_switch.is_some_and(|field| !matches!(field, "0" | "1")) {
         rate_switch = fields.next();
@@ -199,8 +198,8 @@ fn fd(fields: &mut SpacedFields<'_>) -> Result<Option<EntryContent>, BadLine> {
     let _error_state_and_dlc = (fields.next(), fields.next());
     let length = fields.length()?;
     let content = fields.data_frame(id, true, length)?;
-    // Behind the data: duration, length in bits, flags. Without them it is an FD frame. Some writers leave
-    // the flags zero; only an FD frame has a bit rate switch or more than eight bytes.
+    // After the data: duration, length in bits, flags. Without them it is an FD frame. Some writers leave the
+    // flags zero; only an FD frame has a bit rate switch or more than eight bytes.
     let must_be_fd = rate_switch == Some("1") || length > 8;
     let flags = fields.nth(2).and_then(|flags| number(flags, 16)).unwrap_or(FD_FRAME);
     match content {

@@ -1,4 +1,4 @@
-//! CSV of data sets for intrusion detection, each frame with a label.
+//! CSV of data sets for intrusion detection, with a label for each frame.
 //!
 //! ```text
 //! timestamp,arbitration_id,data_field,attack
@@ -9,9 +9,9 @@
 //! ```
 //! The heading names the columns, in any order. The time is in seconds. Identifier and data are hexadecimal,
 //! with or without `0x`, data also with spaces; an identifier of eight digits, or above `7FF`, has 29 bits,
-//! and more than eight bytes are CAN FD. A column `dlc` or `dlc_value` has to agree with the data. A column
-//! `interface` names the bus, else all frames are of `can0`. All other columns are ignored, the labels too:
-//! injected frames were on the bus. Rows without values (`na`) are bad.
+//! and more than eight bytes are CAN FD. A column `dlc` or `dlc_value` must agree with the data. A column
+//! `interface` names the bus; without it, all frames belong to `can0`. All other columns are ignored,
+//! including labels: injected frames were on the bus. Rows without values (`na`) are bad.
 
 use crate::clock::SECOND;
 use crate::entry::{BadLine, EntryInterface, LogEntry};
@@ -44,8 +44,8 @@ struct DataSetColumns {
 }
 
 impl DataSetColumns {
-    /// Returns the positions in a heading; `None` for another line. A column `data` beside a column
-    /// `extended` is python-can's, in Base64.
+    /// Returns the positions in a heading; `None` for any other line. A column `data` next to a column
+    /// `extended` is the python-can format, in Base64.
     fn of_heading(heading: &str) -> Option<Self> {
         let position = |names: &[&str]| {
             columns(heading, 0).position(|column| names.iter().any(|name| column.eq_ignore_ascii_case(name)))

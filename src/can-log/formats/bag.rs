@@ -1,4 +1,4 @@
-//! Opens the files of a bag for their messages, whatever topics are chosen.
+//! Opens the files of a bag to read messages of any chosen topics.
 
 use std::io::{self, BufReader, Cursor, Read};
 use std::path::Path;
@@ -13,13 +13,13 @@ use crate::format::{ObjectSource, refused};
 use crate::regular_file;
 
 const BUFFER: usize = 64 << 10;
-/// First bytes that tell the format.
+/// Number of first bytes that identify the format.
 const MAGIC_LENGTH: u64 = 16;
 
-/// Opens a file of a bag, decompressed if necessary, for the messages of the topics that `choose` names.
+/// Opens a file of a bag, decompressed if necessary, to read the messages of the topics selected by `choose`.
 ///
 /// # Errors
-/// A file that cannot be read, or that holds no messages of ROS 2.
+/// Fails if the file cannot be read, or holds no ROS 2 messages.
 pub fn open_messages<T: Send + 'static>(
     path: &Path,
     choose: &Choose<T>,
@@ -30,7 +30,7 @@ pub fn open_messages<T: Send + 'static>(
 /// Like [`open_messages`], within a budget that all readers of a recording share.
 ///
 /// # Errors
-/// A file that cannot be read, or that holds no messages of ROS 2.
+/// Fails if the file cannot be read, or holds no ROS 2 messages.
 pub fn open_messages_within<T: Send + 'static>(
     path: &Path,
     choose: &Choose<T>,

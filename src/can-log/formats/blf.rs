@@ -1,9 +1,9 @@
 //! Vector BLF: objects in compressed containers.
 //!
-//! A file begins with `LOGG`, its size and the start of the measurement. Objects follow, each
-//! `LOBJ`, sizes and a type; most are containers of further objects, packed with zlib or stored,
-//! and an object may begin in one container and end in the next. Here the containers' contents are
-//! one stream, so memory is one container (at most [`MAX_BYTES`]) whatever the file's size.
+//! A file begins with `LOGG`, its size and the start of the measurement. Objects follow, each `LOBJ`, sizes
+//! and a type; most are containers of further objects, packed with zlib or stored, and an object may begin in
+//! one container and end in the next. This reader concatenates the containers' contents to one stream, so it
+//! needs memory for only one container (at most [`MAX_BYTES`]), whatever the file's size.
 //!
 //! It reads CAN messages (types 1 and 86), CAN FD messages (100 and 101) and error frames (2, 73
 //! and 104), and skips other objects. An object that cannot be read counts as a bad line, and
@@ -30,9 +30,9 @@ const CONTAINER: u32 = 10;
 const BASE: usize = 16;
 /// Length of the header of a frame: head, flags, time.
 const HEADER: usize = 32;
-/// Cost of a byte of a container, to unpack it and to look for an object in it, nominal ns.
+/// Cost of a byte of a container, to unpack it and search it for an object, nominal ns.
 const UNPACKED_WORK: u64 = 8;
-/// Maximum number of bytes read of an object, enough for a header and a CAN FD message.
+/// Maximum number of bytes read from an object, enough for a header and a CAN FD message.
 const MAX_READ: usize = 256;
 
 pub(super) const FORMAT: ObjectFormat = ObjectFormat {
@@ -72,7 +72,7 @@ impl Blf {
         self.objects.read_exact(&mut object[BASE..read])?;
         skip(&mut self.objects, u64::from(size) - read as u64)?;
         if skipped > 0 {
-            // The bytes between were a damaged object.
+            // The bytes in between were a damaged object.
             return Ok(Some(Err(BadLine::NoFrame)));
         }
         Ok(Some(parse_object(&object[..read], self.start)))
@@ -82,8 +82,8 @@ impl Blf {
 impl ObjectReader for Blf {
     fn next_object(&mut self) -> io::Result<Option<Outcome<'_>>> {
         match self.read_object() {
-            // A container that cannot be unpacked, instead of its objects. A source that fails gives errors
-            // of other kinds.
+            // A container that cannot be unpacked is reported instead of its objects. A failing source
+            // returns errors of other kinds.
             Err(error) if error.kind() == ErrorKind::InvalidData => Ok(Some(Err(BadLine::BadData))),
             outcome => outcome,
         }
@@ -97,7 +97,7 @@ fn parse_object(object: &[u8], start: i64) -> Outcome<'static> {
         return Ok(None);
     }
     let header = object.get(..HEADER).ok_or(BadLine::BadLength)?;
-    // In 10 µs or in ns.
+    // The unit is 10 µs or 1 ns.
     let unit = if u32_at(header, 16) == 1 { 10_000 } else { 1 };
     let time = u64::from(u32_at(header, 24)) | u64::from(u32_at(header, 28)) << 32;
     let nanos = i64::try_from(time).ok().and_then(|time| time.checked_mul(unit)).ok_or(BadLine::NoTime)?;
@@ -120,7 +120,7 @@ fn message(data: &[u8]) -> ChannelContent {
     let content = if data[2] & 0x80 != 0 {
         Ok(EntryContent::Remote)
     } else {
-        // A DLC above 8 is sent as it is, but the frame still has 8 bytes.
+        // A DLC above 8 is sent unchanged, but the frame still has 8 bytes.
         frame(u32_at(data, 4), false, usize::from(data[3]).min(8), &data[8..])
     };
     Some((channel(data), content))
@@ -142,7 +142,7 @@ fn fd_message_64(data: &[u8]) -> ChannelContent {
     let content = if flags & 0x10 != 0 {
         Ok(EntryContent::Remote)
     } else {
-        // Bytes the frame has by its length but not in the file are zero.
+        // Bytes within the frame's length that are missing in the file are zero.
         let mut bytes = [0; MAX_DATA];
         let written = usize::from(fixed[2]).min(MAX_DATA).min(data.len() - 40);
         bytes[..written].copy_from_slice(&data[40..40 + written]);
@@ -154,7 +154,7 @@ fn fd_message_64(data: &[u8]) -> ChannelContent {
 }
 
 fn frame(number: u32, fd: bool, length: usize, bytes: &[u8]) -> Result<EntryContent, BadLine> {
-    // Bit 31: 29 bits.
+    // Bit 31 is set for 29-bit identifiers.
     let id = id(number & !(1 << 31), number >> 31 == 1)?;
     data_frame(id, fd, bytes.get(..length).ok_or(BadLine::BadLength)?)
 }
@@ -172,7 +172,7 @@ enum Inside {
     /// The number of bytes to copy from the file.
     Stored(u64),
     Packed(ZlibDecoder<Cursor<Vec<u8>>>),
-    /// The head of an object outside of containers, and the number of its bytes that were copied.
+    /// The head of an object outside of containers, and the number of its bytes already copied.
     Base([u8; BASE], usize),
 }
 
@@ -234,7 +234,7 @@ impl ContainerContents {
         }
         let mut container = [0; 16];
         self.source.read_exact(&mut container)?;
-        // A damaged size is no reason to skip what follows.
+        // A damaged size must not cause the following data to be skipped.
         let packed =
             size.checked_sub(32).filter(|packed| *packed <= MAX_BYTES).ok_or(ErrorKind::InvalidData)?;
         match u16_at(&container, 0) {
@@ -253,8 +253,8 @@ impl ContainerContents {
     }
 }
 
-/// Reads to the end of the next `LOBJ` and returns the number of bytes before it, without the padding of
-/// writers. Returns `None` at the end of the source.
+/// Reads to the end of the next `LOBJ` and returns the number of bytes before it, without the writers'
+/// padding. Returns `None` at the end of the source.
 fn find_magic(source: &mut impl BufRead) -> io::Result<Option<u64>> {
     const PADDING: u64 = 3;
     let (mut window, mut read) = ([0; 4], 0_u64);
@@ -282,7 +282,7 @@ fn system_time(bytes: &[u8]) -> Option<i64> {
     nanos(date, Some(millis * 1_000_000).filter(|time| *time < DAY))
 }
 
-/// Missing bytes read as 0; callers have checked the length.
+/// Reads a number; missing bytes read as 0. Callers have checked the length.
 fn u32_at(bytes: &[u8], at: usize) -> u32 {
     bytes.get(at..at + 4).and_then(|part| part.try_into().ok()).map_or(0, u32::from_le_bytes)
 }

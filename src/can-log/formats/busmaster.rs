@@ -1,4 +1,4 @@
-//! BUSMASTER log.
+//! BUSMASTER log files.
 //!
 //! ```text
 //! ***BUSMASTER Ver 3.2.2***
@@ -7,20 +7,20 @@
 //! ***SYSTEM MODE***
 //! 14:30:01:5000 Rx 1 0x1A0 s 3 01 02 03
 //! ```
-//! `***DEC***` makes identifiers and data decimal. The type is `s` for 11 bits, `x` for 29, with an
-//! `r` behind it for a remote request. In system mode times are times of day (a step back by
-//! more than half a day is midnight), in absolute mode since the start, in relative mode since the
-//! line before. The last part of a time is milliseconds, or tenths of them when it has four digits.
+//! `***DEC***` makes identifiers and data decimal. The type is `s` for 11 bits, `x` for 29, followed by `r`
+//! for a remote request. In system mode times are times of day (a step back by more than half a day is
+//! midnight), in absolute mode times since the start, in relative mode times since the previous line. The
+//! last part of a time is in milliseconds, or in tenths of a millisecond if it has four digits.
 //!
-//! A log of J1939 has other columns: the time, the channel, the identifier of 29 bits, and parameter group,
-//! type, addresses and priority, which repeat what the identifier says.
+//! A J1939 log has other columns: the time, the channel, the 29-bit identifier, and parameter group, type,
+//! addresses and priority, which repeat information in the identifier.
 //!
 //! ```text
 //! ***PROTOCOL J1939***
 //! 12:38:37:7168 1 1ceafffe 0x00EA00 RQST_ACL FE  FF  007 Tx 3 00 EE 00
 //! ```
-//! A message of more than eight bytes is passed over: BUSMASTER assembles it from frames, which have lines of
-//! their own. A log of LIN is not read: its lines are bad.
+//! A message of more than eight bytes is skipped: BUSMASTER assembles it from frames, which have their own
+//! lines. A log of LIN is not read: its lines are bad.
 
 use crate::clock::{DAY, WrappingClock, days, nanos, time_of_day};
 use crate::entry::{BadLine, EntryContent, LogEntry};
@@ -39,7 +39,7 @@ pub(super) const FORMAT: LineFormat = LineFormat {
 struct Busmaster {
     start: i64,
     decimal: bool,
-    /// True between the heading of J1939 and that of another protocol.
+    /// True between a J1939 heading and the heading of another protocol.
     j1939: bool,
     mode: TimeMode,
     /// Time since midnight before the start.
@@ -161,7 +161,7 @@ fn frame(fields: &mut SpacedFields<'_>) -> Result<(u32, EntryContent), BadLine> 
     Ok((channel, content))
 }
 
-/// Reads channel and content after the time in a log of J1939; `None` for a message of several frames.
+/// Reads channel and content after the time in a J1939 log; `None` for a message of several frames.
 fn j1939_frame(fields: &mut SpacedFields<'_>) -> Result<Option<(u32, EntryContent)>, BadLine> {
     let channel = fields.channel()?;
     let identifier = number(fields.text(BadLine::NoFrame)?, fields.radix).ok_or(BadLine::BadId)?;
@@ -251,7 +251,7 @@ mod tests {
         };
         assert_eq!(seconds("***ABSOLUTE MODE***"), [1000, 3000]);
         assert_eq!(seconds("***RELATIVE MODE***"), [1000, 4000]);
-        // The start was at half past two in the afternoon, these times are of the following night.
+        // The start was at half past two in the afternoon, so these times belong to the following night.
         assert_eq!(seconds("***SYSTEM MODE***"), [34_200_750, 34_202_750]);
     }
 

@@ -1,4 +1,4 @@
-//! The CSV of comma's cabana, which panda's scripts also read and write.
+//! The CSV format of comma's cabana, which panda's scripts also read and write.
 //!
 //! ```text
 //! time,addr,bus,data
@@ -6,10 +6,10 @@
 //! 0.06194250166663551,308,0,08007c630a00d064
 //! ```
 //! Newer versions write identifier and data with `0x` (`exportToCSV` in openpilot's
-//! `tools/cabana/utils/export.cc`); older ones wrote the identifier in decimal and data without a mark
+//! `tools/cabana/utils/export.cc`); older versions wrote the identifier in decimal and data without a prefix
 //! (panda's `can_replay.py`). So an identifier without `0x` is decimal. The format does not state the kind of
 //! frame: an identifier above `7FF` has 29 bits, more than eight bytes are CAN FD. Time is in seconds since
-//! the start of the route. A bus from 128 on is panda's own sending.
+//! the start of the route. A bus number from 128 on marks frames sent by panda itself.
 
 use crate::clock::SECOND;
 use crate::entry::{BadLine, LogEntry};

@@ -1,5 +1,5 @@
-//! The packets of captures (pcap, pcapng) that carry CAN: SocketCAN (link type 227), and Linux cooked (113
-//! and 276), which `tcpdump -i any` writes.
+//! CAN packets in captures (pcap, pcapng): SocketCAN (link type 227), and Linux cooked (113 and 276), which
+//! `tcpdump -i any` writes.
 //!
 //! A SocketCAN frame is the kernel's structure: identifier with flags, length, flags of CAN FD, two reserved
 //! bytes, data. The identifier is big-endian in link type 227, and in the byte order of the file in cooked
@@ -93,10 +93,10 @@ pub(super) struct PacketFrame {
 impl Packet<'_> {
     /// Returns the frame of the packet; `None` if it is not from a CAN bus.
     pub(super) fn frame(&self) -> Result<Option<PacketFrame>, BadLine> {
-        /// `ARPHRD_NETLINK`, whose protocols have numbers of their own.
+        /// `ARPHRD_NETLINK`, whose protocols have their own numbers.
         const NETLINK: u16 = 824;
         let big = ByteOrder::Big;
-        // Where the header has the type of the device and the protocol, and where it ends.
+        // Device type and protocol from the header, and the end of the header.
         let (device, protocol, end) = match self.link {
             SOCKETCAN => {
                 let content = socketcan(self.bytes, self.length, big, false)?;
@@ -123,7 +123,7 @@ impl Packet<'_> {
     }
 }
 
-/// Reads a `can_frame` or `canfd_frame` of `length` bytes, of which `bytes` are captured.
+/// Reads a `can_frame` or `canfd_frame` of `length` bytes, with the captured `bytes`.
 fn socketcan(bytes: &[u8], length: u32, order: ByteOrder, is_fd: bool) -> Result<EntryContent, BadLine> {
     const EXTENDED: u32 = 1 << 31;
     const REMOTE: u32 = 1 << 30;
@@ -165,7 +165,7 @@ mod tests {
         packet.frame().map(|frame| frame.map(text))
     }
 
-    /// A frame whose length field is `len`, with the bytes 1 to 64, cut to `captured` bytes.
+    /// Returns a frame whose length field is `len`, with the bytes 1 to 64, cut to `captured` bytes.
     fn frame(id: [u8; 4], len: u8, flags: u8, captured: usize) -> Vec<u8> {
         let mut frame = [&id[..], &[len, flags, 0, 0]].concat();
         frame.extend(1..=64);

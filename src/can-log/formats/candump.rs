@@ -1,16 +1,16 @@
-//! The output of candump with stamps: log lines (`-L`) and the long form (`-ta`).
+//! The output of candump with stamps: log lines (`-L`) and the long format (`-ta`).
 //!
 //! ```text
 //! (1436509052.249713) can0 044#2A366C2B
 //!  (1436509052.249713)  can0  044   [4]  2A 36 6C 2B
 //! ```
-//! Of `-L` it also reads CAN FD (`##`, flags digit), remote requests (`#R`), error frames (identifier bit
-//! 29), the flags of 29 bits and remote requests in an identifier of eight digits, as can-utils takes them; a
-//! raw DLC (`_9` to `_F`), and the trailing ` R` / ` T` of newer versions. Of `-ta` it reads CAN FD (a length
-//! of two digits), a raw DLC (`{F}`), `remote request`, and the flags of `-x`; bytes may be binary (`-i`) or
-//! in reverse order (`-S`). Colours (`-c`), letters behind the data (`-a`) and the explanation of an error
-//! frame (`-e`) are passed over. CAN XL is counted as not supported. Lines that begin with `#` are comments,
-//! or notes of the black box.
+//! From `-L` it also reads CAN FD (`##`, flags digit), remote requests (`#R`), error frames (identifier bit
+//! 29), the flags for 29 bits and remote requests in an identifier of eight digits, as can-utils accepts
+//! them; a raw DLC (`_9` to `_F`), and the trailing ` R` / ` T` of newer versions. From `-ta` it reads CAN FD
+//! (a length of two digits), a raw DLC (`{F}`), `remote request`, and the flags of `-x`; bytes may be binary
+//! (`-i`) or in reverse order (`-S`). Colours (`-c`), characters after the data (`-a`) and the explanation of
+//! an error frame (`-e`) are skipped. CAN XL is counted as not supported. Lines that begin with `#` are
+//! comments, or notes from the black box.
 //!
 //! Stamps may be padded and have a date (`-tA`). Stamps of `-tz` count from the start of the recording, so
 //! its epoch is
@@ -35,7 +35,7 @@ pub(super) const FORMAT: LineFormat = LineFormat {
     reader: |_| Box::new(Candump::default()),
 };
 
-/// The same with the stamps of `-td`, which no single line shows.
+/// The same format with `-td` stamps, which cannot be recognised from a single line.
 pub(super) const DIFFERENCES: LineFormat = LineFormat {
     name: "candump -td",
     claims: |_| false,
@@ -57,7 +57,7 @@ struct Candump {
 impl LineReader for Candump {
     fn read<'a>(&mut self, line: &'a [u8]) -> Outcome<'a> {
         let is_explanation = std::mem::take(&mut self.is_explained);
-        // Returned at once, since each copy of a frame costs as much as some of its digits.
+        // Returned at once, since each copy of a frame costs as much as parsing some of its digits.
         if self.sum.is_none()
             && let Some(entry) = common_line(line)
         {
@@ -125,7 +125,7 @@ fn until(text: &[u8], end: u8) -> Option<(&[u8], &[u8])> {
 }
 
 /// Reads the digits at the beginning of a text, at most `most`, which is at most ten. Returns their value and
-/// their number.
+/// count.
 #[inline]
 fn leading<const RADIX: u8>(text: &[u8], most: usize) -> (u64, usize) {
     let (mut value, mut length) = (0_u64, 0);
@@ -134,14 +134,14 @@ fn leading<const RADIX: u8>(text: &[u8], most: usize) -> (u64, usize) {
         if digit >= RADIX {
             break;
         }
-        // Ten digits are far from an overflow, for which each would be checked otherwise.
+        // Ten digits are far from an overflow, so the check for each digit is avoided.
         value = value.wrapping_mul(u64::from(RADIX)).wrapping_add(u64::from(digit));
         length += 1;
     }
     (value, length)
 }
 
-/// Values of hexadecimal digits, by byte; [`NO_DIGIT`] for another byte.
+/// Value of each byte as a hexadecimal digit; [`NO_DIGIT`] for other bytes.
 static DIGITS: [u8; 256] = {
     let mut digits = [NO_DIGIT; 256];
     let mut digit = 0_u8;
@@ -183,7 +183,7 @@ fn parse_note(line: &[u8]) -> Option<LogEntry<'_>> {
     Some(LogEntry { stamp, interface, content: EntryContent::Note(LogNote::parse(fields)?) })
 }
 
-/// Flags of SocketCAN above the 29 bits of an identifier; the highest one, for 29 bits, is known from eight
+/// Flags of SocketCAN above the 29 bits of an identifier; the highest flag, for 29 bits, follows from eight
 /// digits.
 const REMOTE_FLAG: u32 = 0x4000_0000;
 const ERROR_FLAG: u32 = 0x2000_0000;
@@ -208,7 +208,7 @@ fn identifier(id: &str) -> Result<Identifier, BadLine> {
     id.map(Identifier::Frame).ok_or(BadLine::BadId)
 }
 
-/// Reads the content that `-ta` writes, from the field after the interface on.
+/// Reads content in the `-ta` format, starting with the field after the interface.
 fn long_content(first: &str, mut fields: SpacedFields<'_>) -> Result<EntryContent, BadLine> {
     let id = if matches!(first, "RX" | "TX") {
         // Two flags: bit rate switch and error state.
@@ -256,7 +256,7 @@ fn long_data(fields: SpacedFields<'_>, length: usize) -> Result<[u8; MAX_DATA], 
     Ok(bytes)
 }
 
-/// Reads the content that `-L` writes on both sides of the `#`.
+/// Reads content in the `-L` format on both sides of the `#`.
 fn content(id: &str, rest: &str) -> Result<EntryContent, BadLine> {
     let can_id = match identifier(id)? {
         Identifier::Frame(id) => id,
@@ -270,7 +270,7 @@ fn content(id: &str, rest: &str) -> Result<EntryContent, BadLine> {
         if fd.starts_with('#') {
             return Err(BadLine::CanXl);
         }
-        // The first digit holds the FD flags (bit rate switch, error state), which are not used.
+        // The first digit holds the unused FD flags (bit rate switch, error state).
         let payload = fd.strip_prefix(|flags: char| flags.is_ascii_hexdigit()).ok_or(BadLine::BadData)?;
         let (bytes, length) = data(payload)?;
         return data_frame(can_id, true, &bytes[..length]);
@@ -282,7 +282,7 @@ fn content(id: &str, rest: &str) -> Result<EntryContent, BadLine> {
         return Err(BadLine::CanXl);
     }
     let payload = match rest.split_once('_') {
-        // Such a DLC is sent as it is, but the frame still has 8 bytes.
+        // Such a DLC is sent unchanged, but the frame still has 8 bytes.
         Some((payload, dlc)) if matches!(number(dlc, 16), Some(9..=15)) => payload,
         Some(_) => return Err(BadLine::BadLength),
         None => rest,

@@ -1,4 +1,4 @@
-//! The stamps of [candump](super::candump), and the colours that it may give its lines.
+//! The stamps of [candump](super::candump), and the optional colours of its lines.
 
 use crate::clock::{SECOND, days, nanos, time_of_day};
 use crate::fields::{decimal, number, text};
@@ -7,8 +7,8 @@ use gateway_base::time::WallStamp;
 /// Stamps below this are not absolute times: 2001-09-09, ns.
 const MIN_ABSOLUTE: i64 = 1_000_000_000 * SECOND;
 
-/// Returns the stamp of a line if it may be a difference, ns: candump writes these with three digits of
-/// seconds at least, and absolute times with ten.
+/// Returns the stamp of a line if it may be a difference, ns: candump writes differences with at least three
+/// digits of seconds, and absolute times with ten.
 pub(super) fn difference(line: &[u8]) -> Option<i64> {
     let line = text(line).ok()?;
     let (stamp, _) = stamped(line)?;
@@ -19,8 +19,8 @@ pub(super) fn difference(line: &[u8]) -> Option<i64> {
 }
 
 /// Returns true if the stamps of these lines are differences: they fall again and again, and a quarter or
-/// more of them are smaller than the stamp before or half of the largest. Stamps of `-tz` fall only where two
-/// interfaces have a frame at the same time.
+/// more of them are smaller than the previous stamp or than half of the largest. Stamps of `-tz` fall only if
+/// two interfaces receive a frame at the same time.
 pub(super) fn are_differences<'a>(lines: impl Iterator<Item = &'a [u8]>) -> bool {
     let (mut pairs, mut falls, mut small, mut largest) = (0_usize, 0, 0, 0);
     let mut last = None;
@@ -36,7 +36,7 @@ pub(super) fn are_differences<'a>(lines: impl Iterator<Item = &'a [u8]>) -> bool
 }
 
 /// Reads `(seconds.fraction)` or `(2015-07-10 06:17:32.249713)`, with one to nine decimals, and returns the
-/// rest. Seconds before 1970 are negative, as we write them.
+/// rest. Seconds before 1970 are negative, as the gateway writes them.
 pub(super) fn stamped(line: &str) -> Option<(WallStamp, &str)> {
     let (time, rest) = without_colour(line.trim_start()).trim_start().strip_prefix('(')?.split_once(')')?;
     let (_, fraction) = time.trim().split_once('.')?;
@@ -53,7 +53,7 @@ pub(super) fn stamped(line: &str) -> Option<(WallStamp, &str)> {
     Some((nanos.map(WallStamp::from_nanos)?, rest))
 }
 
-/// Begins a colour of a terminal, which ends with `m`.
+/// Start of a terminal colour sequence, which ends with `m`.
 const COLOUR: &str = "\x1B[";
 
 /// Removes colours before a text.
@@ -62,7 +62,7 @@ fn without_colour(text: &str) -> &str {
     rest.map_or(text, |(_, rest)| without_colour(rest))
 }
 
-/// Removes colours before and behind a field.
+/// Removes colours before and after a field.
 pub(super) fn uncoloured(field: &str) -> &str {
     let field = without_colour(field);
     field.split_once(COLOUR).map_or(field, |(field, _)| field)
@@ -87,10 +87,10 @@ mod tests {
             (vec![0, 1, 3], false),
             (vec![0], false),
             (vec![], false),
-            // One message every 100 ms; bursts of frames of one length.
+            // One message every 100 ms; bursts of frames with equal lengths.
             ([100, 101, 99].repeat(20), true),
             (burst.repeat(5), true),
-            // Two interfaces; two recordings, one behind the other; absolute stamps.
+            // Two interfaces; two recordings, one after the other; absolute stamps.
             (vec![0, 1, 0, 3, 4, 5, 7, 9], false),
             ((0..30).chain(0..30).collect(), false),
             (vec![1_700_000_000_300, 1_700_000_000_200, 1_700_000_000_400], false),

@@ -1,13 +1,13 @@
-//! The CSV of CSS Electronics' `mdf2csv`, for recordings of a `CANedge`.
+//! The CSV format of CSS Electronics' `mdf2csv`, for `CANedge` recordings.
 //!
 //! ```text
 //! TimestampEpoch;BusChannel;ID;IDE;DLC;DataLength;Dir;EDL;BRS;ESI;RTR;DataBytes
 //! 1689951599.926300;9;06A;0;3;3;0;0;0;0;0;474400
 //! ```
-//! The heading names the columns (some have no `ESI` and `RTR`). Time is in seconds since 1970, identifier
-//! and data are hexadecimal. `IDE` is 1 for 29 bits, `EDL` for CAN FD, `RTR` for a remote request. The layout
-//! is the one that CSS Electronics' python-can-cansub writes and reads; its channel may also be a name, or
-//! nothing, which is `can0`.
+//! The heading names the columns (some files have no `ESI` and `RTR`). Time is in seconds since 1970,
+//! identifier and data are hexadecimal. `IDE` is 1 for 29 bits, `EDL` for CAN FD, `RTR` for a remote request.
+//! CSS Electronics' python-can-cansub writes and reads the same layout; its channel may also be a name, or
+//! empty, which means `can0`.
 
 use crate::clock::SECOND;
 use crate::entry::{BadLine, EntryContent, EntryInterface, LogEntry};

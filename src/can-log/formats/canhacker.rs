@@ -1,16 +1,16 @@
-//! CANHacker trace (`.trc`, of another form than PCAN's).
+//! CANHacker trace (`.trc`, a different format from PCAN's).
 //!
 //! ```text
 //! Time   ID     DLC Data                    Comment
 //! 18.876 070      8 00 B0 C8 64 9D B0 01 D6
 //! 18,880 18FEF100 2 00 01
 //! ```
-//! An identifier of more than three digits has 29 bits. What follows the data is a comment; `RTR` in place of
+//! An identifier of more than three digits has 29 bits. Text after the data is a comment; `RTR` in place of
 //! the data is a remote request.
 //!
 //! # Time
-//! Seconds with a point or comma, of an adapter's counter that begins again after 60 s. A file with 60 s or
-//! more has a counter that does not.
+//! Times are seconds with a point or comma, from an adapter's counter that restarts after 60 s. In a file
+//! with a time of 60 s or more, the counter does not restart.
 
 use crate::clock::{SECOND, TimeCounter};
 use crate::entry::{BadLine, EntryContent, LogEntry};

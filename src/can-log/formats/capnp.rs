@@ -1,7 +1,7 @@
-//! Messages of Cap'n Proto, as far as recordings need them (<https://capnproto.org/encoding.html>).
+//! Reads Cap'n Proto messages, as far as recordings need them (<https://capnproto.org/encoding.html>).
 //!
-//! A message has segments of 8-byte words. Pointers in it lead to structures, which have numbers and then
-//! pointers, and to lists; a far pointer leads to a pointer in another segment.
+//! A message has segments of 8-byte words. Pointers lead to structures, which have numbers and then pointers,
+//! and to lists; a far pointer leads to a pointer in another segment.
 
 use std::io::{self, ErrorKind, Read};
 
@@ -13,10 +13,10 @@ use crate::format::{ObjectSource, damaged};
 const WORD: usize = 8;
 /// Largest valid message, bytes; pictures and settings in logs have a few megabytes.
 const MAX_BYTES: u64 = 16 << 20;
-/// Most segments of a valid message.
+/// Maximum number of segments of a valid message.
 const MAX_SEGMENTS: u32 = 512;
 
-/// Returns true if a file that begins with `head` begins with a message whose root is a structure with this
+/// Returns true if `head`, the beginning of a file, starts with a message whose root is a structure with this
 /// number of words and pointers.
 pub(super) fn begins(head: &[u8], words: u16, pointers: u16) -> bool {
     let Some(last) = head.first_chunk().map(|last| u32::from_le_bytes(*last)) else { return false };
@@ -25,26 +25,26 @@ pub(super) fn begins(head: &[u8], words: u16, pointers: u16) -> bool {
     root.is_some_and(|root| root.starts_with(&[0, 0, 0, 0, a, b, c, d]))
 }
 
-/// Returns the length of the table before the segments, bytes; `last` is the number of segments less one.
+/// Returns the length of the table before the segments, bytes; `last` is the number of segments minus one.
 fn table_length(last: u32) -> usize {
     (8 + 4 * usize::try_from(last).unwrap_or(0)).next_multiple_of(WORD)
 }
 
-/// A message, kept for the next one's bytes.
+/// A message, whose buffer is reused for the next message.
 #[derive(Debug)]
 pub(super) struct Message {
     bytes: Vec<u8>,
     kept: Kept,
-    /// Where each segment begins and ends in `bytes`.
+    /// Start and end of each segment in `bytes`.
     segments: Vec<(usize, usize)>,
 }
 
-/// A structure in a message; numbers that it does not have are 0.
+/// A structure in a message; missing numbers are 0.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Struct<'a> {
     message: &'a Message,
     segment: usize,
-    /// Where the numbers begin in the segment, bytes.
+    /// Start of the numbers in the segment, bytes.
     start: usize,
     words: usize,
     pointers: usize,
@@ -57,21 +57,22 @@ pub(super) struct Structs<'a> {
     count: usize,
 }
 
-/// Where a pointer leads to.
+/// Target of a pointer.
 struct Target {
     segment: usize,
-    /// Where it begins in the segment, bytes.
+    /// Start of the target in the segment, bytes.
     start: usize,
     pointer: u64,
 }
 
 impl Message {
-    /// Creates an empty message; its bytes are kept within the budget.
+    /// Creates an empty message; its buffer counts against the budget.
     pub(super) fn new(budget: &FileBudget) -> Self {
         Self { bytes: Vec::new(), kept: budget.keep(), segments: Vec::new() }
     }
 
-    /// Reads the next message; returns false at the end of the source. Fails if the source ends within it.
+    /// Reads the next message; returns false at the end of the source. Fails if the source ends within the
+    /// message.
     pub(super) fn read(&mut self, source: &mut ObjectSource) -> io::Result<bool> {
         let mut count = Vec::new();
         match source.take(4).read_to_end(&mut count)? {
@@ -113,7 +114,8 @@ impl Message {
         self.segment(segment)?.get(at..)?.first_chunk().map(|word| u64::from_le_bytes(*word))
     }
 
-    /// Follows the pointer at a place, which is 0 if it leads nowhere; `None` if it leads astray.
+    /// Follows the pointer at a position; the target is empty for a null pointer; `None` for an invalid
+    /// pointer.
     fn follow(&self, segment: usize, at: usize) -> Option<Target> {
         let pointer = self.word(segment, at)?;
         if pointer == 0 || kind(pointer) != 2 {
@@ -144,7 +146,7 @@ impl Message {
     }
 }
 
-/// Returns what a pointer leads to: 0 for a structure, 1 for a list, 2 if it is far.
+/// Returns the kind of a pointer: 0 for a structure, 1 for a list, 2 for a far pointer.
 fn kind(pointer: u64) -> u64 {
     pointer & 3
 }
@@ -154,7 +156,7 @@ fn low(pointer: u64) -> u32 {
     u32::from_le_bytes([a, b, c, d])
 }
 
-/// Returns where a pointer at `at` leads to in its segment, bytes.
+/// Returns the target of a pointer at `at` in its segment, bytes.
 fn behind(at: usize, pointer: u64) -> Option<usize> {
     let words = isize::try_from(low(pointer).cast_signed() >> 2).ok()?;
     (at + WORD).checked_add_signed(words.checked_mul(8)?)
@@ -195,12 +197,12 @@ impl<'a> Struct<'a> {
         (index < self.pointers).then(|| self.start + (self.words + index) * WORD)
     }
 
-    /// Returns the structure behind a pointer.
+    /// Returns the structure that a pointer leads to.
     pub(super) fn structure(&self, index: usize) -> Option<Struct<'a>> {
         self.message.structure(self.segment, self.pointer(index)?)
     }
 
-    /// Returns the bytes behind a pointer, none if it leads nowhere; `None` for anything else.
+    /// Returns the bytes that a pointer leads to, empty for a null pointer; `None` for anything else.
     pub(super) fn bytes(&self, index: usize) -> Option<&'a [u8]> {
         let target = self.message.follow(self.segment, self.pointer(index)?)?;
         if target.pointer == 0 {
@@ -211,8 +213,8 @@ impl<'a> Struct<'a> {
         (kind == 2).then_some(bytes)
     }
 
-    /// Returns the structures of the list behind a pointer, none if it leads nowhere; `None` for anything
-    /// else, and for a list that is longer than its segment.
+    /// Returns the structures of the list that a pointer leads to, empty for a null pointer; `None` for
+    /// anything else, and for a list longer than its segment.
     pub(super) fn structures(&self, index: usize) -> Option<Structs<'a>> {
         let message = self.message;
         let target = message.follow(self.segment, self.pointer(index)?)?;
@@ -232,7 +234,7 @@ impl<'a> Struct<'a> {
 }
 
 impl<'a> Structs<'a> {
-    /// Returns the structure at a position; `None` behind the last one.
+    /// Returns the structure at a position; `None` after the last one.
     pub(super) fn get(&self, index: usize) -> Option<Struct<'a>> {
         let size = (self.first.words + self.first.pointers) * WORD;
         (index < self.count).then(|| Struct { start: self.first.start + index * size, ..self.first })

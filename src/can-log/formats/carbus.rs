@@ -1,13 +1,13 @@
-//! Traces of CARBUS Analyzer (`.trc`), whose lines end in carriage returns alone.
+//! Traces of CARBUS Analyzer (`.trc`), whose lines end with carriage returns alone.
 //!
 //! ```text
 //! @ TEXT @ 2 @ 64 @ 0 @ 55 @ 10078 @ 00:00:10.078 @
 //! 46,016  1  0004  45A  8  5A 04 00 00 00 00 00 00  00000000  Z
 //! ```
-//! A line has time, bus, kind, identifier, length and data between tabulators; of the rest, nothing is used.
-//! Three digits are an identifier of 11 bits. Behind the comma of a time are milliseconds in version 2, which
-//! the first line tells, and microseconds in version 3, which `SavvyCAN` writes without zeros before them.
-//! See its `loadCARBUSAnalyzerFile`.
+//! A line has time, bus, kind, identifier, length and data separated by tabs; the remaining fields are
+//! unused. Three digits are an identifier of 11 bits. The digits after the comma of a time are milliseconds
+//! in version 2, which the first line states, and microseconds in version 3, which `SavvyCAN` writes without
+//! leading zeros. See its `loadCARBUSAnalyzerFile`.
 
 use std::io::{self, BufRead, Read};
 
@@ -23,7 +23,7 @@ pub(super) const FORMAT: ObjectFormat = ObjectFormat {
     reader: |source| Ok(Box::new(Carbus { source, line: Vec::new(), unit_ns: MICROSECOND })),
 };
 
-/// A CAN frame; other kinds are not known.
+/// A CAN frame; other kinds are unknown.
 const FRAME: &str = "0004";
 
 const MICROSECOND: i64 = SECOND / 1_000_000;
@@ -65,7 +65,7 @@ fn entry(line: &str, unit_ns: i64) -> Result<LogEntry<'static>, BadLine> {
     Ok(LogEntry::numbered(nanos, bus, fields.data_frame(id, length > 8, length)?))
 }
 
-/// Reads seconds and, behind a comma, a number of a smaller unit; ns.
+/// Reads seconds and, after a comma, a number in a smaller unit; returns ns.
 fn time(field: &str, unit_ns: i64) -> Option<i64> {
     let (seconds, rest) = field.split_once(',')?;
     let rest = decimal(rest, unit_ns).filter(|rest| *rest < SECOND)?;

@@ -1,13 +1,13 @@
-//! CRTD, as OVMS writes it.
+//! CRTD, as written by OVMS.
 //!
 //! ```text
 //! 1542473901.020305 CXX OVMS CAN log
 //! 1542473901.020305 1R11 402 FA 01 C3
 //! 1542473901.021 2T29 18FEF100 01
 //! ```
-//! The time is in seconds since 1970, or since the start of the module. `R` is received, `T` sent, with 11 or
-//! 29 bits of identifier; the digit before it is the number of the bus, 1 without one. Types that begin with
-//! `C` are comments, events and statistics.
+//! The time is in seconds since 1970, or since the start of the module. `R` means received, `T` sent,
+//! followed by 11 or 29 for the bits of the identifier; the digit before the letter is the bus number, 1 if
+//! missing. Types that begin with `C` are comments, events and statistics.
 
 use crate::clock::SECOND;
 use crate::entry::{BadLine, EntryContent, LogEntry};

@@ -4,14 +4,14 @@
 //! Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8
 //! 166064000,0000021A,false,Rx,0,3,FE,36,12,,,,,
 //! ```
-//! The heading names the columns (`Dir` came later) and may come again. Data columns
-//! beyond the length do not count. More than eight bytes are a CAN FD frame.
+//! The heading names the columns (`Dir` was added later) and may be repeated. Data columns beyond the length
+//! are ignored. More than eight bytes are a CAN FD frame.
 //!
 //! # Time
-//! Microseconds, of the recorder's 32-bit counter in GVRET files: it begins again at zero after
-//! 71.6 minutes, see [`TimeCounter`]; the buses are written in blocks, so lines are not quite in order.
-//! Some write the upper half of the counter as negative numbers.
-//! A file with a value beyond 32 bits has a counter that does not wrap.
+//! Times are in microseconds; in GVRET files they come from the recorder's 32-bit counter, which restarts at
+//! zero after 71.6 minutes, see [`TimeCounter`]; the buses are written in blocks, so lines are not strictly
+//! in order. Some tools write the upper half of the counter as negative numbers. A file with a value beyond
+//! 32 bits has a counter that does not wrap.
 
 use crate::clock::TimeCounter;
 use crate::entry::{BadLine, EntryContent, LogEntry};
@@ -90,7 +90,7 @@ impl LineReader for Csv {
 /// Reads one line: the counter's value, the bus, and the content.
 fn parse(line: &str, at: CsvColumns) -> Result<(i64, u32, EntryContent), BadLine> {
     let field = |column| columns(line, column).next().unwrap_or_default();
-    // A sign only where it says something.
+    // A sign is accepted only if it has meaning.
     let time = Some(field(at.time)).filter(|time| !time.starts_with('+')).and_then(|time| time.parse().ok());
     let time = time.ok_or(BadLine::NoTime)?;
     let extended = match field(at.extended) {

@@ -4,10 +4,10 @@
 //! 1478198376.389427,0316,8,05,21,68,09,21,21,00,6f,R
 //! Timestamp: 1479121434.850202        ID: 0350    000    DLC: 8    05 28 84 66 6d 00 00 a2
 //! ```
-//! Time is in seconds since 1970; identifiers have four hexadecimal digits for 11 bits. Behind the data of
-//! the first form is `R`, or `T` for an injected frame; both were on the bus. The second form is how early
-//! versions of python-can print a message; its flags are `000`, or `010` with eight digits for 29 bits.
-//! Others are bad. There is one bus.
+//! Time is in seconds since 1970; identifiers have four hexadecimal digits for 11 bits. The data of the first
+//! form is followed by `R`, or by `T` for an injected frame; both were on the bus. The second form is the
+//! text of a message in early versions of python-can; its flags are `000`, or `010` with eight digits for 29
+//! bits. Other flags are bad. There is one bus.
 
 use crate::clock::SECOND;
 use crate::entry::{BadLine, EntryContent, LogEntry};
@@ -70,7 +70,7 @@ fn expect<'a>(fields: &mut LineFields<impl Iterator<Item = &'a str>>, expected: 
     if fields.next() == Some(expected) { Ok(()) } else { Err(BadLine::NoFrame) }
 }
 
-/// Reads identifier, what is `between`, length and data.
+/// Reads identifier, the field `between`, length and data.
 fn frame<'a, I: Iterator<Item = &'a str>>(
     fields: &mut LineFields<I>,
     between: impl Fn(&mut LineFields<I>, bool) -> Result<(), BadLine>,

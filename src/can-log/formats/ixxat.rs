@@ -1,4 +1,4 @@
-//! Traces of IXXAT's canAnalyser as CSV.
+//! IXXAT canAnalyser traces as CSV.
 //!
 //! ```text
 //! ASCII Trace IXXAT canAnalyser V2.8
@@ -6,8 +6,8 @@
 //! "Time","Identifier (hex)","Format","Flags","Data (hex)"
 //! "00:01:03.03","223","Std","","00 00 00 00 49 00 00 01 "
 //! ```
-//! The times are a clock of the day or begin with the trace; no file tells which, so that the date is not
-//! used. Only frames without flags are known. There is one bus. See `loadIXXATFile` of `SavvyCAN`.
+//! The times are times of day or begin with the trace; no file states which, so the date is not used. Only
+//! frames without flags are supported. There is one bus. See `loadIXXATFile` of `SavvyCAN`.
 
 use crate::clock::{DAY, WrappingClock, time_of_day};
 use crate::entry::{BadLine, LogEntry};

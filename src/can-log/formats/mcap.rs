@@ -1,9 +1,9 @@
-//! MCAP: the files of rosbag2 and Foxglove, the gateway's own included (`run --record`).
+//! MCAP: the files of rosbag2, Foxglove and the gateway itself (`run --record`).
 //!
-//! A file is a sequence of records, most of them in chunks, which are plain, lz4 or zstd. They are read from
-//! the first to the last, so that a file without its end, as a killed recorder leaves it, is read as well;
-//! the index is not needed. Memory is the packed bytes of a chunk, the window of its decoder, and the topics
-//! that are read. A chunk that cannot be unpacked, or whose checksum is wrong, counts as a bad object.
+//! A file is a sequence of records, most of them in chunks, which are plain, lz4 or zstd. They are read in
+//! sequence, so that a file without its end, as left by a killed recorder, is read as well; the index is not
+//! needed. Memory is used for the packed bytes of a chunk, the window of its decoder, and the topics that are
+//! read. A chunk that cannot be unpacked, or has a wrong checksum, counts as a bad object.
 
 use std::collections::BTreeMap;
 use std::io::{self, BufReader, Cursor, ErrorKind, Read};
@@ -27,13 +27,13 @@ pub(super) const FORMAT: ObjectFormat = ObjectFormat {
 };
 
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
-/// Largest chunk, packed, bytes; writers fill chunks with some hundred KiB to some MiB.
+/// Maximum packed size of a chunk, bytes; writers fill chunks with some hundred KiB to some MiB.
 const MAX_CHUNK: u64 = 256 << 20;
 /// Largest schema, channel, or message of a topic that is read, bytes.
 const MAX_RECORD: u64 = 1 << 20;
 /// Longest name of a topic or type that is read, bytes; ROS 2 allows 255.
 const MAX_NAME: usize = 1024;
-/// Memory of an entry of a map beside its name, bytes.
+/// Memory of a map entry besides its name, bytes.
 const NODE: usize = 64;
 /// Cost of a record, nominal ns.
 const RECORD_WORK: u64 = 100;
@@ -45,7 +45,7 @@ const CHUNK_HEAD: usize = 32;
 
 static CRC: Crc<u32, Table<16>> = Crc::<u32, Table<16>>::new(&CRC_32_ISO_HDLC);
 
-/// Reads the messages of topics that are chosen.
+/// Reads the messages of the chosen topics.
 pub(super) struct Mcap<T> {
     file: ObjectSource,
     chunk: Option<Chunk>,
@@ -53,7 +53,7 @@ pub(super) struct Mcap<T> {
     is_ended: bool,
 }
 
-/// What the records say.
+/// State derived from the records.
 struct Content<T> {
     /// Names of the schemas, by their numbers.
     schemas: BTreeMap<u16, String>,
@@ -61,25 +61,25 @@ struct Content<T> {
     channels: BTreeMap<u16, Option<T>>,
     choice: TopicChoice<T>,
     record: Vec<u8>,
-    /// The buffer `record`.
+    /// Memory of the buffer `record`.
     buffered: Kept,
-    /// Names of schemas and channels.
+    /// Memory of the names of schemas and channels.
     kept: Kept,
     /// Channel and log time of the message in `record`.
     message: Option<(u16, WallStamp)>,
 }
 
 struct Chunk {
-    /// The packed bytes.
+    /// Memory of the packed bytes.
     _kept: Kept,
     records: BufReader<Checked<Box<dyn Read + Send>>>,
-    /// 0 = none.
+    /// Checksum of the unpacked records; 0 if there is none.
     checksum: u32,
-    /// True if the file ends within it.
+    /// True if the file ends within the chunk.
     is_cut: bool,
 }
 
-/// Computes the checksum of what is read.
+/// Computes the checksum of the bytes read.
 struct Checked<R> {
     source: R,
     digest: Digest<'static, u32, Table<16>>,
@@ -93,17 +93,17 @@ impl<R: Read> Read for Checked<R> {
     }
 }
 
-/// A record that was read.
+/// The record that was read.
 enum Step {
     /// A message of a topic that is read, which [`Content`] holds.
     Message,
-    /// Such a message that is longer than any.
+    /// A message of such a topic, longer than the maximum.
     TooLong,
-    /// The head of a chunk comes next.
+    /// The head of a chunk follows.
     Chunk,
     /// The records end here.
     DataEnd,
-    /// Any other.
+    /// Any other record.
     Other,
 }
 
@@ -129,7 +129,7 @@ impl<T: Send> MessageReader<T> for Mcap<T> {
                     Some(Step::Chunk) => self.chunk = Some(Chunk::read(&mut self.file)?),
                     Some(Step::Other) => {}
                     Some(Step::DataEnd) => self.is_ended = true,
-                    // Without its end it was cut.
+                    // A file without its end record was cut.
                     None => return Err(ErrorKind::UnexpectedEof.into()),
                 }
                 continue;
@@ -166,7 +166,7 @@ impl<T: Send> MessageReader<T> for Mcap<T> {
 }
 
 impl Chunk {
-    /// Reads a chunk behind the head of its record.
+    /// Reads a chunk after the head of its record.
     fn read(file: &mut ObjectSource) -> io::Result<Self> {
         let mut head = [0; CHUNK_HEAD];
         file.read_exact(&mut head)?;
@@ -191,13 +191,13 @@ impl Chunk {
         Ok(Self { _kept: kept, records, checksum, is_cut })
     }
 
-    /// True if the checksum of all records is that of the chunk.
+    /// Returns true if the checksum of all records equals the chunk's.
     fn is_intact(&self) -> bool {
         self.checksum == 0 || self.records.get_ref().digest.clone().finalize() == self.checksum
     }
 }
 
-/// What is left of the content of a record; each part is `None` if it reaches beyond the end.
+/// The rest of a record's content; each part is `None` if it extends beyond the end.
 struct Fields<'a>(&'a [u8]);
 
 impl<'a> Fields<'a> {
@@ -211,7 +211,7 @@ impl<'a> Fields<'a> {
         Some(u16::from_le_bytes(self.bytes(2)?.try_into().ok()?))
     }
 
-    /// Returns the bytes behind their length.
+    /// Returns bytes preceded by their length.
     fn block(&mut self) -> Option<&'a [u8]> {
         let length = u32::from_le_bytes(self.bytes(4)?.try_into().ok()?);
         self.bytes(usize::try_from(length).ok()?)
@@ -221,7 +221,7 @@ impl<'a> Fields<'a> {
         std::str::from_utf8(self.block()?).ok()
     }
 
-    /// Returns number and name of a schema; its encoding and content follow.
+    /// Returns number and name of a schema, and leaves its encoding and content.
     fn schema(&mut self) -> Option<(u16, &'a str)> {
         let schema = (self.id()?, self.text()?);
         self.text()?;
@@ -229,7 +229,7 @@ impl<'a> Fields<'a> {
         Some(schema)
     }
 
-    /// Returns number, schema, topic and encoding of a channel; its metadata follow.
+    /// Returns number, schema, topic and encoding of a channel, and leaves its metadata.
     fn channel(&mut self) -> Option<(u16, u16, &'a str, &'a str)> {
         let channel = (self.id()?, self.id()?, self.text()?, self.text()?);
         self.block()?;
@@ -238,7 +238,7 @@ impl<'a> Fields<'a> {
 }
 
 impl<T> Content<T> {
-    /// Reads the next record, and keeps what tells of topics that are read; `None` at the end of the source.
+    /// Reads the next record, and stores the state of topics that are read; `None` at the end of the source.
     fn read_record(&mut self, source: &mut impl Read) -> io::Result<Option<Step>> {
         let mut head = [0; 9];
         if source.read(&mut head[..1])? == 0 {
@@ -263,7 +263,7 @@ impl<T> Content<T> {
         let mut fields = Fields(&self.record);
         if opcode == op::SCHEMA {
             let (id, name) = fields.schema().ok_or_else(|| damaged("a schema is damaged"))?;
-            // A longer name is not the name of a type that is read.
+            // A longer name cannot be the name of a type that is read.
             if name.len() <= MAX_NAME {
                 self.kept.grow((NODE + name.len()) as u64)?;
                 self.schemas.insert(id, name.to_owned());
@@ -370,7 +370,7 @@ mod tests {
         record(op::CHUNK, &[sizes, checksum, text(compression), length, packed].concat())
     }
 
-    /// Two chunks of 50 frames among messages without frames.
+    /// Returns two chunks of 50 frames among messages without frames.
     fn file(compression: &str, pack: Pack) -> Vec<u8> {
         let described = [
             schema(1, "can_msgs/msg/Frame"),
@@ -436,7 +436,8 @@ mod tests {
                 assert_eq!(outcome.unwrap_err().kind(), ErrorKind::UnexpectedEof, "{compression}: {length}");
                 assert!(expected().starts_with(&entries), "{compression}: {length}: {entries:?}");
             }
-            // What can be unpacked of a chunk that is not whole: of LZ4 and Zstandard whole blocks, here one.
+            // Unpacks the available part of an incomplete chunk: for LZ4 and Zstandard whole blocks, here
+            // one.
             let (entries, _) = read(&file[..end - 60]);
             let least = if compression.is_empty() { 98 } else { 50 };
             assert!(entries.len() >= least, "{compression}: {}", entries.len());
@@ -447,7 +448,7 @@ mod tests {
     fn a_damaged_chunk_counts_and_the_next_one_is_read() {
         for (compression, pack) in PACKINGS {
             let mut file = file(compression, pack);
-            // In the first chunk, behind its head.
+            // In the first chunk, after its head.
             file[150] ^= 0x40;
             let (entries, end) = read(&file);
             assert!(end.is_ok(), "{compression}: {end:?}");

@@ -1,10 +1,10 @@
-//! ASAM MDF 4 with bus logging of CAN, as the tools of Vector, `CANedge`, `asammdf` and python-can write it.
+//! ASAM MDF 4 with CAN bus logging, as written by the tools of Vector, `CANedge`, `asammdf` and python-can.
 //!
 //! A data group (`DG`) has one stream of records; if they belong to several channel groups (`CG`), each
-//! begins with the number of its own. The records of a channel group with a channel `CAN_DataFrame`,
-//! `CAN_RemoteFrame` or `CAN_ErrorFrame` are frames. Groups are merged by time; frames that a logger wrote
-//! together, a bus at a time, too. A file that its writer did not end (`UnFinMF`) is read as it is: counts of
-//! records are not used, and the last block of data reaches to the end of the file.
+//! record begins with the number of its group. The records of a channel group with a channel `CAN_DataFrame`,
+//! `CAN_RemoteFrame` or `CAN_ErrorFrame` are frames. Groups are merged by time, even if a logger wrote the
+//! frames of one bus together. A file that its writer did not finish (`UnFinMF`) is read as it is: record
+//! counts are ignored, and the last data block extends to the end of the file.
 
 use std::collections::BTreeMap;
 use std::io::{self, ErrorKind};
@@ -22,9 +22,9 @@ pub(super) const FORMAT: ObjectFormat = ObjectFormat {
 struct Mf4 {
     file: Blocks,
     groups: Vec<DataGroup>,
-    /// The next entries of the groups, by their times and the positions of the groups.
+    /// The next entries of the groups, ordered by time and position of the group.
     queue: BTreeMap<(Option<i64>, usize), Entry>,
-    /// Why not all can be read.
+    /// Reason why the rest cannot be read.
     failure: Option<io::Error>,
 }
 
@@ -96,7 +96,7 @@ mod tests {
     use proptest::prelude::*;
     use std::io::Write;
 
-    /// Writes blocks one behind the other.
+    /// Writes blocks one after the other.
     struct Writer(Vec<u8>);
 
     impl Writer {
@@ -150,7 +150,7 @@ mod tests {
             self.block("CG", &[next, channels, 0, 0, 0, 0], &data)
         }
 
-        /// Appends a data group, and links it behind `before`, or to the header.
+        /// Appends a data group, and links it from `before`, or from the header.
         fn data_group(&mut self, before: Option<u64>, groups: u64, number_length: u8) -> u64 {
             let at = self.block("DG", &[0, groups, 0, 0], &[number_length, 0, 0, 0, 0, 0, 0, 0]);
             self.set_link(before.unwrap_or(64), 0, at);
@@ -158,8 +158,8 @@ mod tests {
         }
     }
 
-    /// As a `CANedge` writes: groups of one stream, constants as virtual channels, lengths by a table, and
-    /// data of variable length.
+    /// A file like a `CANedge` writes: groups in one stream, constants as virtual channels, lengths from a
+    /// table, and data of variable length.
     fn unsorted(records: &[u8]) -> Vec<u8> {
         let mut file = Writer::new("UnFinMF 4.11    ");
         let time = file.conversion(1, &[0.0, 1e-6]);
@@ -197,7 +197,7 @@ mod tests {
         [&[number][..], &micros.to_le_bytes(), &id.to_le_bytes(), &[dlc], data].concat()
     }
 
-    /// A record of each group; the values of variable length stand behind the frames that refer to them.
+    /// A record of each group; the values of variable length come after the frames that refer to them.
     fn records() -> Vec<u8> {
         let value = |data: &[u8]| [&[3, u8::try_from(data.len()).unwrap(), 0, 0, 0][..], data].concat();
         [
@@ -215,7 +215,7 @@ mod tests {
         .concat()
     }
 
-    /// In the order of their times, behind what cannot be read.
+    /// In the order of their times, after the unreadable entries.
     const EXPECTED: [Result<&str, BadLine>; 8] = [
         Err(BadLine::BadId),
         Err(BadLine::BadLength),
@@ -276,8 +276,8 @@ mod tests {
         [head, packed].concat()
     }
 
-    /// As asammdf writes: a data group for each kind of frame, merged by time, in lists of plain and packed
-    /// blocks.
+    /// A file like asammdf writes: a data group for each kind of frame, merged by time, in lists of plain and
+    /// packed blocks.
     fn sorted() -> Vec<u8> {
         let mut file = Writer::new("MDF     4.10    ");
         let mut before = None;

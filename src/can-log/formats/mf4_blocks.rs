@@ -1,7 +1,7 @@
-//! Blocks of an ASAM MDF 4 file, which is kept in memory since they refer to each other in any order.
+//! Blocks of an ASAM MDF 4 file, which is held in memory since they refer to each other in any order.
 //!
 //! A block has two letters as its kind, its length, links to other blocks and data; a link of 0 leads
-//! nowhere. How often blocks are visited is bounded, so that reading ends whatever the links say.
+//! nowhere. The number of visits to blocks is bounded, so that reading ends whatever the links contain.
 
 use std::cell::Cell;
 use std::io::{self, ErrorKind};
@@ -20,28 +20,28 @@ const HEAD: usize = 24;
 
 pub(super) struct Blocks {
     bytes: Vec<u8>,
-    /// True if the writer did not end the file, so that the length of its data is not noted.
+    /// True if the writer did not finish the file, so that the length of its data is not recorded.
     is_unfinished: bool,
     /// Number of bytes of blocks that may still be visited.
     unvisited: Cell<u64>,
     pub(super) budget: FileBudget,
-    /// The size of `bytes`.
+    /// Memory of `bytes`.
     _kept: Kept,
-    /// Why the file could not be read to its end.
+    /// Reason why the file could not be read to its end.
     failure: Option<io::Error>,
 }
 
-/// A block of a kind other than data.
+/// A block other than a data block.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Block<'a> {
     pub(super) kind: [u8; 2],
     links: &'a [u8],
-    /// What follows the links.
+    /// Content after the links.
     pub(super) data: &'a [u8],
 }
 
 impl Block<'_> {
-    /// Returns where a link leads to; `None` if it leads nowhere.
+    /// Returns the target of a link; `None` for a null link.
     pub(super) fn link(&self, index: usize) -> Option<u64> {
         Some(u64_at(self.links, index * 8)).filter(|link| *link != 0)
     }
@@ -52,7 +52,7 @@ impl Block<'_> {
 }
 
 impl Blocks {
-    /// Reads a file as far as it goes. Fails if it is not of version 4.
+    /// Reads as much of a file as possible. Fails if it is not of version 4.
     pub(super) fn read(mut source: ObjectSource) -> io::Result<Self> {
         let budget = source.budget.clone();
         budget.allow_whole();
@@ -73,7 +73,7 @@ impl Blocks {
         Ok(Self { bytes, is_unfinished, unvisited, budget, _kept: kept, failure })
     }
 
-    /// Returns the error for a part that the file does not have.
+    /// Returns the error for a missing part of the file.
     pub(super) fn cut(&self) -> io::Error {
         missing_part(self.failure.as_ref())
     }
@@ -88,7 +88,7 @@ impl Blocks {
         if block.kind == kind { Ok(block) } else { Err(unexpected(block.kind)) }
     }
 
-    /// Returns a block. Fails if the file ends within it, or there is none.
+    /// Returns a block. Fails if the file ends within it, or there is none at this position.
     pub(super) fn block(&self, at: u64) -> io::Result<Block<'_>> {
         let (kind, content, is_cut) = self.locate(at)?;
         if is_cut {
@@ -101,7 +101,7 @@ impl Blocks {
         Ok(Block { kind, links, data })
     }
 
-    /// Returns where the contents of a block of data are, and true if the file ends within them.
+    /// Returns the kind and content range of a data block, and true if the file ends within the content.
     pub(super) fn data(&self, at: u64) -> io::Result<([u8; 2], Range<usize>, bool)> {
         self.locate(at)
     }
@@ -141,7 +141,7 @@ impl Blocks {
     }
 }
 
-/// Returns the error for a block of a kind that is not expected at its place.
+/// Returns the error for an unexpected kind of block.
 pub(super) fn unexpected(kind: [u8; 2]) -> io::Error {
     damaged(format!("MF4: unexpected block {}", String::from_utf8_lossy(&kind)))
 }

@@ -1,5 +1,5 @@
-//! Channels of an MF4 file: where a record has a value, and how it is converted; and the channels of a CAN
-//! frame.
+//! Channels of an MF4 file: the position of a value in a record, and its conversion; and the channels of a
+//! CAN frame.
 
 use std::io;
 
@@ -13,10 +13,10 @@ const MASTER: u8 = 2;
 const VIRTUAL_MASTER: u8 = 3;
 const VIRTUAL_DATA: u8 = 6;
 
-/// What is measured against the master channel.
+/// Quantity that a master channel measures.
 const TIME: u8 = 1;
 
-/// How a stored number becomes a value.
+/// Conversion of a stored number to a value.
 #[derive(Debug, Clone, PartialEq)]
 enum Conversion {
     None,
@@ -24,7 +24,7 @@ enum Conversion {
         offset: f64,
         factor: f64,
     },
-    /// Coefficients of two parabolas, of which the quotient is the value.
+    /// Coefficients of two parabolas, whose quotient is the value.
     Rational([f64; 6]),
     /// Pairs of numbers and values.
     Table(Vec<(f64, f64)>),
@@ -42,13 +42,13 @@ impl Conversion {
             Some(4 | 5) => {
                 Self::Table((0..pairs).map(|pair| (value(2 * pair), value(2 * pair + 1))).collect())
             }
-            // Of what becomes a text, such as Rx, the number is used.
+            // For values converted to text, such as Rx, the number is used.
             Some(0 | 7 | 8) => Self::None,
             _ => return Err(damaged("MF4: a conversion of numbers is not supported")),
         })
     }
 
-    /// Returns the number of pairs of a table, of which a conversion looks at each.
+    /// Returns the number of pairs of a table, all of which a conversion visits.
     fn pairs(&self) -> usize {
         if let Self::Table(pairs) = self { pairs.len() } else { 0 }
     }
@@ -77,7 +77,7 @@ pub(super) struct Channel {
     byte_offset: usize,
     bit_count: u32,
     conversion: Conversion,
-    /// Where the values of variable length are: blocks of data or a group.
+    /// Location of values with variable length: data blocks or a group.
     pub(super) values: Option<u64>,
 }
 
@@ -133,7 +133,7 @@ impl Channel {
         })
     }
 
-    /// Returns the bytes of an array, or, out of `values`, a value of variable length.
+    /// Returns the bytes of an array or, from `values`, a value of variable length.
     pub(super) fn bytes<'a>(&self, record: &'a [u8], values: &'a [u8]) -> Option<&'a [u8]> {
         let at = |bytes: &'a [u8], start, length| bytes.get(start..)?.get(..length);
         if self.kind != VARIABLE_LENGTH {
@@ -150,7 +150,7 @@ impl Channel {
     }
 }
 
-/// What the records of a group are.
+/// Content of the records of a group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum FrameKind {
     Data,
@@ -158,7 +158,7 @@ pub(super) enum FrameKind {
     Error,
 }
 
-/// Channels of frames, by the names in the standard of bus logging.
+/// Channels of frames, by their names in the bus logging standard.
 #[derive(Debug, Clone)]
 pub(super) struct FrameChannels {
     pub(super) kind: FrameKind,
@@ -180,7 +180,7 @@ const KINDS: [(&str, FrameKind); 3] = [
 ];
 
 impl FrameChannels {
-    /// Reads the channels of a group from the `first` on; `None` if its records are not CAN frames.
+    /// Reads the channels of a group, starting at `first`; `None` if its records are not CAN frames.
     pub(super) fn of(file: &Blocks, first: Option<u64>) -> io::Result<Option<Self>> {
         let [time, bus, id, extended, fd, dlc, length, data] = [const { None }; 8];
         let mut found = Self { kind: FrameKind::Data, time, bus, id, extended, fd, dlc, length, data };
@@ -188,7 +188,7 @@ impl FrameChannels {
         let mut links = Vec::from_iter(first);
         while let Some(link) = links.pop() {
             let block = file.block(link)?;
-            // A channel may also be composed of an array, which no part of a frame is.
+            // A channel may also consist of an array, which no part of a frame does.
             if block.kind != *b"CN" {
                 continue;
             }
@@ -219,7 +219,7 @@ impl FrameChannels {
         Ok(is_frame.then_some(found))
     }
 
-    /// Returns the number of pairs in tables of conversions.
+    /// Returns the number of pairs in conversion tables.
     pub(super) fn pairs(&self) -> u64 {
         let Self { kind: _, time, bus, id, extended, fd, dlc, length, data } = self;
         let channels = [time, bus, id, extended, fd, dlc, length, data].into_iter().flatten();

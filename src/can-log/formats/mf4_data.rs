@@ -1,4 +1,4 @@
-//! The data of a group in an MF4 file: one stream out of blocks that are plain, listed or packed.
+//! The data of a group in an MF4 file: one stream from plain, listed or packed blocks.
 
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind};
@@ -13,26 +13,26 @@ use crate::format::damaged;
 
 /// Largest unpacked content of a block, bytes. The format allows 4 MiB.
 const MAX_UNPACKED: u64 = 64 << 20;
-/// Cost of an unpacked byte, and of its way from columns to rows, nominal ns.
+/// Cost of an unpacked byte, including its transposition from columns to rows, nominal ns.
 const UNPACKED_WORK: u64 = 5;
 /// Number of plain bytes that cost a nominal ns.
 const BYTES_PER_WORK: u64 = 4;
 /// Length of the numbers before the content of a packed block, bytes.
 const PACKED_HEAD: usize = 24;
-/// Size of the place of a block in a list, bytes.
+/// Size of a block's link in a list, bytes.
 const LINK: u64 = 8;
 
 /// Reads data piece by piece.
 pub(super) struct DataReader {
     blocks: VecDeque<u64>,
     piece: Piece,
-    /// The size of `piece` and `blocks`.
+    /// Memory of `piece` and `blocks`.
     kept: Kept,
     /// Bytes that lie in more than one block.
     joined: Vec<u8>,
-    /// The size of `joined`.
+    /// Memory of `joined`.
     joined_kept: Kept,
-    /// Why nothing behind the listed blocks can be read.
+    /// Reason why nothing after the listed blocks can be read.
     failure: Option<io::Error>,
 }
 
@@ -49,7 +49,7 @@ impl Piece {
         }
     }
 
-    /// Takes as many bytes as are left of `length`.
+    /// Returns up to `length` of the remaining bytes, and advances past them.
     fn take<'a>(&'a mut self, file: &'a Blocks, length: usize) -> &'a [u8] {
         let length = length.min(self.left());
         match self {
@@ -67,7 +67,8 @@ impl Piece {
 }
 
 impl DataReader {
-    /// Lists the blocks of data behind a link. What cannot be listed fails when reading comes to it.
+    /// Lists the data blocks that a link leads to. Blocks that cannot be listed cause a failure when reading
+    /// reaches them.
     pub(super) fn new(file: &Blocks, link: Option<u64>) -> Self {
         let (mut blocks, mut kept) = (VecDeque::new(), file.budget.keep());
         let failure = link.and_then(|link| list(file, link, &mut blocks, &mut kept).err());
@@ -75,7 +76,7 @@ impl DataReader {
         Self { blocks, piece: Piece::InFile(0..0), kept, joined, joined_kept, failure }
     }
 
-    /// Returns the next `length` bytes; `None` at the end. Fails if the data end within them.
+    /// Returns the next `length` bytes; `None` at the end. Fails if the data ends within them.
     pub(super) fn take<'a>(&'a mut self, file: &'a Blocks, length: usize) -> io::Result<Option<&'a [u8]>> {
         if self.piece.left() >= length {
             return Ok(Some(self.piece.take(file, length)));
@@ -95,7 +96,7 @@ impl DataReader {
         }
     }
 
-    /// Appends all that is left to `content`, within the budget; a failure is the end.
+    /// Appends all remaining bytes to `content`, within the budget; a failure counts as the end.
     pub(super) fn append_all(mut self, file: &Blocks, content: &mut Vec<u8>, kept: &mut Kept) {
         while self.piece.left() > 0 || matches!(self.enter(file), Ok(true)) {
             let part = self.piece.take(file, usize::MAX);
@@ -111,7 +112,7 @@ impl DataReader {
         let Some(at) = self.blocks.pop_front() else { return self.failure.take().map_or(Ok(false), Err) };
         let (kind, range, is_cut) = file.data(at)?;
         let failure = if kind == *b"DZ" {
-            // Frees the memory of the block before.
+            // Frees the memory of the previous block.
             self.piece = Piece::InFile(0..0);
             let listed = self.blocks.len() as u64 * LINK;
             self.kept.resize(listed)?;
@@ -151,7 +152,7 @@ fn list(file: &Blocks, link: u64, blocks: &mut VecDeque<u64>, kept: &mut Kept) -
     Ok(())
 }
 
-/// Unpacks a block. Returns what could be unpacked, and why it is not all.
+/// Unpacks a block. Returns the bytes that could be unpacked, and the reason if they are not all.
 fn unpack(block: &[u8], kept: &mut Kept) -> io::Result<(Vec<u8>, Option<io::Error>)> {
     let (head, packed) = block.split_at_checked(PACKED_HEAD).ok_or(ErrorKind::UnexpectedEof)?;
     let (method, columns, length) = (head[2], u32_at(head, 4), u64_at(head, 8));
@@ -168,7 +169,7 @@ fn unpack(block: &[u8], kept: &mut Kept) -> io::Result<(Vec<u8>, Option<io::Erro
     };
     Ok(match (method, failure) {
         (0, failure) => (content, failure),
-        // Of columns, a part is nothing.
+        // Part of a transposed block is useless.
         (_, Some(failure)) => return Err(failure),
         (_, None) => {
             unpacked.resize(2 * content.len() as u64)?;
@@ -177,7 +178,8 @@ fn unpack(block: &[u8], kept: &mut Kept) -> io::Result<(Vec<u8>, Option<io::Erro
     })
 }
 
-/// Undoes the transposition of rows with `width` bytes. What is less than a row stands at the end as it is.
+/// Undoes the transposition of rows with `width` bytes. Remaining bytes of an incomplete row stay at the end
+/// unchanged.
 fn rows_of_columns(columns: &[u8], width: usize) -> Vec<u8> {
     let Some(height) = columns.len().checked_div(width).filter(|height| *height > 0) else {
         return columns.to_vec();

@@ -1,4 +1,4 @@
-//! The records of a data group in an MF4 file, and the CAN frames that they are.
+//! The records of a data group in an MF4 file, and their CAN frames.
 
 use std::collections::BTreeMap;
 use std::io::{self, ErrorKind};
@@ -11,22 +11,22 @@ use crate::fields::{bus_error, data_frame, id, length_of_dlc};
 use crate::file_budget::Kept;
 use crate::format::damaged;
 
-/// Cost of a record beside the conversions of its values, nominal ns.
+/// Cost of a record besides the conversions of its values, nominal ns.
 const RECORD_WORK: u64 = 50;
-/// Memory of a frame that waits in a window, bytes.
+/// Memory of a frame waiting in a window, bytes.
 const WAITING: u64 = 160;
-/// Memory of a group beside tables of conversions, bytes.
+/// Memory of a group besides conversion tables, bytes.
 const GROUP: u64 = 2048;
-/// Memory of a pair in a table of a conversion, bytes.
+/// Memory of a pair in a conversion table, bytes.
 const PAIR: u64 = 16;
 /// Flag of a channel group whose records are values of variable length.
 const VARIABLE_LENGTH: u16 = 1;
 
-/// A frame, or why it cannot be read.
+/// A frame, or the reason why it cannot be read.
 pub(super) type Entry = Result<LogEntry<'static>, BadLine>;
 
-/// Number of frames that wait in the window of a data group: loggers write those of a bus, or of a kind,
-/// together.
+/// Number of frames that wait in the window of a data group: loggers write the frames of one bus, or of one
+/// kind, together.
 const WINDOW: usize = 20_000;
 
 /// Channel groups with one stream of records.
@@ -37,38 +37,38 @@ pub(super) struct DataGroup {
     /// Length of the number before each record, bytes; 0 with a single channel group.
     number_length: usize,
     groups: BTreeMap<u64, ChannelGroup>,
-    /// Entries in the order of their times and records; without a time for those that cannot be read.
+    /// Entries ordered by time and record; unreadable entries have no time.
     window: BTreeMap<(Option<i64>, u64), Entry>,
-    /// The most that has waited in `window`.
+    /// Maximum memory of the entries waiting in `window`.
     window_kept: Kept,
-    /// Descriptions of the groups.
+    /// Memory of the groups' descriptions.
     _kept: Kept,
     /// Number of frames that were read.
     frames: u64,
-    /// Why nothing behind the window can be read.
+    /// Reason why nothing after the window can be read.
     failure: Option<io::Error>,
 }
 
 struct ChannelGroup {
-    /// Length of a record, bytes; `None` if each is a value with its own length.
+    /// Length of a record, bytes; `None` if each record is a value with its own length.
     length: Option<usize>,
     /// `None` if the records are not frames.
     frames: Option<FrameChannels>,
     /// Number of records that were read.
     records: u64,
-    /// Values of variable length, each behind its length.
+    /// Values of variable length, each after its length.
     values: Vec<u8>,
-    /// The size of `values`.
+    /// Memory of `values`.
     values_kept: Kept,
 }
 
 impl DataGroup {
-    /// Reads the description of a group, `None` if it has no frames, and the link to the next one.
+    /// Reads the description of a group, `None` if it has no frames, and the link to the next group.
     pub(super) fn of(file: &Blocks, link: u64, start: i64) -> io::Result<(Option<Self>, Option<u64>)> {
         let block = file.block_of_kind(link, *b"DG")?;
         let number_length = block.data.first().copied().unwrap_or(0).into();
         let (mut groups, mut kept) = (BTreeMap::new(), file.budget.keep());
-        // Numbers of the groups, by where they are.
+        // Numbers of the groups, by their position in the file.
         let mut numbers = BTreeMap::new();
         let mut next = block.link(1);
         while let Some(link) = next {
@@ -95,7 +95,7 @@ impl DataGroup {
         Ok((Some(this), block.link(0)))
     }
 
-    /// Collects the values of variable length, which lie in blocks of their own or between the other records.
+    /// Collects the values of variable length, which lie in their own blocks or between the other records.
     fn collect_values(&mut self, file: &Blocks, data: Option<u64>, numbers: &BTreeMap<u64, u64>) {
         let values = |group: &ChannelGroup| group.frames.as_ref()?.data.as_ref()?.values;
         let links: Vec<_> =
@@ -113,7 +113,7 @@ impl DataGroup {
             return;
         }
         let mut reader = DataReader::new(file, data);
-        // A failure comes again when the frames are read.
+        // A failure recurs when the frames are read.
         while let Ok(Some((number, record))) =
             next_record(&mut reader, file, self.number_length, &self.groups)
         {
@@ -132,7 +132,7 @@ impl DataGroup {
         }
     }
 
-    /// Returns the time of the next entry and the entry; `None` at the end. Fails if nothing behind can be
+    /// Returns the next entry with its time; `None` at the end. Fails if nothing after this point can be
     /// read.
     pub(super) fn next(&mut self, file: &Blocks) -> io::Result<Option<(Option<i64>, Entry)>> {
         let size = if self.groups.len() > 1 { WINDOW } else { 1 };
@@ -154,7 +154,7 @@ impl DataGroup {
         }
     }
 
-    /// Reads up to the next frame.
+    /// Reads to the next frame.
     fn read(&mut self, file: &Blocks) -> io::Result<Option<Entry>> {
         while let Some((number, record)) =
             next_record(&mut self.data, file, self.number_length, &self.groups)?
@@ -182,7 +182,7 @@ impl ChannelGroup {
     }
 }
 
-/// Returns the next record with the number of its group; `None` at the end.
+/// Returns the next record with its group's number; `None` at the end.
 fn next_record<'a>(
     data: &'a mut DataReader,
     file: &'a Blocks,
@@ -221,7 +221,7 @@ fn entry(frames: &FrameChannels, record: &[u8], index: u64, values: &[u8], start
         FrameKind::Error => bus_error(),
         FrameKind::Data => {
             let number_and_flag = number(&frames.id).ok_or(BadLine::BadId)?;
-            // Writers without a channel for it flag 29 bits in the identifier.
+            // Writers without a channel for it mark 29 bits by a flag in the identifier.
             let is_extended = number(&frames.extended).map_or(number_and_flag > 0x7FF, |flag| flag != 0);
             let id = id(number_and_flag & 0x1FFF_FFFF, is_extended)?;
             let bytes =

@@ -1,19 +1,19 @@
-//! The formats of recordings, one in each file, and the recognition of a recording's format.
+//! The recording formats, one in each file, and format recognition.
 //!
-//! `LINE_FORMATS` lists the formats of lines, `OBJECT_FORMATS` the binary ones, which are recognised by their
-//! first bytes; a new one needs a file and a line there. The name of a file does not matter. The first line
-//! that a format claims decides; lines before it are read (and counted as bad) in that format. A file without
-//! such a line at its beginning is refused with a description of its content.
+//! `LINE_FORMATS` lists the line formats, `OBJECT_FORMATS` the binary formats, which are recognised by their
+//! first bytes; a new format needs a file and a line there. The name of a file does not matter. The first
+//! line claimed by a format decides; lines before it are read (and counted as bad) in that format. A file
+//! without such a line at its beginning is refused with a description of its content.
 //!
 //! # Time
-//! A format with a date gives absolute stamps. Their writers note local time without its zone, so it is taken
-//! for UTC: stamps of such a file are off by the writer's distance to UTC, which matters only where the wall
-//! clock is read. A format with nothing but offsets or a free counter gives stamps from the epoch on, a
-//! format without any time gives the epoch every time.
+//! A format with a date gives absolute stamps. Writers record local time without its zone, so it is
+//! interpreted as UTC: stamps of such a file are off by the writer's distance to UTC, which matters only
+//! where the wall clock is read. A format with only offsets or a free counter gives stamps starting at the
+//! epoch; a format without any time gives the epoch for every entry.
 //!
 //! # Interfaces
 //! Formats that number their buses get the name `can` and the number as in the file: GVRET counts from 0,
-//! Vector and PCAN from 1. Without a number it is `can0`.
+//! Vector and PCAN from 1. Without a number the name is `can0`.
 
 mod asc;
 mod attack_csv;
@@ -64,7 +64,7 @@ pub use unrecognised::{Looks, known_magic};
 
 use crate::format::{LineFormat, ObjectFormat, refused};
 
-/// Formats of lines, in the order in which they may claim one.
+/// Line formats, in order of precedence.
 const LINE_FORMATS: [LineFormat; 16] = [
     candump::FORMAT,
     candump::DIFFERENCES,
@@ -96,14 +96,14 @@ const OBJECT_FORMATS: [ObjectFormat; 8] = [
     carbus::FORMAT,
 ];
 
-/// Returns true if a file that begins with `head` may be a part of a bag in a folder.
+/// Returns true if a file that begins with `head` may be part of a bag in a folder.
 pub(super) fn is_in_bags(head: &[u8]) -> bool {
     const TOPICS: &[u8] = b"CREATE TABLE topics";
     let has_topics = || head.windows(TOPICS.len()).any(|part| part == TOPICS);
     mcap::FORMAT.begins(head) || sqlite::FORMAT.begins(head) && has_topics()
 }
 
-/// Returns true if the first bytes of a file, `head`, are those of a binary recording.
+/// Returns true if `head`, the first bytes of a file, belongs to a binary recording.
 pub fn begins_like_binary(head: &[u8]) -> bool {
     OBJECT_FORMATS.iter().any(|format| format.begins(head))
 }
@@ -120,13 +120,14 @@ pub(super) enum Format {
     Objects(ObjectFormat),
 }
 
-/// Number of bytes by which a format is recognised.
+/// Number of bytes used to recognise a format.
 pub(super) const HEAD: usize = 4096;
 
 const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 impl Format {
-    /// Returns the format that whole lines of `head` fit; `None` also if more `may_follow` and decide.
+    /// Returns the format that the whole lines of `head` match; `None` also if more lines `may_follow` and
+    /// decide.
     pub(super) fn of(head: &[u8], may_follow: bool) -> Option<Self> {
         if let Some(format) = OBJECT_FORMATS.into_iter().find(|format| format.begins(head)) {
             return Some(Self::Objects(format));
@@ -152,7 +153,7 @@ pub(super) fn without_byte_order_mark(text: &[u8]) -> &[u8] {
     text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text)
 }
 
-/// Returns the error for a file that begins with `head` and fits no format.
+/// Returns the error for a file that begins with `head` and matches no format.
 pub(super) fn not_recognised(head: &[u8]) -> io::Error {
     let (mut reason, mut remedy) = ("the file is empty".to_owned(), String::new());
     if !head.is_empty() {

@@ -1,13 +1,13 @@
-//! Logs of openpilot (rlog and qlog): messages of Cap'n Proto, of which `can` has the frames that a panda
+//! Logs of openpilot (rlog and qlog): Cap'n Proto messages, in which `can` holds the frames that a panda
 //! received.
 //!
-//! See `Event`, `CanData` and `InitData` in openpilot's `cereal/log.capnp`. Times are those of a clock that
-//! starts with the device; newer logs begin with the wall time, from which the date follows. CAN FD is not
-//! stated, so that more than 8 bytes are CAN FD; nor is the length of identifiers, so that more than 11 bits
-//! are an extended one.
+//! See `Event`, `CanData` and `InitData` in openpilot's `cereal/log.capnp`. Times come from a clock that
+//! starts with the device; newer logs begin with the wall time, which gives the date. Neither CAN FD nor the
+//! length of identifiers is stated: more than 8 bytes mean CAN FD, and more than 11 bits an extended
+//! identifier.
 //!
-//! Frames that openpilot itself sends appear a second time with 128 added to the number of the bus, and those
-//! that the panda refused with 192 added: both are passed over, as what is sent is in recordings of ROS 2.
+//! Frames that openpilot itself sends appear a second time with 128 added to the bus number, and frames
+//! refused by the panda with 192 added: both are skipped, like sent frames in ROS 2 recordings.
 
 use std::io;
 
@@ -25,10 +25,10 @@ pub(super) const FORMAT: ObjectFormat = ObjectFormat {
     },
 };
 
-/// What an event is: its place in the union.
+/// Kind of an event: its discriminant in the union.
 const INIT_DATA: u16 = 0;
 const CAN: u16 = 4;
-/// Added to the number of a bus for what was sent on it.
+/// Added to the bus number of sent frames.
 const SENT: u8 = 128;
 
 struct Openpilot {
@@ -36,7 +36,7 @@ struct Openpilot {
     message: Message,
     /// Position of the next frame in the message; `None` if it has no more.
     next_frame: Option<usize>,
-    /// Wall time at the start of the log's clock, ns since 1970; 0 if it is not known.
+    /// Wall time at the start of the log's clock, ns since 1970; 0 if unknown.
     start: i64,
 }
 
@@ -62,7 +62,7 @@ impl ObjectReader for Openpilot {
 }
 
 impl Openpilot {
-    /// Returns the next frame of the message that was received.
+    /// Returns the next received frame of the message.
     fn next_frame(&mut self) -> Outcome<'static> {
         let Some(position) = self.next_frame.take() else { return Ok(None) };
         let event = self.message.root().ok_or(BadLine::NoFrame)?;
@@ -75,7 +75,7 @@ impl Openpilot {
     }
 }
 
-/// Returns the time of an event, ns of the log's clock.
+/// Returns the time of an event on the log's clock, ns.
 fn nanos(event: &Struct<'_>) -> Result<i64, BadLine> {
     i64::try_from(event.u64(0)).map_err(|_| BadLine::NoTime)
 }
@@ -117,12 +117,12 @@ mod tests {
         2 | at << 3 | segment << 32
     }
 
-    /// The root, and an event with a pointer to its content.
+    /// Returns the root, and an event with a pointer to its content.
     fn event(nanos: u64, kind: u16, content: u64) -> Vec<u64> {
         vec![structure(0, 2, 1), nanos, kind.into(), content]
     }
 
-    /// A list of frames: what its elements are, the elements and the data.
+    /// Returns a list of frames: the kind of its elements, the elements and the data.
     fn frames(frames: &[Sent<'_>]) -> (u64, Vec<u64>) {
         let count = frames.len() as u64;
         let (mut words, mut data) = (vec![structure(count, 1, 1)], Vec::new());
@@ -145,7 +145,7 @@ mod tests {
         message(&[[event(nanos, kind, pointer), words].concat()])
     }
 
-    /// `InitData` with the wall time in its second word.
+    /// Returns `InitData` with the wall time in its second word.
     fn init_data(nanos: u64, wall: u64) -> Vec<u8> {
         message(&[[event(nanos, INIT_DATA, structure(0, 2, 0)), vec![0, wall]].concat()])
     }
@@ -188,7 +188,7 @@ mod tests {
     fn pointers_to_other_segments_are_followed() {
         let (pointer, words) = frames(&[(0x123, 0, &[1])]);
         let near = message(&[event(0, CAN, far(1, 1)), [vec![0, pointer], words.clone()].concat()]);
-        // Where the content is, and what it is, in a segment of their own.
+        // The address and kind of the content are in a separate segment.
         let double = message(&[event(0, CAN, far(2, 0) | 4), words, vec![far(1, 0), pointer]]);
         for file in [near, double] {
             assert_eq!(objects(FORMAT, &file).unwrap(), [Ok("0 can0 123#01".to_owned())]);

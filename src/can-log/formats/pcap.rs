@@ -1,7 +1,7 @@
-//! pcap, the captures of tcpdump and of older versions of Wireshark.
+//! pcap, the capture format of tcpdump and of older versions of Wireshark.
 //!
 //! A header of 24 bytes has the byte order, the unit of times and the link type; packets follow, each with
-//! its time, its captured length and its length on the bus. Memory is one packet.
+//! its time, its captured length and its length on the bus. Memory is used for one packet.
 
 use std::io::{self, BufRead, Read};
 
@@ -30,7 +30,7 @@ struct Pcap {
     /// Unit of the fraction of a second, ns.
     unit_ns: i64,
     link: u16,
-    /// Length of what a patched libpcap of the nineties writes behind the header of a packet, bytes.
+    /// Length of the fields that a patched libpcap of the nineties writes after a packet's header, bytes.
     behind_header: u64,
     packet: Vec<u8>,
 }
@@ -47,7 +47,7 @@ impl Pcap {
             0xA1B2_CD34 => (1000, 8),
             _ => (1000, 0),
         };
-        // The upper half has the length of checksums.
+        // The upper half holds the length of checksums.
         let link = (order.u32(&header, 20) & 0xFFFF).try_into().unwrap_or(0);
         if !carries_can(link) {
             return Err(without_can(link));
@@ -86,8 +86,8 @@ mod tests {
     use crate::format::testing::{assert_survives_damage, objects};
     use proptest::prelude::*;
 
-    /// A capture with the frame 123#0102 at 5.000250 s, and one of four bytes that were cut to a snap length
-    /// of two.
+    /// Returns a capture with the frame 123#0102 at 5.000250 s, and a frame of four bytes cut to a snap
+    /// length of two.
     fn capture(order: ByteOrder, magic: u32, fraction: u32, link: u32) -> Vec<u8> {
         let number = |number: u32| {
             if order == ByteOrder::Big { number.to_be_bytes() } else { number.to_le_bytes() }

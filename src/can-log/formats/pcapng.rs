@@ -1,9 +1,9 @@
-//! pcapng, the captures of Wireshark.
+//! pcapng, the capture format of Wireshark.
 //!
-//! A file is a sequence of blocks, each with its type and length before its content, and the length behind
-//! it. A section header has the byte order of its section, an interface description the link type, name and
-//! unit of times of an interface; packets refer to interfaces by their position in the section. Memory is one
-//! block and the interfaces.
+//! A file is a sequence of blocks, each with its type and length before its content, and the length after it.
+//! A section header gives the byte order of its section, an interface description the link type, name and
+//! time unit of an interface; packets refer to interfaces by their position in the section. Memory is used
+//! for one block and the interfaces.
 
 use std::io::{self, BufRead, Read};
 
@@ -36,13 +36,13 @@ pub(super) const FORMAT: ObjectFormat = ObjectFormat {
 
 struct PcapNg {
     source: ObjectSource,
-    /// Of the current section.
+    /// Byte order of the current section.
     order: ByteOrder,
     interfaces: Vec<Interface>,
-    /// The content of a block, and its length again.
+    /// The content of a block, followed by its length.
     block: Vec<u8>,
     kept: Kept,
-    /// The first link type of the file; another one replaces it if it carries CAN frames.
+    /// The first link type of the file; a later link type replaces it if it carries CAN frames.
     link: Option<u16>,
 }
 
@@ -93,7 +93,7 @@ impl PcapNg {
         Ok(())
     }
 
-    /// Reads a packet with the position of its interface, its time, its two lengths and its bytes.
+    /// Parses a packet: its interface's position, time, captured and original length, bytes.
     fn packet(&self, position: u32) -> Outcome<'_> {
         let number = |at| self.order.u32(&self.block, at);
         let ticks = u64::from(number(4)) << 32 | u64::from(number(8));
@@ -108,7 +108,7 @@ impl PcapNg {
         self.entry(0, None, bytes, captured, length)
     }
 
-    /// Creates an entry of the first `captured` of `bytes`. Without `ticks` it has the epoch as its time.
+    /// Creates an entry from the first `captured` of `bytes`. Without `ticks` its time is the epoch.
     fn entry(
         &self,
         position: u32,
@@ -158,7 +158,8 @@ impl ObjectReader for PcapNg {
 struct Interface {
     link: u16,
     name: Option<String>,
-    /// Unit of times: 10 to the power of minus this, s; with bit 7 set, 2 to the power of minus the rest.
+    /// Time unit: 10 to the power of minus this, s; with bit 7 set, 2 to the power of minus the remaining
+    /// bits.
     resolution: u8,
     /// Added to times, s.
     offset_s: i64,

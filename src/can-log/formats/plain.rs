@@ -1,13 +1,13 @@
-//! Two layouts without a name, as serial sniffers print them.
+//! Two unnamed layouts printed by serial sniffers.
 //!
 //! ```text
 //! 820298   0x085: 7C 33 80 00 47 E0 7C 7F
 //! 02 00 00 05 F0 00 00 00
 //! ```
-//! The first: milliseconds, identifier, up to eight bytes; more than three digits are 29 bits.
-//! The second has no time, so every stamp is the epoch: the length, four bytes of identifier (its
-//! highest bit set for 29 bits), so many bytes of data, and a byte that is always 0. A line that was
-//! cut or joined to the next does not have the number of bytes that its length states, and is bad.
+//! The first has milliseconds, identifier, up to eight bytes; more than three digits mean 29 bits. The second
+//! has no time, so every stamp is the epoch: the length, four bytes of identifier (highest bit set for 29
+//! bits), the data bytes, and a byte that is always 0. A line that was cut or joined to the next has the
+//! wrong number of bytes for its length, and is bad.
 
 use crate::clock::SECOND;
 use crate::entry::{BadLine, EntryContent, LogEntry};

@@ -1,11 +1,12 @@
-//! The CSV of python-can (`can.CSVWriter`).
+//! The CSV format of python-can (`can.CSVWriter`).
 //!
 //! ```text
 //! timestamp,arbitration_id,extended,remote,error,dlc,data
 //! 1483389946.197,0xdadada,1,0,0,6,WzQyLCA5XQ==
 //! ```
-//! The time is in seconds since 1970, data is Base64. The format does not name buses, so all frames are of
-//! `can0`; nor does it say whether a frame of up to eight bytes was CAN FD, so it is taken for a classic one.
+//! The time is in seconds since 1970, data is Base64. The format does not name buses, so all frames belong to
+//! `can0`; nor does it state whether a frame of up to eight bytes was CAN FD, so it is read as a classic
+//! frame.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -58,7 +59,7 @@ impl LineReader for PythonCsv {
 }
 
 fn data(id: can_signal::can::frame::CanId, length: usize, text: &str) -> Result<EntryContent, BadLine> {
-    // A decoder wants room for whole groups of three bytes.
+    // The decoder requires space for whole groups of three bytes.
     let mut bytes = [0; MAX_DATA + 3];
     let decoded = STANDARD.decode_slice(text, &mut bytes).map_err(|_| BadLine::BadData)?;
     if decoded != length {

@@ -1,7 +1,7 @@
-//! python-can's SQLite database: the table `messages`, a row for each frame.
+//! The SQLite database of python-can: the table `messages`, with a row for each frame.
 //!
-//! It does not name buses, so all is `can0`. CAN FD is not stated, so frames of more than 8 bytes are FD; nor
-//! is the kind of an error.
+//! It does not name buses, so all frames belong to `can0`. Neither CAN FD nor the kind of an error is stated,
+//! so frames of more than 8 bytes are read as FD.
 
 use std::io;
 
@@ -19,7 +19,7 @@ pub(super) struct PythonSqlite {
 }
 
 impl PythonSqlite {
-    /// Returns the table of frames; `None` for a database that python-can has not written.
+    /// Returns the table of frames; `None` for a database not written by python-can.
     pub(super) fn table(database: &Database) -> io::Result<Option<Table<7>>> {
         database.table("messages", COLUMNS)
     }

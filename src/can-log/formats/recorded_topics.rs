@@ -1,5 +1,4 @@
-//! Messages of ROS 2 in a recording, whatever file holds them: of topics that the reader of the recording
-//! chooses.
+//! ROS 2 messages in a recording of any file format, from topics that the reader of the recording chooses.
 
 use std::io;
 use std::sync::Arc;
@@ -18,15 +17,15 @@ pub struct RecordedTopic<'a> {
     pub encoding: &'a str,
 }
 
-/// Returns what a topic is to its reader; `None` for a topic that is not read.
+/// Returns the reader's value for a topic; `None` for a topic that is not read.
 pub type Choose<T> = Arc<dyn Fn(&RecordedTopic<'_>) -> Option<T> + Send + Sync>;
 
 /// A message of a topic that was chosen.
 #[derive(Debug, Clone, Copy)]
 pub struct LoggedMessage<'a, T> {
-    /// What the topic is.
+    /// Value for the topic from [`Choose`].
     pub topic: &'a T,
-    /// When the recorder received it.
+    /// Time of reception at the recorder.
     pub logged: WallStamp,
     /// The message with its encapsulation header.
     pub bytes: &'a [u8],
@@ -34,12 +33,12 @@ pub struct LoggedMessage<'a, T> {
 
 /// Reads the messages of the chosen topics one by one, in bounded memory.
 pub trait MessageReader<T>: Send {
-    /// Reads on to the next message, which [`Self::message`] then returns; an `Err` within for one that
-    /// cannot be read, `None` at the end.
+    /// Advances to the next message, which [`Self::message`] then returns; an inner `Err` for an unreadable
+    /// message, `None` at the end.
     ///
     /// # Errors
-    /// A source that fails; [`io::ErrorKind::UnexpectedEof`] if the file ends too early,
-    /// [`io::ErrorKind::InvalidData`] if nothing behind can be read.
+    /// Fails if the source fails; [`io::ErrorKind::UnexpectedEof`] if the file ends too early,
+    /// [`io::ErrorKind::InvalidData`] if nothing after this point can be read.
     fn advance(&mut self) -> io::Result<Option<Result<(), BadLine>>>;
 
     /// Returns the message that was read last.
@@ -49,7 +48,7 @@ pub trait MessageReader<T>: Send {
     fn choice(&self) -> &TopicChoice<T>;
 }
 
-/// Topics that a refusal lists.
+/// Maximum number of topics listed in a refusal.
 const LISTED: usize = 8;
 
 /// The choice among the topics of a recording, and the topics that were not chosen.
@@ -60,12 +59,12 @@ pub struct TopicChoice<T> {
 }
 
 impl<T> TopicChoice<T> {
-    /// Creates a choice among no topics yet.
+    /// Creates a choice before any topic.
     pub(super) fn new(choose: Choose<T>) -> Self {
         Self { choose, has_chosen: false, others: Vec::new() }
     }
 
-    /// Chooses.
+    /// Returns the value for a topic, and records whether it was chosen.
     pub(super) fn take(&mut self, topic: &RecordedTopic<'_>) -> Option<T> {
         let chosen = (self.choose)(topic);
         self.has_chosen |= chosen.is_some();
@@ -83,7 +82,7 @@ impl<T> TopicChoice<T> {
         self.has_chosen
     }
 
-    /// Returns the topics that were not chosen, as the end of a sentence; not more than a few.
+    /// Returns some of the topics that were not chosen, as the end of a sentence.
     pub fn others(&self) -> String {
         let listed = self.others.iter().take(LISTED).map(String::as_str).collect::<Vec<_>>().join(", ");
         match self.others.len() {

@@ -1,8 +1,8 @@
-//! CAN frames as messages of ROS 2, as `ros2_socketcan` and the gateway itself record them:
+//! CAN frames as ROS 2 messages, as recorded by `ros2_socketcan` and the gateway itself:
 //! `can_msgs/msg/Frame`, and `ros2_socketcan_msgs/msg/FdFrame` for CAN FD, in CDR.
 //!
-//! The namespace of a topic `/can0/from_can_bus` or `/can0/from_can_bus_fd` names the interface. Frames of
-//! `to_can_bus` and the like were sent and not received, and are passed over.
+//! The namespace of a topic `/can0/from_can_bus` or `/can0/from_can_bus_fd` names the interface. Topics such
+//! as `to_can_bus` hold sent rather than received frames, and are skipped.
 
 use std::io;
 use std::sync::Arc;
@@ -20,12 +20,12 @@ use ros_messages::{can_msgs, full_name};
 
 /// Topics of received frames, by their last part.
 const RECEIVED: [&str; 2] = ["from_can_bus", "from_can_bus_fd"];
-/// How the last part of a topic with sent frames begins.
+/// Prefix of the last part of a topic with sent frames.
 const SENT: &str = "to_can_bus";
 /// The interface of a topic without a namespace.
 const UNNAMED: &str = "can0";
 
-/// A topic with frames that were received.
+/// A topic with received frames.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct FrameTopic {
     interface: String,
@@ -56,12 +56,12 @@ impl FrameTopic {
     }
 }
 
-/// Chooses the topics with frames that were received.
+/// Chooses the topics with received frames.
 pub(super) fn choose_frames() -> Choose<FrameTopic> {
     Arc::new(|topic: &RecordedTopic<'_>| FrameTopic::new(topic.name, topic.type_name, topic.encoding))
 }
 
-/// The messages of a recording as frames.
+/// Reads the messages of a recording as frames.
 pub(super) struct Frames<R>(pub(super) R);
 
 impl<R: MessageReader<FrameTopic>> ObjectReader for Frames<R> {
@@ -78,7 +78,7 @@ impl<R: MessageReader<FrameTopic>> ObjectReader for Frames<R> {
     }
 }
 
-/// Returns the error for a recording whose topics have no frames, of its own kind.
+/// Returns the error for a recording without topics with frames; the error has its own kind.
 fn without_frames(choice: &TopicChoice<FrameTopic>) -> io::Error {
     let refusal = refused(
         format!("the recording has no topic with received CAN frames; {}", choice.others()),
@@ -90,11 +90,11 @@ fn without_frames(choice: &TopicChoice<FrameTopic>) -> io::Error {
     }
 }
 
-/// Reads a message with its encapsulation header: when it was received, and what. A message without a stamp
-/// has the time of its record.
+/// Reads a message with its encapsulation header, and returns its time of reception and content. A message
+/// without a stamp has the time of its record.
 ///
 /// # Errors
-/// Bytes that are no such message.
+/// Fails if the bytes are not such a message.
 pub fn received_frame(
     message: &[u8],
     is_fd: bool,

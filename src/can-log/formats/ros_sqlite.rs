@@ -11,7 +11,7 @@ use gateway_base::time::WallStamp;
 
 const COLUMNS: [&str; 3] = ["topic_id", "timestamp", "data"];
 
-/// Reads the messages of topics that are chosen.
+/// Reads the messages of the chosen topics.
 pub(super) struct RosSqlite<T> {
     database: Database,
     messages: Rows<3>,
@@ -21,11 +21,11 @@ pub(super) struct RosSqlite<T> {
     /// Topic and log time of the message in `content`.
     message: Option<(i64, WallStamp)>,
     content: Vec<u8>,
-    /// The size of `content`.
+    /// Memory of `content`.
     kept: Kept,
 }
 
-/// Returns the table of messages; `None` for a database that `rosbag2` has not written.
+/// Returns the table of messages; `None` for a database not written by `rosbag2`.
 pub(super) fn table(database: &Database) -> io::Result<Option<Table<3>>> {
     database.table("messages", COLUMNS)
 }

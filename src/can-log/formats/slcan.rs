@@ -1,17 +1,18 @@
-//! slcan, the text protocol of LAWICEL's CANUSB and CAN232, as a serial terminal stores it, one frame a line.
+//! slcan, the text protocol of LAWICEL's CANUSB and CAN232, as stored by a serial terminal, one frame per
+//! line.
 //!
 //! ```text
 //! t1A0301020304D2
 //! T18FEF1000
 //! ```
 //! `t` and `r` have three digits of identifier, `T` and `R` eight; `r` and `R` are remote requests. `d`, `D`
-//! (without a bit rate switch), `b` and `B` (with one) are CAN FD as `CANable` 2 and python-can write it. A
-//! digit is the DLC; data and, if the adapter is set so, a stamp of four digits follow. All numbers are
-//! hexadecimal.
+//! (without a bit rate switch), `b` and `B` (with one) are CAN FD frames as written by `CANable` 2 and
+//! python-can. A digit for the DLC follows, then data and, if the adapter is so configured, a stamp of four
+//! digits. All numbers are hexadecimal.
 //!
 //! # Time
-//! Milliseconds of a counter that begins again after 60 s (`0000` to `EA5F`). Without stamps every stamp is
-//! the epoch.
+//! The stamp is in milliseconds, from a counter that restarts after 60 s (`0000` to `EA5F`). Without stamps
+//! every stamp is the epoch.
 
 use crate::clock::{SECOND, TimeCounter};
 use crate::entry::{BadLine, EntryContent, LogEntry};
@@ -20,7 +21,7 @@ use crate::format::{LineFormat, LineReader, begins};
 
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "slcan",
-    // A line of FD could also be a hexadecimal number.
+    // An FD line could also be a hexadecimal number.
     claims: |line| begins(line, &["t", "r"]) && text(line).and_then(parse).is_ok(),
     unit_ns: None,
     reader: |_| Box::new(Slcan(TimeCounter::new(PERIOD))),

@@ -1,4 +1,4 @@
-//! SQLite databases: the tables tell whether python-can or `rosbag2` has written them.
+//! SQLite databases: the tables show whether python-can or `rosbag2` has written them.
 
 use std::ffi::OsString;
 use std::io;
@@ -29,7 +29,7 @@ fn open(source: ObjectSource) -> io::Result<Box<dyn ObjectReader>> {
     ))
 }
 
-/// Opens a database of `rosbag2` for the messages of chosen topics.
+/// Opens a `rosbag2` database to read the messages of chosen topics.
 pub(super) fn messages<T>(source: ObjectSource, choose: Choose<T>) -> io::Result<RosSqlite<T>> {
     let database = Database::read(source)?;
     match ros_sqlite::table(&database)? {
@@ -38,7 +38,7 @@ pub(super) fn messages<T>(source: ObjectSource, choose: Choose<T>) -> io::Result
     }
 }
 
-/// Refuses a database whose newest rows are in a write-ahead log beside it.
+/// Refuses a database whose newest rows are in a separate write-ahead log.
 pub(crate) fn refuse_pending_rows(path: &Path) -> io::Result<()> {
     let mut log = OsString::from(path);
     log.push("-wal");

@@ -1,4 +1,4 @@
-//! The columns of a table of SQLite, which its schema gives as the statement that made the table.
+//! The columns of an SQLite table, from the `CREATE TABLE` statement in the schema.
 
 /// Returns the column names of a `CREATE TABLE` statement, in the order of the values.
 pub(super) fn column_names(sql: &str) -> Vec<String> {

@@ -1,9 +1,9 @@
-//! Reads the rows of tables of an SQLite database, which is kept in memory
+//! Reads the rows of tables of an SQLite database, which is held in memory
 //! (<https://www.sqlite.org/fileformat2.html>).
 //!
-//! A table is a tree of pages: inner pages refer to others, leaves have the rows, and what does not fit is in
-//! a chain of overflow pages. Every page is visited once at most, so that reading ends whatever the file
-//! says.
+//! A table is a tree of pages: inner pages refer to others, leaves hold the rows, and content that does not
+//! fit is in a chain of overflow pages. Every page is visited at most once, so that reading ends whatever the
+//! file contains.
 
 use std::io::{self, ErrorKind};
 
@@ -14,19 +14,19 @@ use crate::format::{ObjectSource, refused};
 
 pub(super) const MAGIC: &[u8] = b"SQLite format 3\0";
 
-/// Longest statement that makes a table, bytes, as in SQLite.
+/// Maximum length of a `CREATE TABLE` statement, bytes, as in SQLite.
 const MAX_SQL: usize = 1_000_000;
 /// Cost of a byte of such a statement, nominal ns.
 const SQL_WORK: u64 = 30;
-/// Cost of a row beside its bytes and columns, or of a page, nominal ns.
+/// Cost of a row besides its bytes and columns, or of a page, nominal ns.
 const ROW_WORK: u64 = 100;
 /// Number of bytes of a row that cost a nominal ns.
 const BYTES_PER_WORK: u64 = 4;
-/// Cost of a column before the last one that is read, nominal ns.
+/// Cost of each column up to the last column read, nominal ns.
 const COLUMN_WORK: u64 = 4;
 /// Length of the header of a file, bytes.
 const HEADER: usize = 100;
-/// Smallest number of bytes of a page that a valid database uses.
+/// Minimum number of usable bytes per page of a valid database.
 const MIN_USABLE: usize = 480;
 /// The table of all tables: its columns `type`, `name`, `rootpage` and `sql`.
 const SCHEMA: Table<4> = Table { root: 1, columns: [0, 1, 3, 4] };
@@ -52,7 +52,7 @@ impl<'a> Value<'a> {
     }
 }
 
-/// Where the rows of a table are, and the positions of the columns to read.
+/// The location of a table's rows, and the positions of the columns to read.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Table<const N: usize> {
     root: u32,
@@ -60,7 +60,7 @@ pub(super) struct Table<const N: usize> {
 }
 
 impl<const N: usize> Table<N> {
-    /// Returns the number of columns up to the last one that is read.
+    /// Returns the number of columns up to the last column read.
     fn columns_read(&self) -> usize {
         self.columns.into_iter().max().map_or(0, |last| last + 1)
     }
@@ -73,18 +73,18 @@ pub(super) struct DamagedRow;
 pub(super) struct Database {
     bytes: Vec<u8>,
     page_size: usize,
-    /// Number of bytes of a page that are used; the rest is reserved for extensions.
+    /// Number of usable bytes per page; the rest is reserved for extensions.
     usable: usize,
     budget: FileBudget,
-    /// The size of `bytes`.
+    /// Memory of `bytes`.
     _kept: Kept,
-    /// Why the file could not be read to its end.
+    /// Reason why the file could not be read to its end.
     failure: Option<io::Error>,
 }
 
 impl Database {
-    /// Reads a database as far as it goes. Fails if the source fails within the header, or for a kind of
-    /// database that is not supported.
+    /// Reads as much of a database as possible. Fails if the source fails within the header, or for an
+    /// unsupported database.
     pub(super) fn read(mut source: ObjectSource) -> io::Result<Self> {
         let budget = source.budget.clone();
         budget.allow_whole();
@@ -92,7 +92,7 @@ impl Database {
         let failure = match append_rest(&mut source, u64::MAX, &mut bytes, &mut kept) {
             Err(error) if bytes.len() < HEADER => return Err(error),
             _ if bytes.len() < HEADER => return Err(ErrorKind::UnexpectedEof.into()),
-            // What was read before a failure of the source is used; the missing pages then fail as it did.
+            // Bytes read before a failure are used; missing pages then return the same failure.
             outcome => outcome.err(),
         };
         if number(&bytes[56..60]) > 1 {
@@ -140,12 +140,12 @@ impl Database {
         Ok(None)
     }
 
-    /// Starts to keep something of the database beside it.
+    /// Returns a reservation for keeping data of the database in memory.
     pub(super) fn keep(&self) -> Kept {
         self.budget.keep()
     }
 
-    /// Returns the used bytes of a page, counted from 1. Fails if it is not in the file.
+    /// Returns the usable bytes of a page, counted from 1. Fails if it is not in the file.
     fn page(&self, page: u32) -> io::Result<&[u8]> {
         let index =
             usize::try_from(page).ok().and_then(|page| page.checked_sub(1)).ok_or(ErrorKind::InvalidData)?;
@@ -154,7 +154,7 @@ impl Database {
         page.ok_or_else(|| missing_part(self.failure.as_ref()))
     }
 
-    /// Counts a page in `visited`. Fails if there are more than the file has: pages refer in a circle.
+    /// Counts a page in `visited`. Fails if there are more than the file has: the pages form a cycle.
     fn visit(&self, visited: &mut usize) -> io::Result<()> {
         self.budget.spend(ROW_WORK)?;
         *visited += 1;
@@ -162,7 +162,7 @@ impl Database {
         is_possible.then_some(()).ok_or_else(|| ErrorKind::InvalidData.into())
     }
 
-    /// Appends `length` bytes of a row to `payload`: those of a leaf, and of the chain of pages behind it.
+    /// Appends `length` bytes of a row to `payload`, from a leaf and its chain of overflow pages.
     fn collect(
         &self,
         cell: &[u8],
@@ -198,15 +198,15 @@ impl Database {
     }
 }
 
-/// Reads the rows of a table in the order of their numbers.
+/// Reads the rows of a table in the order of their row numbers.
 pub(super) struct Rows<const N: usize> {
     table: Table<N>,
     /// The pages from the root down, each with the position of the next cell.
     path: Vec<(u32, usize)>,
-    /// Number of pages so far.
+    /// Number of pages visited so far.
     visited: usize,
     payload: Vec<u8>,
-    /// The size of `payload`.
+    /// Memory of `payload`.
     kept: Kept,
     row_number: i64,
 }
@@ -229,7 +229,7 @@ impl<const N: usize> Rows<N> {
     ) -> io::Result<Option<Result<[Value<'_>; N], DamagedRow>>> {
         while let Some((page_number, position)) = self.path.last_mut() {
             let page = database.page(*page_number)?;
-            // The header of the file is before the content of the first page.
+            // On the first page, the header of the file precedes the content.
             let head = &page[if *page_number == 1 { HEADER } else { 0 }..];
             let (pointers, is_leaf) = match head[0] {
                 0x0D => (8, true),
@@ -270,7 +270,7 @@ impl<const N: usize> Rows<N> {
     }
 }
 
-/// Returns these columns of a record; a column that is not written has no value.
+/// Returns these columns of a record; a column that is not stored has no value.
 fn values<const N: usize>(record: &[u8], table: Table<N>) -> Option<[Value<'_>; N]> {
     let (length, mut types) = varint(record)?;
     let (head, mut content) = record.split_at_checked(usize::try_from(length).ok()?)?;
@@ -362,7 +362,7 @@ pub(super) mod testing {
         [varint_bytes(types.len() + 1), types, content].concat()
     }
 
-    /// The cell of a row with `local` bytes in the leaf, whose rest begins on page `overflow`.
+    /// Returns the cell of a row with `local` bytes in the leaf, whose rest begins on page `overflow`.
     pub(crate) fn cell(row: u8, record: &[u8], local: usize, overflow: Option<u8>) -> Vec<u8> {
         let pointer = overflow.map(|page| vec![0, 0, 0, page]).unwrap_or_default();
         [varint_bytes(record.len()), vec![row], record[..local].to_vec(), pointer].concat()
@@ -372,7 +372,7 @@ pub(super) mod testing {
         cell(row, record, record.len(), None)
     }
 
-    /// A page of cells; an inner page has its last child as `right`.
+    /// Returns a page of cells; an inner page has its last child as `right`.
     pub(crate) fn page(at: usize, right: Option<u8>, cells: &[Vec<u8>]) -> Vec<u8> {
         let mut page = vec![0; PAGE];
         page[at] = if right.is_some() { 0x05 } else { 0x0D };
@@ -388,7 +388,7 @@ pub(super) mod testing {
         page
     }
 
-    /// A file with one table, whose root is the first of `pages`.
+    /// Returns a file with one table, whose root is the first of `pages`.
     pub(crate) fn file(name: &[u8], sql: &[u8], pages: &[Vec<u8>]) -> Vec<u8> {
         let schema = [
             Value::Text(b"table"),
@@ -411,12 +411,13 @@ mod tests {
     use super::*;
     use crate::format::testing::source;
 
-    /// Three leaves below an inner page; the rows 2 and 3 continue on other pages.
+    /// Returns three leaves below an inner page; rows 2 and 3 continue on other pages.
     fn blobs() -> (Vec<u8>, [Vec<u8>; 4]) {
         let bytes = |length: usize| (0..length).map(|at| u8::try_from(at % 251).unwrap()).collect::<Vec<_>>();
         let blobs = [bytes(3), bytes(700), bytes(1000), bytes(470)];
         let records = blobs.each_ref().map(|blob| record(&[Value::Null, Value::Blob(blob)]));
-        // With pages of 512 bytes, a leaf has 39 to 477 bytes of a row: all that its last page leaves.
+        // With pages of 512 bytes, a leaf holds 39 to 477 bytes of a row: the part that fills no overflow
+        // page.
         let inner = page(0, Some(5), &[vec![0, 0, 0, 3, 1], vec![0, 0, 0, 4, 3]]);
         let leaves = [
             page(0, None, &[whole(1, &records[0])]),

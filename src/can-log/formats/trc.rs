@@ -1,5 +1,5 @@
-//! PCAN TRC, as PCAN-View, PCAN-Explorer and python-can write it: versions 1.0 to 1.3, 2.0, 2.1; and the CSV
-//! that PEAK-Converter makes of it.
+//! PCAN TRC, as written by PCAN-View, PCAN-Explorer and python-can: versions 1.0 to 1.3, 2.0, 2.1; and the
+//! CSV that PEAK-Converter writes from it.
 //!
 //! ```text
 //! ;$FILEVERSION=2.1
@@ -7,16 +7,16 @@
 //! ;$COLUMNS=N,O,T,B,I,d,R,L,D
 //!       1      1.250 DT 1      01A0 Rx -  3    01 02 03
 //! ```
-//! Version 2 names its columns, versions 1 have fixed ones. The start is in days since
-//! 1899-12-30, offsets in milliseconds. An identifier of more than four digits has 29 bits. Changes
-//! of status and of error counters, warnings and events are not frames and are passed over.
+//! Version 2 names its columns, versions 1 have fixed columns. The start is in days since 1899-12-30, offsets
+//! in milliseconds. An identifier of more than four digits has 29 bits. Changes of status and of error
+//! counters, warnings and events are not frames and are skipped.
 //!
 //! ```text
 //! 1,1.250,1,Rx,DT,01A0,-,3,01,02,03
 //! ```
 //! The CSV has other columns, and commas, semicolons or tabs between them: number, offset, bus, direction,
 //! type, identifier, reserved, length, data. Its length may be a DLC or count bytes; the number of bytes
-//! decides. The headings before it vary and do not count, but for a start among them.
+//! decides. The headings before it vary and are ignored, except for a start time.
 
 use crate::clock::{DAY, SECOND};
 use crate::entry::{BadLine, EntryContent, LogEntry};
@@ -26,7 +26,7 @@ use crate::format::{LineFormat, LineReader, begins};
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "PCAN TRC and PEAK-Converter CSV",
     claims: |line| {
-        // Random bytes begin lines so as well.
+        // Random bytes may also begin like this.
         let is_printed = |byte: &u8| *byte == b'\t' || !byte.is_ascii_control();
         let is_comment = || begins(line, &[";"]) && line.iter().all(is_printed);
         is_comment() || text(line).is_ok_and(|line| csv_row(line).is_some_and(|row| row.is_ok()))
@@ -66,7 +66,7 @@ impl TrcColumns {
             b"1.1" => b"NOtILD",
             b"1.2" => b"NOBtILD",
             b"1.3" => b"NOBtIRLD",
-            // Unless `$COLUMNS` follows.
+            // Used unless `$COLUMNS` follows.
             b"2.0" => b"NOTIdlD",
             b"2.1" => b"NOTBIdRlD",
             _ => return None,
@@ -74,7 +74,7 @@ impl TrcColumns {
     }
 }
 
-/// Days from 1899-12-30, where the start is counted from.
+/// Days from 1899-12-30, the epoch of the start time.
 const DAYS_TO_1970: i64 = 25_569;
 
 impl LineReader for Trc {

@@ -2,12 +2,12 @@
 
 use std::fmt::Write as _;
 
-/// What a file that is not a recording looks like.
+/// Likely kind of a file that is not a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Looks {
     /// Name of its kind with an article, e.g. `a zip archive`.
     pub name: &'static str,
-    /// What to do with it; may be empty.
+    /// Remedy for the user; may be empty.
     pub remedy: &'static str,
 }
 
@@ -47,7 +47,7 @@ const MAGIC: [(&[u8], Looks); 21] = [
 
 const QUOTED: usize = 40;
 
-/// Returns what a file looks like by its first bytes; `None` if they are not known.
+/// Returns the kind of a file by its first bytes; `None` if they are unknown.
 pub fn known_magic(head: &[u8]) -> Option<Looks> {
     let begin = head.trim_ascii_start();
     let starts = |magic: &[u8]| head.starts_with(magic) || magic[0] == b'<' && begin.starts_with(magic);
@@ -55,8 +55,8 @@ pub fn known_magic(head: &[u8]) -> Option<Looks> {
     known.or_else(|| (head.get(257..262) == Some(b"ustar")).then_some(plain("a tar archive")))
 }
 
-/// Describes a file by its first bytes, e.g. `a zip archive`, or by its first line in quotes; with a remedy,
-/// which may be empty.
+/// Describes a file by its first bytes, e.g. `a zip archive`, or by its first line in quotes; also returns a
+/// remedy, which may be empty.
 pub(super) fn looks_like(head: &[u8]) -> (String, &'static str) {
     if let Some(Looks { name, remedy }) = known_magic(head) {
         return (name.to_owned(), remedy);
@@ -84,10 +84,10 @@ pub(super) fn looks_like(head: &[u8]) -> (String, &'static str) {
     }
 }
 
-/// What to do with frames in a layout that is not read.
+/// Remedy for frames in an unsupported layout.
 const AS_CANDUMP: &str = "write its frames as candump does, with a time each: (12.345678) can0 123#0102";
 
-/// Recognises layouts of frames that are not read, by their first line.
+/// Recognises unsupported layouts of frames, by their first line.
 fn known_line(line: &str) -> Option<Looks> {
     let line = line.trim();
     let frames = |name| Some(Looks { name, remedy: AS_CANDUMP });
@@ -109,7 +109,7 @@ fn known_line(line: &str) -> Option<Looks> {
 
 /// Returns true for a line of candump without a time: `can0  123   [8]  01 02`, or `can0 123#0102`.
 fn is_without_times(line: &str) -> bool {
-    // Colours of a terminal may stand before the interface, and three flags behind it.
+    // Terminal colours may precede the interface, and three flags may follow it.
     let mut words = line.split_ascii_whitespace();
     let (Some(_), Some(first)) = (words.next(), words.next()) else { return false };
     let id = if matches!(first, "RX" | "TX") { words.nth(2).unwrap_or_default() } else { first };

@@ -93,7 +93,7 @@ fn an_endless_line_does_not_fill_memory() {
     assert_eq!((records.len(), log.bad_lines()), (2, 1));
 }
 
-/// A BLF file of one message.
+/// Returns a BLF file with one message.
 fn blf() -> Vec<u8> {
     let mut file = [b"LOGG".as_slice(), &144_u32.to_le_bytes()].concat();
     file.resize(144, 0);
@@ -115,7 +115,7 @@ fn damage_of_compressed_data_ends_the_recording_in_a_format_that_skips_damaged_o
             let mut damaged = packed.clone();
             damaged[at] ^= 1 << bit;
             let Ok(mut log) = Log::new(Box::new(Cursor::new(damaged))) else { continue };
-            // Bytes, and not records, bound the objects.
+            // The objects are bounded by bytes, not by records.
             let ends = (0..1000).any(|_| !matches!(log.next_record(), Ok(Some(_))));
             assert!(ends && log.bad_lines() < 1000, "byte {at}, bit {bit}");
         }

@@ -46,7 +46,7 @@ fn lines_for_people_and_padded_stamps_are_read() {
     assert_eq!(lines, expected);
 }
 
-/// Lines of candump 2020.11 on a virtual bus, as each of its options shapes them.
+/// Lines of candump 2020.11 on a virtual bus, with each of its options.
 #[test]
 fn output_for_terminals_is_read_without_what_adorns_it() {
     let swapped = " (1.5)  vcan0  20000204   [8]  7F`60`00`00`00`00`08`00   ERRORFRAME";
