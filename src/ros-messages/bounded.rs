@@ -1,11 +1,11 @@
-//! Sequences that must not be longer than makes sense.
+//! Sequences with a maximum length.
 
 use std::fmt;
 use std::marker::PhantomData;
 
 use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
 
-/// Reads a sequence of at most `MAX` elements; a longer one is an error before it costs memory. For
+/// Reads a sequence of at most `MAX` elements; a longer sequence is an error before it costs memory. For
 /// `deserialize_with`.
 pub(crate) fn at_most<'de, D, T, const MAX: usize>(deserializer: D) -> Result<Vec<T>, D::Error>
 where
@@ -24,7 +24,7 @@ impl<'de, T: Deserialize<'de>, const MAX: usize> Visitor<'de> for AtMost<T, MAX>
         write!(f, "at most {MAX} elements")
     }
 
-    /// Room is made for what is there, not for what is announced.
+    /// Memory is reserved for the available elements, not for the announced number.
     fn visit_seq<A: SeqAccess<'de>>(self, mut sequence: A) -> Result<Vec<T>, A::Error> {
         let mut elements = Vec::new();
         while let Some(element) = sequence.next_element()? {

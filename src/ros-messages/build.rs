@@ -1,7 +1,8 @@
 //! Generates Rust types, type hashes and the texts for recordings from the definitions in `ros/msg`.
 //!
-//! The grammar of `.msg` and `.srv` files, as far as the definitions use it: one field or constant a line,
-//! `type name`, `type name default` or `type NAME=value`; a comment before a field becomes its documentation.
+//! Supports the grammar of `.msg` and `.srv` files as far as the definitions use it: one field or constant
+//! per line, `type name`, `type name default` or `type NAME=value`; a comment before a field becomes its
+//! documentation.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::error::Error;
@@ -11,8 +12,8 @@ use std::{env, fs};
 
 use sha2::{Digest as _, Sha256};
 
-/// Sequences that a reader refuses when they are longer, although their definition has no bound: message,
-/// field, elements.
+/// Maximum lengths of sequences whose definition has no bound; longer sequences are refused by readers:
+/// message, field, elements.
 const BOUNDS: [(&str, &str, u32); 13] = [
     ("autoware_internal_planning_msgs/PathPointWithLaneId", "lane_ids", 1_000),
     ("autoware_internal_planning_msgs/PathWithLaneId", "left_bound", 100_000),
@@ -50,7 +51,7 @@ const PRIMITIVES: [(&str, u32, &str); 14] = [
     ("uint32", 7, "u32"),
     ("uint64", 9, "u64"),
 ];
-/// Number of a nested type, and what is added to the number of an array or sequence.
+/// Number of a nested type, and the offset added for an array or sequence.
 const NESTED: u32 = 1;
 const ARRAY: u32 = 48;
 const BOUNDED_SEQUENCE: u32 = 96;
@@ -134,7 +135,7 @@ fn generate(folder: &Path) -> Result<String> {
     Ok(code)
 }
 
-/// The entries of a folder in order of their names; none if there is no such folder.
+/// Returns the entries of a folder in order of their names; none if the folder does not exist.
 fn sorted(folder: &Path) -> Result<Vec<PathBuf>> {
     if !folder.exists() {
         return Ok(Vec::new());
@@ -148,7 +149,7 @@ fn file_stem(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Package and name of a full name.
+/// Splits a full name into package and name.
 fn type_name(full: &str) -> (&str, &str) {
     let package = full.split('/').next().unwrap_or_default();
     (package, full.rsplit('/').next().unwrap_or_default())
@@ -182,7 +183,7 @@ fn read(path: &Path, text: &str) -> Result<Definition> {
     Ok(definition)
 }
 
-/// The request or response with the field that ROS 2 gives an empty one, since IDL has no empty structures.
+/// Adds to an empty request or response the field that ROS 2 gives it, since IDL has no empty structures.
 fn not_empty(mut definition: Definition) -> Definition {
     if definition.fields.is_empty() {
         definition.fields.push(Field {
@@ -218,7 +219,7 @@ fn primitive(base: &str) -> Option<(u32, &'static str)> {
 }
 
 impl Field {
-    /// Full name of the nested type; `None` for a primitive.
+    /// Returns the full name of the nested type; `None` for a primitive.
     fn nested(&self) -> Option<String> {
         primitive(&self.base).is_none().then(|| match self.base.matches('/').count() {
             1 => self.base.replace('/', "/msg/"),
@@ -226,7 +227,7 @@ impl Field {
         })
     }
 
-    /// The most elements that a reader takes; `None` without a bound.
+    /// Returns the maximum number of elements that a reader accepts; `None` without a bound.
     fn bound(&self, message: &str) -> Option<u32> {
         let of_table = BOUNDS.iter().find(|(known, field, _)| *known == message && *field == self.name);
         match self.size {
@@ -257,7 +258,7 @@ impl Field {
     }
 }
 
-/// True if `has` holds for all primitives in a message.
+/// Returns true if `has` holds for all primitives in a message.
 fn all_primitives(definitions: &Definitions, name: &str, has: &dyn Fn(&Field) -> bool) -> bool {
     definitions.get(name).is_none_or(|definition| {
         definition.fields.iter().all(|field| {
@@ -266,7 +267,7 @@ fn all_primitives(definitions: &Definitions, name: &str, has: &dyn Fn(&Field) ->
     })
 }
 
-/// The struct of a message, with its constants.
+/// Returns the struct of a message, with its constants.
 fn rust_type(definitions: &Definitions, full: &str) -> Result<String> {
     let definition = &definitions[full];
     let (package, name) = type_name(full);
@@ -326,7 +327,7 @@ fn rust_type(definitions: &Definitions, full: &str) -> Result<String> {
     Ok(code)
 }
 
-/// The definition of a message, then the definitions of all messages in it, each once.
+/// Returns the definition of a message, then the definitions of all messages in it, each once.
 fn schema(definitions: &Definitions, name: &str) -> Result<String> {
     let (mut names, mut text, mut next) = (vec![name.to_owned()], String::new(), 0);
     while let Some(name) = names.get(next).cloned() {
@@ -386,8 +387,8 @@ fn add_service_types(definitions: &mut Definitions, services: &[String]) {
     }
 }
 
-/// `RIHS01_` and the SHA-256 of the JSON that REP-2016 prescribes: the fields of the type and of all types in
-/// it.
+/// Returns `RIHS01_` and the SHA-256 of the JSON that REP-2016 prescribes: the fields of the type and of all
+/// types in it.
 fn hash(definitions: &Definitions, name: &str) -> Result<String> {
     let mut used = BTreeSet::new();
     add_used(definitions, name, &mut used)?;

@@ -1,4 +1,4 @@
-//! A message as it goes over the wire: CDR, the encoding of DDS.
+//! A message in its wire encoding: CDR, the encoding of DDS.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ impl CdrBytes {
 }
 
 impl From<Vec<u8>> for CdrBytes {
-    /// Takes bytes that are encoded already.
+    /// Wraps bytes that are already encoded.
     fn from(bytes: Vec<u8>) -> Self {
         Self(Arc::new(bytes))
     }
@@ -32,7 +32,7 @@ impl AsRef<[u8]> for CdrBytes {
     }
 }
 
-/// Byte order of CDR, as the sample's header names it.
+/// Byte order of CDR, as stated in the sample's header.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Endian {
     /// Most significant byte first, `CDR_BE`.
@@ -51,26 +51,26 @@ impl Endian {
     }
 }
 
-/// Why bytes are not a message of the topic.
+/// Reason why bytes are not a message of the topic.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum Unreadable {
-    /// The bytes have another layout, or are cut off; the text is the decoder's.
+    /// The bytes have another layout, or are truncated; contains the decoder's text.
     #[error("{0}")]
     Layout(String),
     /// The bytes have another layout that happens to begin like this one.
     #[error("{used} of {length} bytes are a message")]
     Leftover {
-        /// Bytes that were decoded.
+        /// Number of bytes that were decoded.
         used: usize,
-        /// Bytes of the sample.
+        /// Number of bytes of the sample.
         length: usize,
     },
-    /// There is more of something than is read.
+    /// A text or sequence is longer than is accepted.
     #[error("{length} bytes or elements, at most {limit}")]
     TooMuch {
-        /// How much there is.
+        /// Length in the message.
         length: usize,
-        /// The most that is read.
+        /// Maximum accepted length.
         limit: usize,
     },
     /// The hazard command has an undefined value.
@@ -81,13 +81,13 @@ pub enum Unreadable {
 /// Decodes a message from its bytes, without their encapsulation header.
 ///
 /// # Errors
-/// Bytes of another layout.
+/// Fails if the bytes have another layout.
 pub fn read_message<M: DeserializeOwned>(bytes: &[u8], endian: Endian) -> Result<M, Unreadable> {
     CdrInput { bytes, endian }.whole()
 }
 
-/// Returns the byte order that the encapsulation header of a message names, and the bytes behind it; `None`
-/// for another encoding than plain CDR.
+/// Returns the byte order stated by the encapsulation header of a message, and the bytes after it; `None` for
+/// an encoding other than plain CDR.
 pub const fn encapsulated(message: &[u8]) -> Option<(Endian, &[u8])> {
     match message {
         [0, 0, _, _, bytes @ ..] => Some((Endian::Big, bytes)),
@@ -101,16 +101,16 @@ pub const fn encapsulated(message: &[u8]) -> Option<(Endian, &[u8])> {
 pub struct CdrInput<'a> {
     /// The bytes.
     pub bytes: &'a [u8],
-    /// Their byte order.
+    /// Byte order of the bytes.
     pub endian: Endian,
 }
 
 impl CdrInput<'_> {
-    /// Decodes a message that takes all of the bytes, but for padding to a multiple of four: another layout
+    /// Decodes a message that uses all of the bytes, except for padding to a multiple of four: another layout
     /// may decode by chance, but hardly to its end.
     ///
     /// # Errors
-    /// Bytes of another layout.
+    /// Fails if the bytes have another layout.
     pub fn whole<M: DeserializeOwned>(self) -> Result<M, Unreadable> {
         let read = match self.endian {
             Endian::Big => cdr_encoding::from_bytes::<M, BigEndian>(self.bytes),

@@ -1,4 +1,4 @@
-//! Elements of traffic lights that have the same fields in several messages.
+//! Traffic light elements, which have the same fields in several messages.
 
 use crate::autoware_perception_msgs::{TrafficLightElement, TrafficSignalElement};
 use crate::traffic_simulator_msgs::TrafficLightBulbV1;

@@ -1,4 +1,4 @@
-//! Points from their coordinates, and the heading in a rotation.
+//! Creates points from coordinates, and computes the heading of a rotation.
 
 use crate::geometry_msgs::{Point, Quaternion};
 
@@ -8,19 +8,20 @@ impl From<[f64; 3]> for Point {
     }
 }
 
-/// Sine of an angle from the vertical: below it, a rotation has no heading.
+/// Sine of an angle from the vertical, below which a rotation has no heading.
 const UPRIGHT: f64 = 1e-9;
 
 impl Quaternion {
     /// Returns the heading of the rotation, radians in (-π, π], counter-clockwise from +x. The quaternion may
-    /// have any length but zero; the result is NaN for something that is not a rotation or has no heading.
+    /// have any length except zero; the result is NaN for an invalid rotation or a rotation without a
+    /// heading.
     pub fn yaw_rad(self) -> f64 {
         let parts = [self.x, self.y, self.z, self.w];
         let longest = parts.iter().fold(0.0, |longest: f64, part| longest.max(part.abs()));
         if longest == 0.0 || !parts.iter().all(|part| part.is_finite()) {
             return f64::NAN;
         }
-        // Divided by the largest part first: squares of tiny or huge numbers would be zero or infinite.
+        // Divided by the largest part first, since squares of tiny or huge numbers would be zero or infinite.
         let [x, y, z, w] = parts.map(|part| part / longest);
         let squares = x * x + y * y + z * z + w * w;
         let sine = 2.0 * (w * z + x * y) / squares;

@@ -1,8 +1,8 @@
-//! The ROS 2 messages that the gateway sends and receives, without ROS.
+//! The ROS 2 messages that the gateway sends and receives, without a dependency on ROS.
 //!
 //! The build generates the types from the definitions in `ros/msg`, in a module for each package, with their
-//! type hashes and the texts for recordings (`build.rs`). One `Serialize` serves two readers: CDR on the wire
-//! has the fields in order, JSON has them by name.
+//! type hashes and the texts for recordings (`build.rs`). One `Serialize` implementation serves two
+//! encodings: CDR on the wire uses the order of the fields, JSON their names.
 //!
 //! ```
 //! use gateway_base::time::WallStamp;
@@ -18,8 +18,7 @@
 //! assert!(type_hash("autoware_vehicle_msgs", "GearReport").unwrap().starts_with("RIHS01_"));
 //! ```
 //!
-//! It stands on `gateway_base`. What the gateway makes of the messages is in the program
-//! (`io::ros::messages`).
+//! It uses `gateway_base`. The program converts the messages to the gateway's types (`io::ros::messages`).
 
 mod bounded;
 pub mod cdr;

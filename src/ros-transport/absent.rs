@@ -1,4 +1,4 @@
-//! Stands in the place of the network side where none is built in: whatever would join a network fails.
+//! Replaces the network side in builds without it: every attempt to join a network fails.
 
 use std::io;
 use std::net::IpAddr;
@@ -14,7 +14,7 @@ const NOT_BUILT_IN: &str = "this build has no ROS 2";
 /// Fails.
 ///
 /// # Errors
-/// Always.
+/// Always fails.
 pub fn serve(
     _socket: UnixStream,
     _lost_lines: fn() -> LostLines,
@@ -26,7 +26,7 @@ pub fn serve(
 /// Fails.
 ///
 /// # Errors
-/// Always.
+/// Always fails.
 pub fn survey(
     _domain_id: u16,
     _only_networks: &[IpAddr],
@@ -36,41 +36,41 @@ pub fn survey(
     Err(NOT_BUILT_IN.to_owned())
 }
 
-/// No call has a name, since none is refused.
+/// Returns no names, since no call is refused.
 pub fn system_call_name(_number: usize) -> Option<&'static str> {
     None
 }
 
-/// Names are not looked at, since nothing gets them.
+/// Names are not checked, since they are not used.
 pub mod names {
-    /// Takes every node.
+    /// Accepts every node.
     ///
     /// # Errors
-    /// None.
+    /// Never fails.
     pub fn check_node(_namespace: &str, _node: &str) -> Result<(), String> {
         Ok(())
     }
 
-    /// Takes every topic.
+    /// Accepts every topic.
     ///
     /// # Errors
-    /// None.
+    /// Never fails.
     pub fn check_topic(_name: &str) -> Result<(), String> {
         Ok(())
     }
 }
 
-/// No process serves.
+/// There is no network process.
 pub mod process {
     use std::io;
 
     use super::NOT_BUILT_IN;
     use crate::link::LostLines;
 
-    /// Closes nothing.
+    /// Does nothing.
     ///
     /// # Errors
-    /// None.
+    /// Never fails.
     pub fn close_inherited() -> io::Result<()> {
         Ok(())
     }
@@ -78,7 +78,7 @@ pub mod process {
     /// Fails.
     ///
     /// # Errors
-    /// Always.
+    /// Always fails.
     pub fn run(_memory_mb: u32, _lost_lines: fn() -> LostLines, _confined: impl FnOnce()) -> io::Result<()> {
         Err(io::Error::new(io::ErrorKind::Unsupported, NOT_BUILT_IN))
     }

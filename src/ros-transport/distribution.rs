@@ -8,7 +8,7 @@ compile_error!("`ros` is internal: choose the feature `humble` or `jazzy`");
 /// The distribution whose graph this build joins, if it has a network side.
 pub const DISTRO: &str = if cfg!(feature = "humble") { "humble" } else { "jazzy" };
 
-/// Lengths of an identifier: up to Humble, and since Iron.
+/// Lengths of an identifier: up to Humble, and since Iron, bytes.
 pub(crate) const LENGTHS: [usize; 2] = [24, 16];
 
 /// Returns the length of the identifiers in the graph of a distribution, bytes.

@@ -1,12 +1,13 @@
-//! The network side of a node of ROS 2: what joins DDS, or Zenoh, behind a link.
+//! The network side of a ROS 2 node: joins DDS or Zenoh on behalf of the gateway, to which it is connected by
+//! a link.
 //!
-//! It believes what the network tells it, since RustDDS does: a single packet can make it allocate without
-//! bound, or hang. So it runs in a process of its own ([`process`]), confined by the kernel, which knows
-//! nothing of CAN and may die at any time; its gateway replaces it. It may also run in a thread of the
-//! gateway, for debuggers and tests.
+//! It is vulnerable to the network, since RustDDS trusts what it receives: a single packet can make it
+//! allocate without bound, or hang. So it runs in a separate process ([`process`]), confined by the kernel,
+//! which has no access to CAN and may die at any time; its gateway replaces it. It may also run in a thread
+//! of the gateway, for debuggers and tests.
 //!
-//! The [link](link) is the only way in. The first message has the settings, among them the topics; then
-//! orders go one way, and samples and statuses the other.
+//! The [link](link) is its only interface. The first message contains the settings, including the topics;
+//! after that, orders go one way, and samples and statuses the other.
 //!
 //! ```
 //! use ros_transport::link::{FrameBuffer, ToNetwork};
@@ -17,11 +18,11 @@
 //! assert!(matches!(ToNetwork::decode(frame), Ok(ToNetwork::Ping(7))));
 //! ```
 //!
-//! The features choose what is built in: DDS with the graph of `jazzy` or `humble`, and `zenoh` beside it.
-//! Without any of them all of this is there, and joining a network fails ([`IS_BUILT_IN`]).
+//! Cargo features choose the engines: DDS with the graph of `jazzy` or `humble`, and additionally `zenoh`.
+//! Without any of them the interface remains, and joining a network fails ([`IS_BUILT_IN`]).
 //!
-//! It stands on `gateway_base` for stamps and on `ros_messages` for the services of the node. The session
-//! that starts, watches and replaces it is in the program (`io::ros::session`).
+//! It uses `gateway_base` for stamps and `ros_messages` for the services of the node. The session that
+//! starts, monitors and replaces it is in the program (`io::ros::session`).
 
 #[cfg(not(feature = "ros"))]
 mod absent;

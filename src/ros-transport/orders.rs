@@ -1,4 +1,4 @@
-//! The gateway's messages, as every kind of network takes them.
+//! The gateway's messages, in a form common to all engines.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -6,20 +6,20 @@ use std::io;
 use crate::link::{FromNetwork, Link, NetworkSettings, Order, ToNetwork};
 use crate::parameters::Parameters;
 
-/// What the gateway has sent since the last call of [`receive`].
+/// Messages from the gateway since the last call of [`receive`].
 #[derive(Default)]
 pub(super) struct ReceivedOrders {
-    /// To be carried out, by topic: the newest order, or all samples where each counts.
+    /// Orders to carry out, by topic: the newest order, or all samples if each counts.
     pub(super) orders: BTreeMap<u16, Order>,
     /// The newest parameters of the node.
     pub(super) parameters: Option<Parameters>,
-    /// Pings to be answered.
+    /// Pings to answer.
     pub(super) pings: Vec<u64>,
-    /// True if the gateway orders to stop.
+    /// True if the gateway ordered to stop.
     pub(super) stop: bool,
 }
 
-/// Takes the messages that the gateway has sent; fails with the error of the link.
+/// Reads the messages that the gateway has sent; fails with the error of the link.
 pub(super) fn receive(link: &mut Link, settings: &NetworkSettings) -> io::Result<ReceivedOrders> {
     link.read()?;
     let mut received = ReceivedOrders::default();
@@ -37,15 +37,15 @@ pub(super) fn receive(link: &mut Link, settings: &NetworkSettings) -> io::Result
     Ok(received)
 }
 
-/// The next message that was read; what cannot be read is an error.
+/// Returns the next received message; an unreadable message is an error.
 pub(super) fn next_message(link: &mut Link) -> io::Result<Option<ToNetwork>> {
     let invalid = |violation| io::Error::new(io::ErrorKind::InvalidData, violation);
     let frame = link.next_frame().map_err(invalid)?;
     frame.map(ToNetwork::decode).transpose().map_err(invalid)
 }
 
-/// Adds an order to those that are to be carried out: behind the samples of the last one where each counts,
-/// else in its place.
+/// Adds an order to the orders to carry out: appends its samples to the last order if each counts, otherwise
+/// replaces it.
 fn add(orders: &mut BTreeMap<u16, Order>, topic: u16, order: Order, counts_each: bool) {
     match (orders.get_mut(&topic), order) {
         (Some(Order::Publish(samples)), Order::Publish(more)) if counts_each => samples.extend(more),
@@ -55,7 +55,7 @@ fn add(orders: &mut BTreeMap<u16, Order>, topic: u16, order: Order, counts_each:
     }
 }
 
-/// Tells the gateway why the network cannot be joined.
+/// Sends the gateway the reason why the network cannot be joined.
 pub(super) async fn refuse(reason: &str, mut link: Link) -> io::Result<()> {
     link.answer(&FromNetwork::Failed(reason));
     link.flush()?;

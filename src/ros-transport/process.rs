@@ -1,4 +1,4 @@
-//! The network side as a process: what the hidden command `network` runs.
+//! The network side as a process, run by the hidden command `network`.
 
 use std::io;
 use std::os::fd::AsFd;
@@ -13,14 +13,14 @@ use crate::confinement;
 use crate::link::{Layer, LostLines, confinement_report};
 use crate::serving::serve;
 
-/// Time to leave the network in order after the gateway has ended without a word.
+/// Time to leave the network properly after the gateway has ended without an order to stop.
 const TIME_TO_LEAVE: Duration = Duration::from_secs(1);
 
-/// Closes whatever the parent had open without knowing, such as what a shell left it. Standard streams stay.
-/// To be called before anything is opened here.
+/// Closes descriptors that the parent passed on unintentionally, e.g. from a shell. Standard streams stay
+/// open. Must be called before anything is opened here.
 ///
 /// # Errors
-/// The error of the kernel: `ENOSYS` before Linux 5.9.
+/// Returns the kernel's error: `ENOSYS` before Linux 5.9.
 #[allow(unsafe_code)]
 pub fn close_inherited() -> io::Result<()> {
     // SAFETY: no pointers are passed, and nothing has been opened here yet.
@@ -28,15 +28,15 @@ pub fn close_inherited() -> io::Result<()> {
     if closed < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
 }
 
-/// Serves the gateway that has started this process, over the socket that is its standard input, and confined
-/// as `confinement` has it, to this much private writable memory in MB. `confined` is called once that is so,
-/// before anything of the network is there.
+/// Serves the gateway that has started this process, over the socket on its standard input, confined by
+/// `confinement`, with `memory_mb` MB of private writable memory at most. `confined` is called once the
+/// confinement is in effect, before any contact with the network.
 pub fn run(memory_mb: u32, lost_lines: fn() -> LostLines, confined: impl FnOnce()) -> io::Result<()> {
     end_with_any_panic();
     let socket = UnixStream::from(io::stdin().as_fd().try_clone_to_owned()?);
     // Another standard input, such as a terminal, is not a gateway.
     socket.peer_addr()?;
-    // As lists of processes show it; otherwise it would be the name of the link to the program.
+    // Shown in process lists; otherwise they would show the name of the link to the program.
     let _ = rustix::thread::set_name(c"signal-gw-net");
     let mut missing = confinement::confine(u64::from(memory_mb) << 20);
     let end = socket.try_clone()?;
@@ -44,27 +44,27 @@ pub fn run(memory_mb: u32, lost_lines: fn() -> LostLines, confined: impl FnOnce(
         let listener = confinement::confine_to(engine, &mut missing);
         for (layer, reason) in &missing.0 {
             let note = format!("the network process is confined without {layer}: {reason}");
-            // Older kernels have these two not, or in part.
+            // Older kernels lack these two, or parts of them.
             if matches!(layer, Layer::Landlock | Layer::CallNames) {
                 tracing::info!("{note}");
             } else {
                 tracing::warn!("{note}");
             }
         }
-        // Whoever started it by hand does not listen.
+        // A person who started it by hand does not read the report.
         let _ = confinement_report::send(io::stdout(), missing.layers(), listener.as_ref());
-        // Not before, so that it is confined as well; until then the end is read.
+        // Started only now, so that the thread is confined as well; until now the end of the socket is read.
         end_after_the_gateway(end)?;
         confined();
         Ok(())
     })
 }
 
-/// Ends the process a little after the gateway has closed its end of the socket, should it not have left by
-/// itself until then: DDS may hang.
+/// Ends the process shortly after the gateway has closed its end of the socket, unless it has left by itself
+/// by then: DDS may hang.
 fn end_after_the_gateway(socket: UnixStream) -> io::Result<()> {
     let wait = move || {
-        // Nothing but the end is waited for. It is there at once when waiting fails.
+        // Waits only for the end of the socket. If waiting fails, the end is assumed.
         let _ready = poll(&mut [PollFd::new(&socket, PollFlags::empty())], None);
         thread::sleep(TIME_TO_LEAVE);
         process::exit(1);
@@ -73,8 +73,8 @@ fn end_after_the_gateway(socket: UnixStream) -> io::Result<()> {
     Ok(())
 }
 
-/// A thread of RustDDS that panics leaves a process that looks alive. Here it ends the process, with a code
-/// that no lack of memory has.
+/// A panic in a thread of RustDDS leaves a process that looks alive. Here it ends the process, with an exit
+/// code that a lack of memory never has.
 fn end_with_any_panic() {
     let hook = panic::take_hook();
     panic::set_hook(Box::new(move |panic| {

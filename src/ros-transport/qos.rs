@@ -4,57 +4,57 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-/// The durability of a topic: whether a late reader gets the current sample.
+/// The durability of a topic: whether a late reader receives the current sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Durability {
-    /// It gets the sample. A writer serves transient-local and volatile readers alike; a reader takes
-    /// transient-local writers only.
+    /// A late reader receives the sample. A writer serves transient-local and volatile readers; a reader
+    /// accepts only transient-local writers.
     #[default]
     TransientLocal,
-    /// It waits for the next message. A writer does not serve transient-local readers; a reader takes any
-    /// writer.
+    /// A late reader waits for the next message. A writer does not serve transient-local readers; a reader
+    /// accepts any writer.
     Volatile,
 }
 
-/// The reliability that a reader requests: whether lost samples are sent again.
+/// The reliability that a reader requests: whether lost samples are resent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Reliability {
-    /// Reliable writers send them again; others are not read at all.
+    /// Reliable writers resend lost samples; best-effort writers are not read.
     #[default]
     Reliable,
-    /// Lost samples stay lost, and every writer is read. Samples of more than one datagram are easily lost.
+    /// Lost samples are not resent, and every writer is read. Samples of more than one datagram are easily
+    /// lost.
     BestEffort,
 }
 
 /// The delivery of a topic's messages to readers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Delivery {
-    /// The newest counts, changes are rare, and it can be withdrawn.
+    /// The newest message counts, changes are rare, and it can be withdrawn.
     Report,
-    /// The newest counts, and there are many a second.
+    /// The newest message counts, and there are many per second.
     Stream,
-    /// The newest counts for the readers of that moment, and is never sent again: it was true at its stamp
-    /// alone.
+    /// The newest message counts for the present readers, and is never resent: it was true only at its stamp.
     Live,
-    /// Each counts for the readers of that moment, and is not sent again.
+    /// Each message counts for the present readers, and is not resent.
     Once,
-    /// Each counts, also for readers that come within [`LOG_LIFESPAN`].
+    /// Each message counts, also for readers that join within [`LOG_LIFESPAN`].
     Log,
 }
 
 impl Delivery {
-    /// Returns true if each message counts, and not only the newest of its topic.
+    /// Returns true if each message counts, not only the newest of its topic.
     pub fn counts_each(self) -> bool {
         matches!(self, Self::Once | Self::Log)
     }
 
-    /// Returns true if the newest message is published again when what published it is replaced.
+    /// Returns true if the newest message is published again when its publisher is replaced.
     pub fn is_kept(self) -> bool {
         matches!(self, Self::Report | Self::Stream)
     }
 }
 
-/// Age from which a line of the log is not sent to a late reader any more, as `rclcpp` has it.
+/// Age from which a log line is no longer sent to a late reader, as in `rclcpp`.
 pub const LOG_LIFESPAN: Duration = Duration::from_secs(10);
-/// Samples of the log that its writer keeps.
+/// Number of log samples that the writer keeps.
 pub const LOG_DEPTH: i32 = 100;

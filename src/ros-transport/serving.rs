@@ -1,4 +1,4 @@
-//! The network side from its first message on: the settings name the engine, which then serves the gateway.
+//! Starts the network side: the settings name the engine, which then serves the gateway.
 
 use std::io;
 use std::os::unix::net::UnixStream;
@@ -9,10 +9,10 @@ use crate::link::{Link, LostLines, NetworkSettings, ToNetwork};
 use crate::orders;
 use crate::settings::Transport;
 
-/// Serves the gateway at the other end of the socket until it says stop; `confine` is called with the engine
-/// that it wants, before anything of the network is there. `lost_lines` tells how many lines the log of this
-/// process did not write. Fails with the error of `confine`, or of the link,
-/// most often because the gateway is gone.
+/// Serves the gateway at the other end of the socket until it orders to stop; `confine` is called with the
+/// requested engine, before any contact with the network. `lost_lines` returns the number of lines that the
+/// log of this process could not write. Fails with the error of `confine`, or of the link, usually because
+/// the gateway is gone.
 pub fn serve(
     socket: UnixStream,
     lost_lines: fn() -> LostLines,
@@ -30,7 +30,7 @@ pub fn serve(
     }
 }
 
-/// Waits for the settings; `None` if the gateway says stop instead.
+/// Waits for the settings; `None` if the gateway orders to stop instead.
 async fn start(socket: UnixStream) -> io::Result<Option<(NetworkSettings, Link)>> {
     let mut link = Link::new(socket)?;
     loop {

@@ -1,10 +1,10 @@
-//! Settings of the network side that are not about a topic.
+//! Settings of the network side that do not concern topics.
 
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-/// What carries the messages.
+/// The middleware that carries the messages.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Transport {
     /// The data distribution service of the OMG.
@@ -19,12 +19,11 @@ pub enum Transport {
 pub struct ZenohSettings {
     /// The configuration of Zenoh in JSON5; `None` for a client of a router on the same computer.
     pub config: Option<String>,
-    /// What stands for the hash of a type in keys.
+    /// Replacement for type hashes in keys.
     pub type_hashes: TypeHashes,
 }
 
-/// What stands for the hash of a type in the keys of `rmw_zenoh`. Nodes of which it differs do not hear each
-/// other.
+/// Form of the type hash in the keys of `rmw_zenoh`. Nodes with different forms do not receive each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum TypeHashes {
     /// The hash itself, `RIHS01_…`: Jazzy and later.
@@ -34,12 +33,12 @@ pub enum TypeHashes {
     NotSupported,
 }
 
-/// Intervals of a session that watches its network.
+/// Intervals at which a session checks its network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Recovery {
     /// Time between two checks of interfaces, missing peers and acknowledgements; 1 s by default.
     pub check_interval: Duration,
-    /// Shortest time between the making of two participants, the first included; 3 s by default.
+    /// Minimum time between the creation of two participants, including the first; 3 s by default.
     pub min_rebuild_interval: Duration,
 }
 

@@ -5,7 +5,8 @@ use std::task::Wake;
 
 use tokio::sync::Notify;
 
-/// Between RustDDS's threads and the network side's task. Wake-ups without a waiter become one.
+/// Connects RustDDS's threads with the network side's task. Several wake-ups without a waiter are merged into
+/// one.
 #[derive(Debug, Default)]
 pub(super) struct Wakeup(Notify);
 
@@ -16,7 +17,7 @@ impl Wakeup {
         self.0.notify_one();
     }
 
-    /// Waits for a wake-up since the last wait. Cancellation loses nothing.
+    /// Waits for a wake-up since the last wait. Cancel safe.
     pub(super) async fn arrived(&self) {
         self.0.notified().await;
     }

@@ -5,19 +5,19 @@ use thiserror::Error;
 /// The configuration without a file: a client of a router on the same computer.
 pub const ONE_HOST: &str = include_str!("../../config/zenoh/one_host.json5");
 
-/// Why a configuration cannot be used.
+/// Reason why a configuration cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum ZenohConfigError {
     /// This program was built without Zenoh.
     #[error("this build has no Zenoh")]
     NotBuilt,
-    /// Zenoh refuses it; the text is Zenoh's.
+    /// Zenoh refuses it, with Zenoh's text.
     #[error("Zenoh refuses its configuration: {0}")]
     Refused(String),
 }
 
 impl ZenohConfigError {
-    /// What to do, for people.
+    /// Returns a remedy for the user.
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::NotBuilt => "install a package of this program, or build it with --features zenoh",
@@ -26,7 +26,7 @@ impl ZenohConfigError {
     }
 }
 
-/// Looks whether Zenoh takes a configuration, without using it.
+/// Checks whether Zenoh accepts a configuration, without using it.
 ///
 /// # Errors
 /// See [`ZenohConfigError`].
@@ -41,14 +41,14 @@ pub fn check(text: Option<&str>) -> Result<(), ZenohConfigError> {
     checked
 }
 
-/// Keys that a session needs, whatever the file says: samples need stamps for the history of late readers,
-/// and the gateway starts without a network and joins it later.
+/// Keys that a session needs, whatever the file contains: samples need stamps for the history of late
+/// readers, and the gateway starts without a network and joins it later.
 #[cfg(feature = "zenoh")]
 const NEEDED: [(&str, &str); 3] =
     [("timestamping/enabled", "true"), ("connect/exit_on_failure", "false"), ("connect/timeout_ms", "-1")];
 
-/// Keys that a file may leave out, which then are as `rmw_zenoh_cpp` has them and not as the library does:
-/// with its lease of 10 s, nodes of `rmw_zenoh_cpp` that stood still for longer than that would be lost for
+/// Keys that a file may omit; they then have the values of `rmw_zenoh_cpp` rather than of the library. With
+/// the library's lease of 10 s, nodes of `rmw_zenoh_cpp` that stopped for longer than that would be lost for
 /// good.
 #[cfg(feature = "zenoh")]
 const DEFAULTS: [(&str, &str); 2] =
@@ -60,7 +60,7 @@ pub(crate) fn parse(text: Option<&str>) -> Result<zenoh::Config, ZenohConfigErro
     let refused = |error: zenoh::Error| ZenohConfigError::Refused(error.to_string().replace('\n', " "));
     let text = text.unwrap_or(ONE_HOST);
     let mut config = zenoh::Config::from_json5(text).map_err(refused)?;
-    // Zenoh does not say which keys were given. What it has taken can be read here as well.
+    // Zenoh does not report which keys were given. A text that Zenoh has accepted can be parsed here as well.
     let given: serde_json::Value = json5::from_str(text).unwrap_or_default();
     let is_given = |key: &str| given.pointer(&format!("/{key}")).is_some();
     for (key, value) in DEFAULTS.into_iter().filter(|(key, _)| !is_given(key)).chain(NEEDED) {
@@ -69,7 +69,7 @@ pub(crate) fn parse(text: Option<&str>) -> Result<zenoh::Config, ZenohConfigErro
     Ok(config)
 }
 
-/// The configuration of a client that asks a router, and gives up after a while.
+/// Returns the configuration of a client that queries a router, and gives up after a while.
 #[cfg(feature = "zenoh")]
 pub(crate) fn for_a_query(
     mut config: zenoh::Config,
@@ -87,20 +87,20 @@ pub(crate) fn for_a_query(
     with_another_id(config)
 }
 
-/// The configuration of a session that is there beside another one.
+/// Returns the configuration of a session that exists next to another.
 #[cfg(feature = "zenoh")]
 pub(crate) fn with_another_id(mut config: zenoh::Config) -> zenoh::Result<zenoh::Config> {
     config.insert_json5("id", "null")?;
     Ok(config)
 }
 
-/// True if sessions connect with each other, and not only with routers.
+/// Returns true if sessions connect with each other, not only with routers.
 #[cfg(feature = "zenoh")]
 pub(crate) fn is_peer(config: &zenoh::Config) -> bool {
     config.get_json("mode").is_ok_and(|mode| mode == "\"peer\"" || mode == "null")
 }
 
-/// True if opening a session waits for a router.
+/// Returns true if opening a session waits for a router.
 #[cfg(feature = "zenoh")]
 pub(crate) fn waits_for_router(config: &zenoh::Config) -> bool {
     config.get_json("mode").is_ok_and(|mode| mode == "\"client\"")
@@ -126,7 +126,7 @@ mod tests {
         }
     }
 
-    /// What the examples say, for whoever copies them, is also what holds without a file.
+    /// The values in the examples' comments, which users copy, also apply without a file.
     #[test]
     fn the_lease_is_that_of_rmw_zenoh_unless_the_file_says_another() {
         let lease = |config: &zenoh::Config| DEFAULTS.map(|(key, _)| config.get_json(key).unwrap());

@@ -1,10 +1,11 @@
-//! The system calls that each engine needs, and of those with many meanings the meanings that it needs. All
-//! others fail with `EPERM` and never end the process. So the network process can neither run a program nor
-//! open a file (with Zenoh: to write), look into other processes, set their limits or priorities, have
-//! signals sent to them, or open sockets other than IP and the kernel's list of interfaces: it reaches
-//! neither CAN nor the service manager. With DDS it has no streams, and so no TCP.
+//! The system calls that each engine needs; for calls with many functions, only the functions that it needs.
+//! All others fail with `EPERM` and never end the process. So the network process cannot run a program, open
+//! a file (with Zenoh: for writing), inspect other processes, set their limits or priorities, cause signals
+//! to them, or open sockets other than IP and the kernel's interface list: it reaches neither CAN nor the
+//! service manager. With DDS it has no stream sockets, and so no TCP.
 //!
-//! The gateway is asked about each call that is refused, so that it can name it; its answer is no other.
+//! The kernel asks the gateway about each refused call so that the gateway can name it; the answer is always
+//! a refusal.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -17,16 +18,16 @@ use seccompiler::{
 use super::listener::{answering, apply, apply_with_listener, error};
 use crate::settings::Transport;
 
-/// System calls that are let through, each in these cases; in all without any.
+/// Allowed system calls, each in these cases; in all cases if the list is empty.
 type Calls = BTreeMap<i64, Vec<SeccompRule>>;
 
-/// Leaves all threads the calls that an engine needs. Where this kernel cannot ask, they are refused without
-/// a word.
+/// Restricts all threads to the calls that an engine needs. If this kernel cannot notify the gateway, calls
+/// are refused without a report.
 pub(super) fn allow_only(engine: &Transport) -> Result<io::Result<OwnedFd>, String> {
     let errno = |errno: i32| SeccompAction::Errno(errno.unsigned_abs());
     let (allow, no_call, not_permitted) = (SeccompAction::Allow, errno(libc::ENOSYS), errno(libc::EPERM));
-    // The C library tries `clone3`, whose flags a filter cannot read, and falls back to `clone` without it. A
-    // filter that came before says more than one that lets through, or asks.
+    // The C library tries `clone3`, whose flags a filter cannot read, and falls back to `clone` without it.
+    // The stricter of two filters applies: an errno answer takes precedence over allowing or asking.
     let clone3 = BTreeMap::from([(libc::SYS_clone3, vec![])]);
     for (calls, answer) in [(clone3, no_call), (unasked(engine)?, not_permitted.clone())] {
         apply(&program(calls, allow.clone(), answer)?).map_err(text)?;
@@ -41,19 +42,19 @@ pub(super) fn allow_only(engine: &Transport) -> Result<io::Result<OwnedFd>, Stri
     }
 }
 
-/// A filter: what it answers to the calls that are listed, and to all others.
+/// Builds a filter with one answer for the listed calls, and another for all others.
 fn program(calls: Calls, other: SeccompAction, listed: SeccompAction) -> Result<BpfProgram, String> {
     let arch = std::env::consts::ARCH.try_into().map_err(text)?;
     let filter = SeccompFilter::new(calls, other, listed, arch).map_err(text)?;
     let program: BpfProgram = filter.try_into().map_err(text)?;
-    // Calls of another architecture, as a 64-bit process may make them, do not exist.
+    // Calls of another architecture, which a 64-bit process could make, do not exist.
     let (kill, none) = (libc::SECCOMP_RET_KILL_PROCESS, error(libc::ENOSYS));
     Ok(answering(&program, |answer| if answer == kill { none } else { answer }))
 }
 
-/// Calls that are also refused in normal operation, so that they are not reported. When RustDDS lists
-/// interfaces, it looks a thousand times for what a desktop's network manager keeps of them, and does
-/// without; so does the C library without the cache of names that Zenoh makes it look for.
+/// Calls that are also refused in normal operation, so they are not reported. When RustDDS lists interfaces,
+/// it tries a thousand times to read data that a desktop's network manager keeps, and can do without it; so
+/// can the C library without the name cache, which it looks for when Zenoh resolves names.
 fn unasked(engine: &Transport) -> Result<Calls, String> {
     let is_dds = matches!(engine, Transport::Dds);
     let files = [libc::SYS_openat, libc::SYS_newfstatat, libc::SYS_statx];
@@ -64,29 +65,29 @@ fn unasked(engine: &Transport) -> Result<Calls, String> {
     Ok(calls)
 }
 
-/// What an engine needs.
+/// Returns the calls that an engine needs.
 fn allowed(engine: &Transport) -> Result<Calls, String> {
     let mut calls: Calls = always().iter().map(|call| (*call, Vec::new())).collect();
-    // Threads, and no processes.
+    // Threads, but no processes.
     let thread = number(libc::CLONE_THREAD);
     calls.insert(libc::SYS_clone, vec![rule(&[(0, SeccompCmpOp::MaskedEq(thread), thread)])?]);
-    // A name, and none of its other meanings.
+    // Only the function that sets a thread's name.
     calls.insert(libc::SYS_prctl, one_of(0, &[number(libc::PR_SET_NAME)])?);
-    // `abort` is a signal to oneself.
+    // `abort` sends a signal to its own process.
     let own = (0, SeccompCmpOp::Eq, u64::from(std::process::id()));
     calls.insert(libc::SYS_tgkill, vec![rule(&[own])?]);
-    // One's own limits, to be read.
+    // Its own limits, for reading.
     calls.insert(libc::SYS_prlimit64, vec![rule(&[(0, SeccompCmpOp::Eq, 0), (2, SeccompCmpOp::Eq, 0)])?]);
     let commands = [libc::F_GETFD, libc::F_SETFD, libc::F_GETFL, libc::F_DUPFD_CLOEXEC].map(number);
     let mut descriptor = one_of(1, &commands)?;
-    // Not to be told of events by signals.
+    // No notification of events by signals.
     let is_silent = (2, SeccompCmpOp::MaskedEq(number(libc::O_ASYNC)), 0);
     descriptor.push(rule(&[(1, SeccompCmpOp::Eq, number(libc::F_SETFL)), is_silent])?);
     calls.insert(libc::SYS_fcntl, descriptor);
     calls.insert(libc::SYS_ioctl, one_of(1, &REQUESTS)?);
-    // Memory that counts for the limit.
+    // Memory that counts towards the limit.
     let private = (3, SeccompCmpOp::MaskedEq(MAP_TYPE), number(libc::MAP_PRIVATE));
-    // What is loaded is loaded; but the C library may look up names by a library of its own.
+    // All code is already loaded, except that the C library may load its own library for name lookup.
     let no_code = (2, SeccompCmpOp::MaskedEq(number(libc::PROT_EXEC)), 0);
     let is_dds = matches!(engine, Transport::Dds);
     let memory = if is_dds { rule(&[private, no_code.clone()])? } else { rule(&[private])? };
@@ -101,7 +102,7 @@ fn allowed(engine: &Transport) -> Result<Calls, String> {
             calls.insert(call, Vec::new());
         }
         calls.insert(libc::SYS_newfstatat, Vec::new());
-        // Certificates and names of hosts, to be read.
+        // Certificates and host name files, for reading.
         let changing = number(libc::O_ACCMODE | libc::O_CREAT | libc::O_TRUNC | O_TMPFILE);
         let reading = |flags: u8| rule(&[(flags, SeccompCmpOp::MaskedEq(changing), 0)]);
         calls.insert(libc::SYS_openat, vec![reading(2)?]);
@@ -111,15 +112,15 @@ fn allowed(engine: &Transport) -> Result<Calls, String> {
     Ok(calls)
 }
 
-/// The part of the flags of `mmap` that says whose the memory is.
+/// The flags of `mmap` that say whether the memory is private or shared.
 const MAP_TYPE: u64 = 0xF;
-/// The flag of `open` that stands for a file without a name.
+/// The flag of `open` for a file without a name.
 const O_TMPFILE: libc::c_int = 0o20_000_000;
 /// Requests of `ioctl` that an engine needs: `FIONBIO`, `FIONREAD`, `FIOCLEX`, `TCGETS` (is this a
-/// terminal?), `SIOCGIFNAME` and `SIOCGIFINDEX`. In libc, their type differs between C libraries.
+/// terminal?), `SIOCGIFNAME` and `SIOCGIFINDEX`. Their type in libc differs between C libraries.
 const REQUESTS: [u64; 6] = [0x5421, 0x541B, 0x5451, 0x5401, 0x8910, 0x8933];
 
-/// IP datagrams, `NETLINK_ROUTE`, and IP streams but for DDS.
+/// IP datagrams, `NETLINK_ROUTE`, and, except with DDS, IP streams.
 fn sockets(is_dds: bool) -> Result<Vec<SeccompRule>, String> {
     let family = |family| (0, SeccompCmpOp::Eq, number(family));
     let routes = (2, SeccompCmpOp::Eq, number(libc::NETLINK_ROUTE));
@@ -133,17 +134,17 @@ fn sockets(is_dds: bool) -> Result<Vec<SeccompRule>, String> {
     Ok(rules)
 }
 
-/// The kind of a socket; the rest of the argument are flags.
+/// Returns the condition on the kind of a socket; the remaining bits of the argument are flags.
 fn kind(kind: libc::c_int) -> (u8, SeccompCmpOp, u64) {
     (1, SeccompCmpOp::MaskedEq(0xF), number(kind))
 }
 
-/// The cases in which an argument has one of these values.
+/// Returns the cases in which an argument has one of these values.
 fn one_of(argument: u8, values: &[u64]) -> Result<Vec<SeccompRule>, String> {
     values.iter().map(|value| rule(&[(argument, SeccompCmpOp::Eq, *value)])).collect()
 }
 
-/// A case in which all conditions hold: position of the argument, comparison, value.
+/// Returns a case in which all conditions hold: position of the argument, comparison, value.
 fn rule(conditions: &[(u8, SeccompCmpOp, u64)]) -> Result<SeccompRule, String> {
     let conditions = conditions.iter().map(|(argument, comparison, value)| {
         SeccompCondition::new(*argument, SeccompCmpArgLen::Dword, comparison.clone(), *value).map_err(text)
@@ -151,8 +152,8 @@ fn rule(conditions: &[(u8, SeccompCmpOp, u64)]) -> Result<SeccompRule, String> {
     SeccompRule::new(conditions.collect::<Result<_, _>>()?).map_err(text)
 }
 
-/// System calls that every engine needs, in all cases: of the C library, the libraries of Rust, RustDDS and
-/// Zenoh.
+/// Returns the system calls that every engine needs, in all cases: for the C library, the Rust libraries,
+/// RustDDS and Zenoh.
 fn always() -> Vec<i64> {
     #[cfg_attr(not(target_arch = "x86_64"), expect(unused_mut))]
     let mut calls = vec![
@@ -162,7 +163,7 @@ fn always() -> Vec<i64> {
         libc::SYS_mremap,
         libc::SYS_madvise,
         libc::SYS_membarrier,
-        // Threads, and the end.
+        // Threads, and exit.
         libc::SYS_clone3,
         libc::SYS_set_robust_list,
         libc::SYS_rseq,
@@ -180,7 +181,7 @@ fn always() -> Vec<i64> {
         libc::SYS_rt_sigprocmask,
         libc::SYS_rt_sigreturn,
         libc::SYS_sigaltstack,
-        // Time and chance.
+        // Time and random numbers.
         libc::SYS_clock_gettime,
         libc::SYS_clock_getres,
         libc::SYS_clock_nanosleep,
@@ -204,7 +205,7 @@ fn always() -> Vec<i64> {
         libc::SYS_epoll_ctl,
         libc::SYS_epoll_pwait,
         libc::SYS_epoll_pwait2,
-        // Sockets that are open.
+        // Open sockets.
         libc::SYS_bind,
         libc::SYS_connect,
         libc::SYS_getsockname,
@@ -218,13 +219,13 @@ fn always() -> Vec<i64> {
         libc::SYS_recvmsg,
         libc::SYS_recvmmsg,
         libc::SYS_shutdown,
-        // What computer this is.
+        // Information about this computer.
         libc::SYS_uname,
         libc::SYS_sysinfo,
         libc::SYS_getuid,
         libc::SYS_geteuid,
     ];
-    // The same in older words.
+    // Older names of the same calls.
     #[cfg(target_arch = "x86_64")]
     calls.extend([libc::SYS_poll, libc::SYS_epoll_wait, libc::SYS_time]);
     calls

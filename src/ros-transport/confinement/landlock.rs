@@ -1,9 +1,9 @@
-//! Landlock: what the network process may do with files, ports and other processes, whatever system calls it
-//! has left.
+//! Landlock: restricts the network process's access to files, ports and other processes, whatever system
+//! calls it has left.
 //!
-//! With DDS: nothing. With Zenoh: read what names of hosts, certificates and libraries are in; and as a
-//! client, which connects with no host but its routers, connect to their ports, and listen at none. As a peer
-//! it learns the ports of others from the network, so that none can be left out.
+//! With DDS: no access. With Zenoh: read access to files with host names, certificates and libraries. A
+//! client, which connects only to its routers, may connect to their ports and listen on none. A peer learns
+//! the ports of others from the network, so its ports cannot be limited.
 
 use std::collections::BTreeSet;
 
@@ -16,23 +16,23 @@ use crate::settings::Transport;
 #[cfg(feature = "zenoh")]
 use crate::zenoh_config;
 
-/// What is asked for: files, their truncation and devices, TCP, signals and abstract sockets. An older kernel
-/// has less.
+/// Requested restrictions: files, their truncation and devices, TCP, signals and abstract sockets. An older
+/// kernel supports fewer.
 const WANTED: ABI = ABI::V6;
-/// Where the C library looks up names, users and its own parts.
+/// Folders where the C library looks up names, users and its own parts.
 #[cfg(feature = "zenoh")]
 const READ: [&str; 6] = ["/etc", "/usr", "/lib", "/lib64", "/run/systemd/resolve", "/run/resolvconf"];
 
-/// What an engine needs.
+/// Access that an engine needs.
 #[derive(Debug, Default, PartialEq, Eq)]
 struct Needs {
-    /// Files, and folders with all that is in them, to be read.
+    /// Files to read, and folders to read with all their content.
     files: Vec<String>,
-    /// TCP ports to connect to; `None` if they are not known beforehand.
+    /// TCP ports to connect to; `None` if they are not known in advance.
     ports: Option<BTreeSet<u16>>,
 }
 
-/// Restricts this thread, and all that it starts.
+/// Restricts this thread, and all threads that it starts.
 pub(super) fn restrict(engine: &Transport) -> Result<(), String> {
     match restricted(&needs(engine)) {
         Ok(RulesetStatus::FullyEnforced) => Ok(()),
@@ -65,10 +65,10 @@ fn needs(engine: &Transport) -> Needs {
             let config = zenoh_config::parse(settings.config.as_deref());
             let Ok(config) = config else { return Needs { files, ports: None } };
             let texts = |key: &str| config.get_json(key).map(|json| texts(&json)).unwrap_or_default();
-            // Their folders, since a certificate is renewed by another file in its place.
+            // Uses the folders of the files, since a certificate is renewed by replacing its file.
             files.extend(texts("transport").iter().filter_map(|text| folder(text)));
             let endpoints = texts("connect/endpoints");
-            // Without an endpoint, a client asks the network for routers, and takes any.
+            // Without an endpoint, a client searches the network for routers, and connects to any.
             let is_limited = zenoh_config::waits_for_router(&config) && !endpoints.is_empty();
             let ports = endpoints.iter().map(|endpoint| port(endpoint)).collect::<Option<_>>();
             Needs { files, ports: ports.filter(|_| is_limited) }
@@ -76,7 +76,7 @@ fn needs(engine: &Transport) -> Needs {
     }
 }
 
-/// All texts within some JSON.
+/// Returns all texts within some JSON.
 #[cfg(feature = "zenoh")]
 fn texts(json: &str) -> Vec<String> {
     fn collect(value: serde_json::Value, texts: &mut Vec<String>) {
@@ -93,14 +93,14 @@ fn texts(json: &str) -> Vec<String> {
     found
 }
 
-/// The folder of a file that is named from the root.
+/// Returns the folder of a file with an absolute path.
 #[cfg(feature = "zenoh")]
 fn folder(text: &str) -> Option<String> {
     let path = std::path::Path::new(text).parent().filter(|folder| folder.has_root())?;
     path.to_str().map(str::to_owned)
 }
 
-/// The port of an endpoint such as `tls/router:7447?rel=1#so_sndbuf=65536`.
+/// Returns the port of an endpoint such as `tls/router:7447?rel=1#so_sndbuf=65536`.
 #[cfg(feature = "zenoh")]
 fn port(endpoint: &str) -> Option<u16> {
     let address = endpoint.split(['?', '#']).next()?;

@@ -1,16 +1,16 @@
-//! The confinement of the network process before it meets the network, so that whoever takes it over gains
-//! little. It is made of layers ([`Layer`]), each by a means of the kernel; what this kernel does not have,
-//! or what was refused, is reported.
+//! Confines the network process before it has any contact with the network, so that an attacker who takes it
+//! over gains little. The confinement consists of layers ([`Layer`]), each using one mechanism of the kernel;
+//! layers that this kernel lacks or refuses are reported.
 //!
-//! - If it was stopped when its parent ends, it is continued so that it ends as well. It is the first that
-//!   the kernel takes when memory is short. It leaves no core dump.
-//! - Its memory and its descriptors are limited. The limit is one of private writable memory (`RLIMIT_DATA`),
-//!   since threads and allocators reserve much more address space than they use; memory that it would not
-//!   count, which is shared or in files, cannot be had.
-//! - It has no capability, not even where root started it, and none of the descriptors that its parent did
-//!   not mean for it.
-//! - Once the gateway has said which engine is to run, [Landlock](landlock) and a filter of [system
-//!   calls](calls) leave it what this engine needs.
+//! - If it is stopped when its parent ends, it is continued so that it ends as well. The kernel kills it
+//!   first when memory is short. It leaves no core dump.
+//! - Its memory and its descriptors are limited. The limit applies to private writable memory
+//!   (`RLIMIT_DATA`), since threads and allocators reserve much more address space than they use; memory
+//!   outside this limit, shared or in files, is not available to it.
+//! - It has no capability, not even when started by root, and none of the descriptors that its parent did not
+//!   intend for it.
+//! - Once the gateway has sent the engine to run, [Landlock](landlock) and a filter of [system calls](calls)
+//!   leave only what this engine needs.
 
 mod calls;
 mod landlock;
@@ -29,22 +29,23 @@ use syscalls::Sysno;
 use crate::link::{Layer, Layers};
 use crate::settings::Transport;
 
-/// Open descriptors. A participant has 60 and some for each interface; now and then there are two.
+/// Maximum number of open descriptors. A participant has 60 and some for each interface; at times there are
+/// two participants.
 const DESCRIPTORS: u64 = 1024;
-/// Likelihood to be taken when memory is short, from -1000 to 1000.
+/// Preference with which the kernel kills it when memory is short, from -1000 to 1000.
 const OOM_SCORE: &str = "500";
 
-/// Returns the name of a system call by its number; `None` for one that is unknown.
+/// Returns the name of a system call by its number; `None` if unknown.
 pub fn system_call_name(number: usize) -> Option<&'static str> {
     Sysno::new(number).map(|call| call.name())
 }
 
-/// What is missing, with the reason.
+/// Missing layers, each with its reason.
 #[derive(Debug, Default)]
 pub(super) struct MissingLayers(pub(super) Vec<(Layer, String)>);
 
 impl MissingLayers {
-    /// The layers that the kernel has.
+    /// Returns the layers that the kernel lacks or refuses.
     pub(super) fn layers(&self) -> Layers {
         self.0.iter().map(|(layer, _)| *layer).collect()
     }
@@ -54,7 +55,7 @@ impl MissingLayers {
     }
 }
 
-/// Gives up what no engine needs, and all private writable memory beyond so many bytes.
+/// Drops everything that no engine needs, and limits private writable memory to `memory` bytes.
 pub(super) fn confine(memory: u64) -> MissingLayers {
     let mut missing = MissingLayers::default();
     let limit = |resource, limit| setrlimit(resource, Rlimit { current: Some(limit), maximum: Some(limit) });
@@ -67,9 +68,9 @@ pub(super) fn confine(memory: u64) -> MissingLayers {
     missing
 }
 
-/// Gives up what this engine does not need, in all threads but for Landlock, which binds this one and those
-/// that it starts from now on. The kernel asks who listens at the descriptor, if there is one, what becomes
-/// of a call that is refused.
+/// Drops everything that this engine does not need, in all threads; except that Landlock binds only this
+/// thread and threads that it starts later. Returns the descriptor, if any, through which the kernel asks how
+/// to answer a refused call.
 pub(super) fn confine_to(engine: &Transport, missing: &mut MissingLayers) -> Option<OwnedFd> {
     missing.note(Layer::Landlock, landlock::restrict(engine));
     missing
@@ -80,7 +81,7 @@ pub(super) fn confine_to(engine: &Transport, missing: &mut MissingLayers) -> Opt
 fn drop_capabilities() -> rustix::io::Result<()> {
     let none = CapabilitySet::empty();
     let sets = CapabilitySets { effective: none, permitted: none, inheritable: none };
-    // A service manager may have dropped them already, and forbidden the call along with them.
+    // A service manager may have dropped them already, and forbidden the call as well.
     if capabilities(None)? == sets {
         return Ok(());
     }

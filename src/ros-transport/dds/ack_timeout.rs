@@ -1,13 +1,13 @@
-//! Detects readers that no longer acknowledge: they forgot us while we still know them.
+//! Detects readers that no longer acknowledge, because they have forgotten us while we still know them.
 //!
-//! That happens when an outage was longer than our lease but shorter than the peer's. The peer
-//! starts again with us, and RustDDS takes its acknowledgements, counted from one again, for old.
+//! This happens if an outage was longer than our lease but shorter than the peer's. The peer then restarts
+//! its communication with us, and RustDDS regards its acknowledgements, which count from one again, as old.
 
 use std::time::{Duration, Instant};
 
 /// The lease that RustDDS announces for us is 50 s; no peer forgets us earlier.
 const PATIENCE: Duration = Duration::from_secs(55);
-/// A reader that never acknowledges shall not cost more than a new participant an hour.
+/// Limits the cost of a reader that never acknowledges to one new participant an hour.
 const MAX_PATIENCE: Duration = Duration::from_secs(3600);
 
 /// Measures for how long an acknowledgement of some reader has been overdue.
@@ -24,8 +24,8 @@ impl Default for AckTimeout {
 }
 
 impl AckTimeout {
-    /// Takes whether everything is acknowledged now, and by how many readers. True when a new participant is
-    /// needed; then it starts over, with twice the time.
+    /// Records whether everything is acknowledged now, and by how many readers. Returns true when a new
+    /// participant is needed, and then starts over with twice the time.
     pub(super) fn observe(&mut self, acknowledged: bool, readers: usize, now: Instant) -> bool {
         if acknowledged {
             self.since = None;
@@ -48,7 +48,7 @@ impl AckTimeout {
 mod tests {
     use super::*;
 
-    /// Seconds at which a new participant is requested, with these acknowledgements.
+    /// Returns the seconds at which a new participant is requested, with these acknowledgements.
     fn rebuild_times(seconds: u64, acknowledged: impl Fn(u64) -> bool) -> Vec<u64> {
         let (start, mut ack_timeout) = (Instant::now(), AckTimeout::default());
         let mut observe = |second: &u64| {

@@ -1,4 +1,4 @@
-//! A bare participant that looks for peers which the real one can no longer find.
+//! A bare participant that searches for peers which the real participant can no longer find.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -8,25 +8,25 @@ use rustdds::{
     StatusEvented,
 };
 
-/// The part of a participant's identity that all its endpoints share.
+/// The part of a participant's identity shared by all its endpoints.
 pub(super) type Prefix = [u8; 12];
 
 /// Time after which a missing peer is given up.
 const GIVE_UP: Duration = Duration::from_secs(24 * 3600);
-/// Missing peers that are remembered; the oldest is given up first.
+/// Maximum number of remembered missing peers; the oldest is given up first.
 const MAX_MISSING: usize = 256;
 
-/// Shortens an identity to its prefix.
+/// Returns the prefix of an identity.
 pub(super) fn prefix(bytes: &[u8]) -> Prefix {
     std::array::from_fn(|index| bytes.get(index).copied().unwrap_or(0))
 }
 
-/// Peers whose lease ran out, and since when.
+/// Peers whose lease has expired, with the time of expiry.
 #[derive(Debug, Default)]
 pub(super) struct MissingPeers(BTreeMap<Prefix, Instant>);
 
 impl MissingPeers {
-    /// Adds a peer whose lease has run out.
+    /// Adds a peer whose lease has expired.
     pub(super) fn insert(&mut self, peer: Prefix, now: Instant) {
         if self.0.len() >= MAX_MISSING
             && let Some(oldest) = self.0.iter().min_by_key(|(_, since)| **since).map(|(peer, _)| *peer)
@@ -36,27 +36,27 @@ impl MissingPeers {
         self.0.insert(peer, now);
     }
 
-    /// Removes a peer that has left in order.
+    /// Removes a peer that has left properly.
     pub(super) fn remove(&mut self, peer: &Prefix) {
         self.0.remove(peer);
     }
 
-    /// Forgets the peers that are missing for too long.
+    /// Forgets the peers that have been missing for too long.
     pub(super) fn give_up(&mut self, now: Instant) {
         self.0.retain(|_, since| now.saturating_duration_since(*since) < GIVE_UP);
     }
 
-    /// Forgets all peers: a new participant finds every one.
+    /// Forgets all peers, since a new participant finds every one.
     pub(super) fn clear(&mut self) {
         self.0.clear();
     }
 
-    /// True if that peer is missing.
+    /// Returns true if the peer is missing.
     pub(super) fn contains(&self, peer: &Prefix) -> bool {
         self.0.contains_key(peer)
     }
 
-    /// Number of missing peers.
+    /// Returns the number of missing peers.
     pub(super) fn len(&self) -> usize {
         self.0.len()
     }
@@ -69,24 +69,24 @@ pub(super) enum ProbeResult {
     NoneFound,
     /// A missing peer was discovered.
     PeerFound,
-    /// The probe itself has lost a peer, which it would not find again.
+    /// The probe itself has lost a peer, which it could not find again.
     PeerLost,
 }
 
-/// A participant without writers and readers that only watches who is there.
+/// A participant without writers and readers that only observes discovery.
 pub(super) struct DiscoveryProbe {
     participant: DomainParticipant,
     events: DomainParticipantStatusListener,
 }
 
 impl DiscoveryProbe {
-    /// Starts to watch with a new participant.
+    /// Starts to observe with a new participant.
     pub(super) fn new(participant: DomainParticipant) -> Self {
         let events = participant.status_listener();
         Self { participant, events }
     }
 
-    /// Handles the events of the network since the last call.
+    /// Handles the discovery events since the last call.
     pub(super) fn poll(&self, missing: &MissingPeers) -> ProbeResult {
         let mut result = ProbeResult::NoneFound;
         while let Some(event) = self.events.try_recv_status() {
@@ -108,7 +108,7 @@ impl DiscoveryProbe {
         result
     }
 
-    /// Gives the participant away, to be used for writers and readers.
+    /// Returns the participant, for use with writers and readers.
     pub(super) fn into_participant(self) -> DomainParticipant {
         self.participant
     }

@@ -1,12 +1,12 @@
-//! A sample that a participant sends to itself: it comes back only while RustDDS sends and receives.
+//! A sample that a participant sends to itself: it returns only while RustDDS sends and receives.
 //!
-//! Without a network it does not, nor on a loopback without multicast, where RustDDS sends nothing to itself.
-//! What RustDDS's thread then still does is to notice that no sample came within the deadline that the reader
-//! asks for.
+//! It does not return without a network, nor on a loopback without multicast, where RustDDS sends nothing to
+//! itself. In that case RustDDS's thread still reports that no sample arrived within the deadline requested
+//! by the reader.
 //!
 //! The topic is not a ROS topic, and each participant has its own, so that no one else reads it. Its name
-//! begins with `DCPS`, as the topics of DDS itself: ROS 2 omits them from its lists and from its search for
-//! hashes of types. A sample may get lost, as the next comes soon.
+//! begins with `DCPS`, like DDS's own topics: ROS 2 omits such topics from its lists and from its search for
+//! type hashes. A lost sample does no harm, as the next follows soon.
 
 use std::task::Waker;
 use std::time::Instant;
@@ -24,7 +24,7 @@ use super::sample::SampleWriter;
 use super::witness::Witness;
 use ros_messages::cdr::CdrBytes;
 
-/// Echoes and events taken at once; more than ever wait.
+/// Maximum number of echoes and events read at once; there are never more waiting.
 const MAX_AT_ONCE: usize = 16;
 /// Time after which a missing echo is noticed.
 const DEADLINE: Duration = Duration::from_millis(200);
@@ -32,11 +32,11 @@ const DEADLINE: Duration = Duration::from_millis(200);
 /// Signs of life of RustDDS.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct SignsOfLife {
-    /// The highest number that came back since the last call.
+    /// The highest number that returned since the last call.
     pub(super) echo: Option<u64>,
-    /// RustDDS's thread has noticed since the last call that a sample is missing.
+    /// RustDDS's thread has reported a missing sample since the last call.
     pub(super) noticed_silence: bool,
-    /// Samples that have arrived since the last call at a reader beside the participant.
+    /// Samples received since the last call by a reader outside the participant.
     pub(super) witnessed: u64,
 }
 
@@ -49,7 +49,7 @@ pub(super) struct Echo {
 }
 
 impl Echo {
-    /// Puts the two on a participant.
+    /// Creates the writer and reader on a participant.
     pub(super) fn new(
         domain: &DomainParticipant,
         publisher: &Publisher,
@@ -78,18 +78,18 @@ impl Echo {
         })
     }
 
-    /// True for the identity of what stands beside the participant.
+    /// Returns true for the identity of the witness next to the participant.
     pub(super) fn is_witness(&self, peer: &Prefix) -> bool {
         self.witness.as_ref().is_some_and(|witness| witness.prefix == *peer)
     }
 
-    /// Sends a number; the error is the text of RustDDS.
+    /// Sends a number; the error is RustDDS's text.
     pub(super) fn send(&self, number: u64) -> Result<(), String> {
         let bytes = CdrBytes::from(number.to_le_bytes().to_vec());
         self.writer.write(bytes, None).map_err(|error| error.to_string())
     }
 
-    /// Takes the signs of life since the last call; has `waker` called when an echo comes back.
+    /// Returns the signs of life since the last call; `waker` is called when an echo returns.
     pub(super) fn take(&mut self, waker: &Waker, now: Instant) -> SignsOfLife {
         self.reader.set_waker(Some(waker.clone()));
         self.reader.drain_read_notifications();
@@ -98,7 +98,7 @@ impl Echo {
         let events = (0..MAX_AT_ONCE).map_while(|_| self.reader.try_recv_status());
         let is_missed =
             |event: &DataReaderStatus| matches!(event, DataReaderStatus::RequestedDeadlineMissed { .. });
-        // Each is taken, so that none is taken for a later one.
+        // Every event is consumed, so that none is mistaken for a later one.
         let noticed_silence = events.filter(|event| is_missed(event)).count() > 0;
         let witnessed = self.witness.as_mut().map_or(0, |witness| witness.look(now));
         SignsOfLife { echo, noticed_silence, witnessed }
@@ -116,7 +116,7 @@ mod tests {
     use crate::waiting::wait_for;
     use crate::wakeup::Wakeup;
 
-    /// A domain that no other test is in.
+    /// A domain that no other test uses.
     const DOMAIN: u16 = 230;
 
     #[test]
@@ -128,7 +128,7 @@ mod tests {
         let mut echo = Echo::new(&domain, &publisher, &subscriber).unwrap();
         let waker = Waker::from(Arc::new(Wakeup::default()));
         let (mut now, mut number) = (Instant::now(), 0);
-        // Later ones are other readers.
+        // Later increases come from other readers.
         for _ in 0..4 {
             now += std::time::Duration::from_secs(3);
             let mut is_first = true;
@@ -137,7 +137,7 @@ mod tests {
                 now += std::time::Duration::from_millis(5);
                 echo.send(number).unwrap();
                 let witnessed = echo.take(&waker, now).witnessed;
-                // What came before belongs to the reader before.
+                // Samples from before belong to the previous reader.
                 (!std::mem::take(&mut is_first) && witnessed > 0).then_some(())
             });
         }

@@ -1,12 +1,12 @@
 //! The node in the ROS 2 graph: its names, and the `ros_discovery_info` message.
 //!
-//! DDS knows participants and endpoints; which of them make up a node is stated by a message that every
-//! ROS 2 participant publishes. Its identifiers are 24 bytes long up to Humble and 16 bytes since
-//! Iron; that is all that differs between the builds.
+//! DDS knows participants and endpoints; a message published by every ROS 2 participant states which of them
+//! form a node. Its identifiers are 24 bytes long up to Humble and 16 bytes since Iron, which is the only
+//! difference between the builds.
 //!
-//! On a network of the other layout an entry of ours cannot be read, and with Cyclone DDS in Humble `ros2
-//! node list` then fails for everybody. So the messages of others are looked at, and the entry is taken back
-//! when one of them has the other layout.
+//! On a network with the other layout our entry cannot be read, and with Cyclone DDS in Humble `ros2 node
+//! list` then fails for all users. So the messages of other participants are inspected, and our entry is
+//! withdrawn if one of them has the other layout.
 
 use std::task::Waker;
 
@@ -22,7 +22,7 @@ use super::topic_reader::{DdsTopicReader, TakenSample};
 use crate::distribution::{DISTRO, LENGTHS, identifier_length};
 use crate::link::SampleEncoding;
 
-/// Publishes to the graph which writers and readers belong to our node.
+/// Publishes to the graph the writers and readers of our node.
 pub(super) struct GraphEntry {
     participant: GUID,
     node: NodeName,
@@ -31,7 +31,7 @@ pub(super) struct GraphEntry {
 }
 
 impl GraphEntry {
-    /// An entry that is not announced yet.
+    /// Creates an entry that is not announced yet.
     pub(super) fn new(
         participant: &DomainParticipant,
         publisher: &Publisher,
@@ -49,8 +49,8 @@ impl GraphEntry {
         Ok(Self { participant: participant.guid(), node, writer, reader })
     }
 
-    /// True if a message of the other layout has arrived since the last call; has `waker` called when one
-    /// arrives.
+    /// Returns true if a message with the other layout has arrived since the last call; `waker` is called
+    /// when a message arrives.
     pub(super) fn meets_other_layout(&self, waker: &Waker) -> bool {
         let mut is_met = false;
         let has_more = self.reader.take(waker, |taken| {
@@ -79,7 +79,7 @@ impl GraphEntry {
     }
 }
 
-/// The length of the identifiers of a message; `None` for one that neither layout explains.
+/// Returns the length of the identifiers in a message; `None` if the message has neither layout.
 fn layout(bytes: &[u8], encoding: SampleEncoding) -> Option<usize> {
     LENGTHS.into_iter().find(|length| {
         let mut cursor = Cursor { bytes, at: 0, encoding };
@@ -87,7 +87,7 @@ fn layout(bytes: &[u8], encoding: SampleEncoding) -> Option<usize> {
     })
 }
 
-/// A place in a message in CDR. Each step is `None` where the message ends.
+/// A read position in a CDR message. Each step returns `None` at the end of the message.
 struct Cursor<'a> {
     bytes: &'a [u8],
     at: usize,

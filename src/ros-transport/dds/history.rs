@@ -1,6 +1,6 @@
 //! An upper bound of the samples that RustDDS still holds for a writer.
 //!
-//! RustDDS removes what all readers have acknowledged every 6 s and does not report what is left.
+//! RustDDS removes samples acknowledged by all readers every 6 s, and does not report how many remain.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -20,19 +20,19 @@ struct Held {
 #[derive(Debug, Default)]
 pub(super) struct History {
     samples: VecDeque<Held>,
-    /// Their bytes.
+    /// Total size of the samples, bytes.
     pub(super) bytes: usize,
 }
 
 impl History {
-    /// Records a written sample of that many bytes. The samples of one publication, and their repetitions,
-    /// have its number.
+    /// Records a written sample of `bytes` bytes. The samples of one publication, and their repetitions,
+    /// share its number.
     pub(super) fn add(&mut self, now: Instant, bytes: usize, publication: u64) {
         self.samples.push_back(Held { at: now, bytes, publication });
         self.bytes += bytes;
     }
 
-    /// Forgets old samples, when all are acknowledged.
+    /// Removes old samples, when all are acknowledged.
     pub(super) fn acknowledged(&mut self, now: Instant) {
         while let Some(Held { at, bytes, .. }) = self.samples.front()
             && now.saturating_duration_since(*at) > KEPT
@@ -42,7 +42,7 @@ impl History {
         }
     }
 
-    /// The most publications that a reader may be handed.
+    /// Returns the maximum number of publications that a late reader may receive.
     pub(super) fn publications(&self) -> usize {
         let (oldest, newest) = (self.samples.front(), self.samples.back());
         let count = oldest.zip(newest).map(|(oldest, newest)| newest.publication - oldest.publication + 1);

@@ -1,15 +1,15 @@
-//! The network interfaces as far as DDS cares: IPv4 addresses and whether their links are up.
+//! The properties of network interfaces that matter for DDS: IPv4 addresses and whether their links are up.
 
 use std::collections::BTreeSet;
 use std::net::{IpAddr, Ipv4Addr};
 
 use if_addrs::IfAddr;
 
-/// An address and the index of its interface. An interface that was unplugged and came back has a new index,
-/// and multicast groups are to be joined again.
+/// An address and the index of its interface. An interface that was unplugged and returned has a new index,
+/// and multicast groups must be joined again.
 type LocalAddress = (Ipv4Addr, Option<u32>);
 
-/// The addresses at one moment.
+/// The addresses at one point in time.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) struct Interfaces {
     addresses: BTreeSet<LocalAddress>,
@@ -17,8 +17,8 @@ pub(super) struct Interfaces {
 }
 
 impl Interfaces {
-    /// The addresses now, limited to those in `only` unless that is empty. `None` when the system does not
-    /// list them.
+    /// Returns the current addresses, limited to those in `only` unless that is empty. Returns `None` if the
+    /// system does not list them.
     pub(super) fn now(only: &[IpAddr]) -> Option<Self> {
         let mut interfaces = Self::default();
         for interface in if_addrs::get_if_addrs().ok()? {
@@ -35,17 +35,17 @@ impl Interfaces {
         Some(interfaces)
     }
 
-    /// True if there is an address now that was not there before.
+    /// Returns true if there is an address that was not present before.
     pub(super) fn has_new_address_since(&self, before: &Self) -> bool {
         !self.addresses.is_subset(&before.addresses)
     }
 
-    /// True if one of the addresses of `before` is still there, on a link that is up.
+    /// Returns true if an address of `before` is still present, on a link that is up.
     pub(super) fn still_serves(&self, before: &Self) -> bool {
         !self.up.is_disjoint(&before.addresses)
     }
 
-    /// True if a link came up since then.
+    /// Returns true if a link has come up since then.
     pub(super) fn has_new_link_since(&self, before: &Self) -> bool {
         !self.up.is_subset(&before.up)
     }

@@ -1,37 +1,37 @@
-//! Announcements on the loopback by multicast.
+//! Multicasts announcements on the loopback.
 //!
-//! RustDDS sends no multicast on an interface that is not marked as capable of it, which the loopback of
-//! Linux is not. There it announces a participant to the ports of the first twelve participants of this
-//! computer instead. A peer that has none of these ports and listens to multicast on the loopback, such as
-//! Cyclone DDS without a participant index, receives nothing, and would be met no sooner than it announces
-//! itself again (8 s). So we take one of these ports, and our own participants still send there by multicast.
+//! RustDDS sends no multicast on an interface without the multicast flag, such as the Linux loopback. There
+//! it announces a participant to the ports of the first twelve participants of this computer instead. A peer
+//! that has none of these ports and listens to multicast on the loopback, such as Cyclone DDS without a
+//! participant index, receives nothing, and would be discovered only when it announces itself again (8 s). So
+//! the gateway takes one of these ports, and forwards its own participants' announcements there by multicast.
 
 use std::io;
 use std::net::{Ipv4Addr, SocketAddrV4, UdpSocket};
 
 use super::discovery_probe::{Prefix, prefix};
 
-/// Participants of this computer to which RustDDS announces its own.
+/// Number of participants on this computer to which RustDDS announces its own.
 const ANNOUNCED_TO: u16 = 12;
 /// The multicast group of announcements.
 const GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
-/// Datagrams that are taken at once: whoever sends more must not keep us.
+/// Maximum number of datagrams read at once, so that a flood cannot block the worker.
 const AT_ONCE: usize = 64;
 
 /// A socket on one of the ports to which RustDDS announces its participants.
 pub(super) struct LoopbackAnnouncer {
     socket: UdpSocket,
-    /// Address at which peers listen.
+    /// Multicast address at which peers listen.
     group: SocketAddrV4,
 }
 
 impl LoopbackAnnouncer {
-    /// An announcer of this domain; `None` without a loopback, or when all the ports are in use.
+    /// Creates an announcer for this domain; `None` without a loopback, or if all the ports are in use.
     pub(super) fn new(domain: u16) -> Option<Self> {
-        // Ports as RTPS prescribes them. The last ones first: participants begin with the first.
+        // Ports as RTPS prescribes them. The last ports are tried first: participants begin with the first.
         let multicast_port = domain.checked_mul(250)?.checked_add(7400)?;
         let mut unicast_ports = (0..ANNOUNCED_TO).rev().map(|participant| 10 + 2 * participant);
-        // Bound to its address, the socket sends multicast through the loopback as well.
+        // Bound to the loopback address, the socket also sends multicast there.
         let socket = unicast_ports.find_map(|offset| {
             UdpSocket::bind((Ipv4Addr::LOCALHOST, multicast_port.checked_add(offset)?)).ok()
         })?;
@@ -39,7 +39,7 @@ impl LoopbackAnnouncer {
         Some(Self { socket, group: SocketAddrV4::new(GROUP, multicast_port) })
     }
 
-    /// Sends on what participants with these prefixes have announced since the last call.
+    /// Forwards the announcements of participants with these prefixes since the last call.
     pub(super) fn send_on(&self, own: &[Prefix]) {
         let mut datagram = [0; 1500];
         for _ in 0..AT_ONCE {
@@ -49,7 +49,7 @@ impl LoopbackAnnouncer {
                     // The prefix of the sender follows `RTPS`, its version and its vendor.
                     let is_own = message.get(8..20).is_some_and(|sender| own.contains(&prefix(sender)));
                     if is_own {
-                        // One that is lost is repeated.
+                        // A lost announcement is repeated.
                         let _ = self.socket.send_to(message, self.group);
                     }
                 }
@@ -65,7 +65,7 @@ mod tests {
     use super::*;
     use crate::waiting::DEADLINE;
 
-    /// A domain that no other test is in.
+    /// A domain that no other test uses.
     const DOMAIN: u16 = 231;
 
     fn announcement(sender: Prefix, number: u8) -> Vec<u8> {

@@ -1,4 +1,4 @@
-//! One participant with everything on it: node, topics, writers, and who reads them.
+//! A participant with its node, topics, writers and readers, and their matches.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::IpAddr;
@@ -28,15 +28,15 @@ use crate::link::{NetworkSettings, Order, ReadTopic};
 use crate::parameters::Parameters;
 use crate::qos::{Delivery, Durability, LOG_LIFESPAN, Reliability};
 
-/// Writers of others that are remembered: a bound against floods.
+/// Maximum number of remembered foreign writers, as a bound against floods.
 const MAX_OTHER_WRITERS: usize = 1000;
 
-/// Makes a participant; it announces itself at once.
+/// Creates a participant, which announces itself at once.
 pub(super) fn participant(settings: &NetworkSettings) -> CreateResult<DomainParticipant> {
     participant_of(settings.domain_id, &settings.only_networks)
 }
 
-/// Makes a participant of a domain on these own addresses, all of them if empty.
+/// Creates a participant in a domain, using only these addresses of this host, or all if the list is empty.
 pub(super) fn participant_of(domain_id: u16, only_networks: &[IpAddr]) -> CreateResult<DomainParticipant> {
     let builder = DomainParticipantBuilder::new(domain_id);
     if only_networks.is_empty() {
@@ -54,31 +54,31 @@ pub(super) struct Participant {
     topic_readers: Vec<DdsTopicReader>,
     /// `None` when the node has no services.
     service_server: Option<DdsServiceServer>,
-    /// `None` when the node is left out of the graph.
+    /// `None` if the graph does not list the node.
     graph: Option<GraphEntry>,
     echo: Echo,
-    /// The remote endpoints that each of our writers and readers is matched with.
+    /// The matched remote endpoints of each of our writers and readers.
     matched: BTreeMap<GUID, BTreeSet<GUID>>,
-    /// Writers of others on topics of ours, each with the position of the topic among our writers. RustDDS
-    /// does not match them.
+    /// Foreign writers on topics that we write, each with the position of the topic among our writers.
+    /// RustDDS does not match them.
     other_writers: BTreeMap<GUID, usize>,
     /// Topic names of the writers, then of the readers.
     names: Vec<String>,
     type_check: TypeCheck,
     events: DomainParticipantStatusListener,
-    /// Number of writers that were replaced by new ones. RustDDS keeps a few kilobytes of each for as long as
-    /// the participant lives.
+    /// Number of writers that were replaced. RustDDS keeps a few kilobytes of each for as long as the
+    /// participant lives.
     pub(super) replaced_writers: u32,
-    /// Participants of others that are there.
+    /// Number of foreign participants present.
     pub(super) peers: u32,
-    /// The most bytes that the writers may hold together until their readers have acknowledged them.
+    /// Maximum number of unacknowledged bytes that the writers may hold together.
     max_history: usize,
-    /// The last field: RustDDS requires endpoints to be dropped before their participant.
+    /// Last field: RustDDS requires endpoints to be dropped before their participant.
     domain: DomainParticipant,
 }
 
 impl Participant {
-    /// Puts node, topics, writers and readers on a participant.
+    /// Creates node, topics, writers and readers on a participant.
     pub(super) fn new(settings: &NetworkSettings, domain: DomainParticipant) -> Result<Self, String> {
         let node = NodeName::new(&settings.namespace, &settings.node).map_err(|why| why.to_string())?;
         let events = domain.status_listener();
@@ -127,7 +127,7 @@ impl Participant {
         Ok(participant)
     }
 
-    /// The prefix of the participant's identity.
+    /// Returns the prefix of the participant's identity.
     pub(super) fn prefix(&self) -> Prefix {
         prefix(&self.domain.guid().to_bytes())
     }
@@ -137,7 +137,7 @@ impl Participant {
         self.echo.send(number)
     }
 
-    /// Takes the signs of life since the last call; has `waker` called when an echo comes back.
+    /// Returns the signs of life since the last call; `waker` is called when an echo returns.
     pub(super) fn take_signs_of_life(&mut self, waker: &Waker, now: Instant) -> SignsOfLife {
         self.echo.take(waker, now)
     }
@@ -157,8 +157,8 @@ impl Participant {
         Ok(())
     }
 
-    /// Takes received samples, each with the position of its subscription, until `hand_over` wants no more.
-    /// True when there are more.
+    /// Passes received samples, each with the position of its subscription, to `hand_over` until that returns
+    /// false. Returns true if more are waiting.
     pub(super) fn take(&self, waker: &Waker, mut hand_over: impl FnMut(u16, TakenSample) -> bool) -> bool {
         let mut is_more = false;
         for (subscription, topic_reader) in (0..=u16::MAX).zip(&self.topic_readers) {
@@ -167,21 +167,21 @@ impl Participant {
         is_more
     }
 
-    /// Replaces the parameters, where there are services for them.
+    /// Replaces the parameters, if the node has services.
     pub(super) fn set_parameters(&mut self, parameters: &Parameters) {
         if let Some(server) = &mut self.service_server {
             server.set_parameters(parameters.clone());
         }
     }
 
-    /// Answers requests for parameters, and has `waker` called when more arrive. Gives the number of those
-    /// that were not answered.
+    /// Answers parameter requests; `waker` is called when more arrive. Returns the number of unanswered
+    /// requests.
     pub(super) fn serve(&mut self, waker: &Waker) -> u64 {
         let matched = &self.matched;
         self.service_server.as_mut().map_or(0, |server| server.serve(waker, matched, Instant::now()))
     }
 
-    /// Publishes what is current to new readers, and forgets its history when none is left.
+    /// Publishes current samples to new readers, and drops the history when no reader is left.
     pub(super) fn settle(&mut self) -> Result<(), String> {
         let (mut replaced, mut outcome) = (0, Ok(()));
         for topic_writer in &mut self.topic_writers {
@@ -201,7 +201,7 @@ impl Participant {
         outcome
     }
 
-    /// Drops the longest history when all are too long together. True when that made a new writer.
+    /// Drops the longest history if all together are too long. Returns true if that created a new writer.
     fn bound_history(&mut self) -> Result<bool, String> {
         if self.topic_writers.iter().map(DdsTopicWriter::history_bytes).sum::<usize>() <= self.max_history {
             return Ok(false);
@@ -215,48 +215,48 @@ impl Participant {
         longest.map_or(Ok(false), DdsTopicWriter::begin_anew)
     }
 
-    /// True if each writer had everything acknowledged at some moment since the last call; waits some
-    /// milliseconds for it.
+    /// Returns true if each writer had everything acknowledged at some time since the last call; waits some
+    /// milliseconds for this.
     pub(super) fn is_acknowledged(&mut self) -> bool {
         let mut is_acknowledged = true;
-        // Called for each, since the call begins a new interval.
+        // Called for every writer, since the call begins a new interval.
         for topic_writer in &mut self.topic_writers {
             is_acknowledged &= topic_writer.is_acknowledged();
         }
         is_acknowledged
     }
 
-    /// Matched readers of each topic that is written.
+    /// Returns the number of matched readers of each written topic.
     pub(super) fn readers(&self) -> impl Iterator<Item = usize> {
         self.topic_writers.iter().map(|topic_writer| matches(&self.matched, topic_writer.guid()))
     }
 
-    /// True while this writer is matched with the reader of its subscription.
+    /// Returns true while the writer is matched with the reader of its subscription.
     pub(super) fn reads(&self, (subscription, writer): &ReadWriter) -> bool {
         let reader = self.topic_readers.get(usize::from(*subscription));
         let writers = reader.and_then(|reader| self.matched.get(&reader.guid()));
         writers.is_some_and(|writers| writers.contains(writer))
     }
 
-    /// Matched writers of each subscription.
+    /// Returns the number of matched writers of each subscription.
     pub(super) fn writers(&self) -> impl Iterator<Item = usize> {
         self.topic_readers.iter().map(|topic_reader| matches(&self.matched, topic_reader.guid()))
     }
 
-    /// Writers of others on each topic that is written.
+    /// Returns the number of foreign writers on each written topic.
     pub(super) fn other_writers(&self) -> impl Iterator<Item = usize> {
         let on = |position| self.other_writers.values().filter(|at| **at == position).count();
         (0..self.topic_writers.len()).map(on)
     }
 
-    /// True if all remote endpoints that are matched with `other` are matched with this one too.
+    /// Returns true if all remote endpoints matched with `other` are matched with this participant too.
     pub(super) fn serves_all_of(&self, other: &Self) -> bool {
         let served: BTreeSet<&GUID> = self.matched.values().flatten().collect();
         other.matched.values().flatten().all(|peer| served.contains(peer))
     }
 
-    /// Takes the events of the network since the last call, and has `waker` called when more occur; peers
-    /// whose lease ran out are added to `missing`, except those in `own`.
+    /// Handles the discovery events since the last call; `waker` is called when more occur. Peers whose lease
+    /// expired are added to `missing`, except those in `own`.
     pub(super) fn observe(
         &mut self,
         waker: &Waker,
@@ -279,8 +279,8 @@ impl Participant {
                 }
                 DomainParticipantStatusEvent::ParticipantDiscovered { dpd } => {
                     let peer = prefix(&dpd.guid.to_bytes());
-                    // One that is missing stays so: RustDDS does not match the endpoints of a peer that it
-                    // finds again.
+                    // A missing peer stays missing: RustDDS does not match the endpoints of a peer that it
+                    // rediscovers.
                     self.peers += u32::from(!own.contains(&peer) && !self.echo.is_witness(&peer));
                 }
                 DomainParticipantStatusEvent::ParticipantLost { id, reason } => {
@@ -335,7 +335,7 @@ impl Participant {
         }
     }
 
-    /// Keeps a reader of one of our topics that asks for history from being handed what is outdated.
+    /// Prevents a reader of one of our topics that requests history from receiving outdated samples.
     fn meet_reader(&mut self, reader: &EndpointDescription) -> Result<(), String> {
         let asks_for_history =
             reader.qos.durability().is_some_and(|durability| durability > policy::Durability::Volatile);
@@ -351,14 +351,14 @@ impl Participant {
         Ok(())
     }
 
-    /// The position of the writer of a topic with this DDS name.
+    /// Returns the position of the writer of a topic with this DDS name.
     fn written_position(&self, dds_name: &str) -> Option<usize> {
         let written = self.names.iter().take(self.topic_writers.len());
         written.into_iter().position(|name| dds_name.strip_prefix("rt") == Some(name))
     }
 
-    /// Remembers a writer on a topic that we write. A gateway that was killed is no such writer: it does not
-    /// announce itself any more, and what replaces it hears only announcements.
+    /// Remembers a foreign writer on a topic that we write. The writer of a killed gateway is not among them:
+    /// it no longer announces itself, and its successor receives only announcements.
     fn note_other_writer(&mut self, writer: GUID, topic: &str, own: &[Prefix]) {
         let position = self.written_position(topic);
         let is_own = own.contains(&prefix(&writer.to_bytes()));
@@ -386,14 +386,14 @@ impl Participant {
         position.and_then(|position| self.names.get(position)).map_or("a topic", String::as_str)
     }
 
-    /// Takes our node out of the graph when the other nodes' graph has the other layout; returns true if it
-    /// did so.
+    /// Removes our node from the graph if the other nodes' graph has the other layout; returns true if it
+    /// did.
     pub(super) fn leave_other_graph(&mut self, waker: &Waker) -> bool {
         let left = self.graph.take_if(|graph| graph.meets_other_layout(waker));
         left.is_some()
     }
 
-    /// Takes our node out of the graph.
+    /// Removes our node from the graph.
     pub(super) fn leave_graph(&mut self) {
         self.graph = None;
     }
@@ -420,7 +420,7 @@ pub(super) fn dds(error: CreateError) -> String {
     error.to_string()
 }
 
-/// A reader of a topic of the settings, with this durability.
+/// Creates a reader of a topic of the settings, with this durability.
 pub(super) fn topic_reader(
     (domain, subscriber): (&DomainParticipant, &Subscriber),
     node: &NodeName,

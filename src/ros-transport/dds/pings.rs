@@ -1,23 +1,24 @@
-//! When a ping is answered: once its echo is there; where there can be none, once RustDDS's thread has shown
-//! that it works.
+//! Decides when a ping is answered: once its echo has returned or, where no echo is possible, once RustDDS's
+//! thread has shown that it works.
 
 use std::time::{Duration, Instant};
 
 use super::echo::SignsOfLife;
 
-/// Time after which there may be no network for an echo. Before, RustDDS's thread notices that it is missing.
+/// Time after which a missing echo may mean that there is no network. RustDDS's thread reports the missing
+/// echo earlier.
 const ECHO_PATIENCE: Duration = Duration::from_millis(300);
 
-/// The pings without an answer.
+/// The unanswered pings.
 #[derive(Debug)]
 pub(super) struct Pings {
-    /// The newest one, and when the oldest came.
+    /// The newest unanswered ping, and the arrival time of the oldest.
     open: Option<(u64, Instant)>,
-    /// An echo has come back on this computer.
+    /// An echo has returned on this computer.
     echo_is_proven: bool,
     /// RustDDS's thread has worked since the oldest ping.
     noticed_silence: bool,
-    /// The highest number that was answered; no number is answered twice.
+    /// The highest answered number; no number is answered twice.
     answered: u64,
 }
 
@@ -26,7 +27,7 @@ pub(super) struct Pings {
 pub(super) struct Answer {
     /// Number of the ping.
     pub(super) number: u64,
-    /// An echo is the reason.
+    /// True if the answer is due to an echo.
     pub(super) has_echo: bool,
 }
 
@@ -36,13 +37,14 @@ impl Pings {
         Self { open: None, echo_is_proven, noticed_silence: false, answered: 0 }
     }
 
-    /// Takes a ping, whose echo was sent.
+    /// Records a ping, whose echo was sent.
     pub(super) fn asked(&mut self, number: u64, now: Instant) {
         self.noticed_silence &= self.open.is_some();
         self.open = Some((number, self.open.map_or(now, |(_, since)| since)));
     }
 
-    /// The answer that these signs of life allow; `has_network` is asked when there is no echo in time.
+    /// Returns the answer that these signs of life allow; `has_network` is called if no echo returned in
+    /// time.
     pub(super) fn answer(
         &mut self,
         signs: SignsOfLife,
@@ -72,7 +74,8 @@ mod tests {
     const NONE: SignsOfLife = SignsOfLife { echo: None, noticed_silence: false, witnessed: 0 };
     const SILENCE: SignsOfLife = SignsOfLife { noticed_silence: true, ..NONE };
 
-    /// The last answer within two seconds of pings, with these signs of life at each tenth.
+    /// Returns the last answer within two seconds of pings, with these signs of life at each tenth of a
+    /// second.
     fn answer(echo_is_proven: bool, has_network: bool, signs: impl Fn(u64) -> SignsOfLife) -> Option<Answer> {
         let (start, mut pings) = (Instant::now(), Pings::new(echo_is_proven));
         let mut last = None;
@@ -107,7 +110,7 @@ mod tests {
         for (echo_is_proven, has_network) in [(false, false), (false, true), (true, false), (true, true)] {
             assert_eq!(answer(echo_is_proven, has_network, |_| NONE), None);
         }
-        // What was noticed before the first ping without an answer tells nothing of later.
+        // An event before the first unanswered ping proves nothing about later.
         let once = |tenth| if tenth == 0 { SignsOfLife { echo: Some(1), ..SILENCE } } else { NONE };
         assert_eq!(answer(false, false, once), Some(Answer { number: 1, has_echo: true }));
     }

@@ -1,11 +1,11 @@
-//! Encoded messages handed to RustDDS, padded to a multiple of four bytes.
+//! Encoded messages for RustDDS, padded to a multiple of four bytes.
 //!
-//! RTPS wants every submessage but the last one of a datagram to have such a length, and Cyclone DDS up to
-//! 0.10.2 (the version of Debian 12) rejects a last fragment without it as malformed, so that no sample of
-//! more than a datagram arrives there. RustDDS cuts fragments of 256 bytes and pads none. The padding stands
-//! behind the last field, where CDR decoders have stopped reading; its length, for which DDS-XTypes has two
-//! bits in the encapsulation options, is left at zero, as RustDDS does not set them and no decoder of these
-//! plain types needs it.
+//! RTPS requires such a length for every submessage but the last of a datagram, and Cyclone DDS up to 0.10.2
+//! (the version of Debian 12) rejects a last fragment without it as malformed, so that no sample larger than
+//! a datagram arrives there. RustDDS splits samples into fragments of 256 bytes and pads none. The padding
+//! follows the last field, where CDR decoders have stopped reading; its length, for which DDS-XTypes has two
+//! bits in the encapsulation options, is left at zero, since RustDDS does not set them and no decoder of
+//! these plain types needs it.
 
 use rustdds::RepresentationIdentifier;
 use rustdds::bytes::Bytes;
@@ -17,10 +17,11 @@ use ros_messages::cdr::CdrBytes;
 /// A writer of messages of any type.
 pub(super) type SampleWriter = DataWriter<CdrBytes, Padded>;
 
-/// The multiple of bytes that a sample is padded to. The encapsulation header before it has this length.
+/// Samples are padded to a multiple of this many bytes. The preceding encapsulation header has the same
+/// length.
 const ALIGNMENT: usize = 4;
 
-/// Hands RustDDS the bytes, which it shares unless they need padding.
+/// Passes the bytes to RustDDS, without a copy unless they need padding.
 pub(super) struct Padded;
 
 impl SerializerAdapter<CdrBytes> for Padded {

@@ -1,7 +1,7 @@
-//! The services of the node. Requests are answered here, where they arrive: they never reach the gateway.
+//! The services of the node. Requests are answered in the network process and never reach the gateway.
 //!
-//! A response waits until a reader of the client's participant is matched, since no one would get it before.
-//! Changes, which a reload makes, are told on `/parameter_events`.
+//! A response waits until a reader of the client's participant is matched, since it would not be received
+//! earlier. Changes after a reload are published on `/parameter_events`.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::task::Waker;
@@ -21,23 +21,23 @@ use crate::parameters::{MAX_REQUEST, Middleware, NodeService, Parameters, Servic
 use crate::wall_clock::now;
 use ros_messages::cdr::CdrBytes;
 
-/// Topic and type of the events, by their names in DDS.
+/// Topic and type of the events, by their DDS names.
 const EVENTS: (&str, &str) = ("rt/parameter_events", "rcl_interfaces::msg::dds_::ParameterEvent_");
-/// Requests of one service that are taken before others have their turn.
+/// Maximum number of requests of one service handled before other work.
 const MAX_AT_ONCE: usize = 16;
-/// Responses that may wait for their client.
+/// Maximum number of responses that wait for their client.
 const MAX_WAITING: usize = 64;
 /// Longest wait for the client's reader.
 const PATIENCE: Duration = Duration::from_secs(2);
-/// Samples that a reader and a writer keep.
+/// Depth of readers and writers.
 const DEPTH: i32 = 16;
-/// Numbers of client and request before it, bytes.
+/// Longest sample, bytes: a request with the numbers of client and request before it.
 const MAX_SAMPLE: usize = MAX_REQUEST + 16;
 
 /// The services of one participant.
 pub(super) struct DdsServiceServer {
     contents: ServiceContents,
-    /// The node with its namespace.
+    /// The node's name with its namespace.
     node: String,
     /// The writer of `/parameter_events`.
     events: SampleWriter,
@@ -52,9 +52,9 @@ struct ServiceEndpoint {
     writer: SampleWriter,
 }
 
-/// A response, and to whom.
+/// A response, and its recipient.
 struct PendingResponse {
-    /// The position of its service among the endpoints.
+    /// Position of its service among the endpoints.
     endpoint: usize,
     client: GUID,
     request: SampleIdentity,
@@ -63,7 +63,7 @@ struct PendingResponse {
 }
 
 impl DdsServiceServer {
-    /// The services of this node. The error is a text for people.
+    /// Creates the services of this node. The error is a text for the user.
     pub(super) fn new(
         (domain, publisher, subscriber): (&DomainParticipant, &Publisher, &Subscriber),
         node: &NodeName,
@@ -99,7 +99,7 @@ impl DdsServiceServer {
         Ok(Self { contents, node, events, endpoints, waiting: VecDeque::new() })
     }
 
-    /// Replaces the parameters, and publishes what is different.
+    /// Replaces the parameters, and publishes the differences.
     pub(super) fn set_parameters(&mut self, parameters: Parameters) {
         let stamp = now().into();
         let event = parameters.event_after(&self.contents.parameters, &self.node, stamp);
@@ -113,18 +113,18 @@ impl DdsServiceServer {
         }
     }
 
-    /// Identities of its writers.
+    /// Returns the identities of its writers.
     pub(super) fn writers(&self) -> impl Iterator<Item = GUID> {
         self.endpoints.iter().map(|endpoint| &endpoint.writer).chain([&self.events]).map(RTPSEntity::guid)
     }
 
-    /// Identities of its readers.
+    /// Returns the identities of its readers.
     pub(super) fn readers(&self) -> impl Iterator<Item = GUID> {
         self.endpoints.iter().map(|endpoint| endpoint.reader.guid())
     }
 
-    /// Answers the requests that have arrived, and has `waker` called when more do. Gives the number of those
-    /// that were not answered.
+    /// Answers the requests that have arrived; `waker` is called when more arrive. Returns the number of
+    /// unanswered requests.
     pub(super) fn serve(
         &mut self,
         waker: &Waker,
@@ -158,11 +158,11 @@ impl DdsServiceServer {
         unanswered
     }
 
-    /// Takes the requests of one service.
+    /// Reads the requests of one service.
     fn take(&mut self, position: usize, waker: &Waker, now: Instant) -> u64 {
         let Self { contents, endpoints, waiting, .. } = self;
         let Some(ServiceEndpoint { service, reader, .. }) = endpoints.get(position) else { return 0 };
-        // First, so that whatever arrives from here on wakes.
+        // Set first, so that any sample arriving from now on wakes the task.
         reader.set_waker(Some(waker.clone()));
         reader.drain_read_notifications();
         let mut unanswered = 0;
@@ -187,7 +187,7 @@ impl DdsServiceServer {
                 Err(reason) => unanswered += refuse(&reason),
             }
         }
-        // There may be more.
+        // More requests may be waiting.
         waker.wake_by_ref();
         unanswered
     }
@@ -206,8 +206,8 @@ fn answer(
     Ok(call.reply(response))
 }
 
-/// The identity by which the client knows its request. Fast DDS has it answered to its reader, and leaves the
-/// number to the sample.
+/// Returns the identity by which the client recognises its request. Fast DDS expects an answer to its
+/// reader's identity; the number is the sample's.
 fn identity(sample: &DeserializedCacheChange<EncodedSample>) -> SampleIdentity {
     let own = SampleIdentity { writer_guid: sample.writer_guid(), sequence_number: sample.sequence_number };
     let Some(given) =
@@ -222,7 +222,7 @@ fn identity(sample: &DeserializedCacheChange<EncodedSample>) -> SampleIdentity {
     }
 }
 
-/// Logs that a request was not answered, and counts it.
+/// Logs that a request was not answered, and returns 1 for the count.
 fn refuse(reason: &str) -> u64 {
     tracing::warn!("a request to a service was not answered: {reason}");
     1

@@ -1,31 +1,31 @@
-//! Whether the wall clock was set back, which a participant does not stand.
+//! Detects that the wall clock was set back, which a participant cannot handle.
 //!
-//! RustDDS orders what a best-effort reader receives by the wall clock, and hands out what is not later than
-//! now. So after a step back its readers give nothing until the time before the step has come again; the
-//! readers of a new participant do.
+//! RustDDS orders the samples of a best-effort reader by the wall clock, and returns only those not later
+//! than now. So after a step back its readers return nothing until the clock has reached the time before the
+//! step again; a new participant's readers do.
 
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// A smaller step makes readers wait no longer than a busy computer does.
+/// A smaller step delays readers no longer than a busy computer does.
 const MIN_STEP: Duration = Duration::from_millis(100);
-/// Shortest time between two attempts to follow, when the clock is set back again and again. Until a step is
-/// followed no echo arrives, so it is well below the second of silence that the gateway bears.
+/// Minimum time between two reactions when the clock is set back repeatedly. Until the reaction no echo
+/// arrives, so this is well below the second of silence that the gateway tolerates.
 const MIN_INTERVAL: Duration = Duration::from_millis(400);
 
-/// The wall clock beside a clock that is never set.
+/// Compares the wall clock with a clock that is never set.
 #[derive(Debug)]
 pub(super) struct SetBack {
     begun: Instant,
-    /// By how much the wall clock was most ahead of the other.
+    /// Maximum lead of the wall clock over the other.
     most_ahead: Duration,
-    /// There was a step back that has not been followed yet.
+    /// There was a step back without a reaction so far.
     is_unfollowed: bool,
-    /// When it was last time to follow one, since it began.
+    /// Time of the last due reaction, since the start.
     last_due: Option<Duration>,
 }
 
 impl SetBack {
-    /// Starts to compare the clocks now.
+    /// Starts to compare the clocks.
     pub(super) fn watch() -> Self {
         let begun = Instant::now();
         let mut watched = Self { begun, most_ahead: Duration::ZERO, is_unfollowed: false, last_due: None };
@@ -33,18 +33,19 @@ impl SetBack {
         watched
     }
 
-    /// True when it is time to follow a step back, and again at intervals until [`Self::note_followed`].
+    /// Returns true when a reaction to a step back is due, and again at intervals until
+    /// [`Self::note_followed`].
     pub(super) fn is_to_follow(&mut self) -> bool {
         let before = self.begun.elapsed();
         let wall = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        // A pause while the clocks are read says nothing of them.
+        // A pause while the clocks are read makes the comparison useless.
         if self.begun.elapsed().saturating_sub(before) < MIN_STEP / 10 {
             self.is_unfollowed |= self.is_step_back(before, wall);
         }
         self.is_due(before)
     }
 
-    /// Notes that there is a participant made since the step.
+    /// Records that a participant was created since the step.
     pub(super) fn note_followed(&mut self) {
         self.is_unfollowed = false;
     }
@@ -59,7 +60,7 @@ impl SetBack {
     }
 
     fn is_step_back(&mut self, passed: Duration, wall: Duration) -> bool {
-        // Before 1970 and some hours nothing is a step.
+        // Within some hours of 1970 no step is detected.
         let ahead = wall.saturating_sub(passed);
         let is_step = ahead + MIN_STEP <= self.most_ahead;
         self.most_ahead = if is_step { ahead } else { self.most_ahead.max(ahead) };

@@ -1,4 +1,5 @@
-//! A participant that shows whether writers are silent, or only not heard any more: see [`SilentWriters`].
+//! A participant that shows whether writers are silent, or are sending without being received: see
+//! [`SilentWriters`].
 //!
 //! [`SilentWriters`]: super::silent_writers::SilentWriters
 
@@ -14,20 +15,20 @@ use super::topic_reader::{DdsTopicReader, TakenSample};
 use crate::link::NetworkSettings;
 use crate::qos::Durability;
 
-/// Time within which writers are met and heard.
+/// Time within which writers are discovered and received.
 const LIFE: Duration = Duration::from_secs(3);
 
-/// Readers of the topics of writers that are suspected, on a participant of their own. What writers have kept
-/// for newcomers does not come here: only what they send from now on.
+/// Readers of the topics of suspected writers, on a separate participant. Samples that writers have kept for
+/// late readers are not received here, only samples sent from now on.
 pub(super) struct SilenceProbe {
     readers: Vec<(u16, DdsTopicReader)>,
     since: Instant,
-    /// The last field: RustDDS requires endpoints to be dropped before their participant.
+    /// Last field: RustDDS requires endpoints to be dropped before their participant.
     domain: DomainParticipant,
 }
 
 impl SilenceProbe {
-    /// Begins to read the topics of these writers with a new participant.
+    /// Starts to read the topics of these writers with a new participant.
     pub(super) fn new(
         settings: &NetworkSettings,
         domain: DomainParticipant,
@@ -44,7 +45,7 @@ impl SilenceProbe {
         Ok(Self { readers: readers.collect::<Result<_, String>>()?, since: now, domain })
     }
 
-    /// Takes what has come: `heard` gets each sample's writer and number.
+    /// Reads the samples that have arrived: `heard` receives each sample's writer and number.
     pub(super) fn take(&self, waker: &Waker, mut heard: impl FnMut(ReadWriter, i64)) {
         for (position, reader) in &self.readers {
             let is_more = reader.take(waker, |taken| {
@@ -59,12 +60,12 @@ impl SilenceProbe {
         }
     }
 
-    /// True once those that are not heard by now are silent.
+    /// Returns true once any writer not received by now counts as silent.
     pub(super) fn is_over(&self, now: Instant) -> bool {
         now.saturating_duration_since(self.since) >= LIFE
     }
 
-    /// Returns the participant as our next one.
+    /// Returns the participant, for use as our next one.
     pub(super) fn into_participant(self) -> DomainParticipant {
         drop(self.readers);
         self.domain

@@ -1,71 +1,72 @@
-//! Writers that sent regularly, are still there, and are not heard any more.
+//! Detects writers that sent regularly, still exist, and are no longer received.
 //!
-//! RustDDS believes what comes under a writer's identity: after one GAP or HEARTBEAT with a number far ahead,
-//! its reader takes all samples below it for received, and says nothing of it. A reader of another
-//! participant starts again. So it shows there whether a writer is only silent: one that was not heard has
-//! gone on in the meantime.
+//! RustDDS trusts everything under a writer's identity: after one GAP or HEARTBEAT with a number far ahead,
+//! its reader treats all samples below it as received, without any report. A reader of another participant
+//! starts afresh. So that reader shows whether a writer is really silent: if it receives later samples, the
+//! writer was not silent but not received.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use rustdds::GUID;
 
-/// Samples in a row that make a writer a regular one.
+/// Number of samples in a row that make a writer regular.
 const REGULAR: u32 = 10;
-/// The longest pause between these.
+/// Maximum pause between these samples.
 const MAX_PAUSE: Duration = Duration::from_millis(1200);
-/// Silence of a regular writer after which it may not be heard, and as a multiple of its usual pause; the
-/// longer one counts.
+/// Silence of a regular writer before suspicion, also as a multiple of its usual pause; the longer of the two
+/// counts.
 const SILENCE: Duration = Duration::from_secs(1);
 const PAUSES: f64 = 2.5;
-/// What a sample that comes sooner leaves of the usual pause.
+/// Factor by which a sooner sample reduces the usual pause.
 const FADING: f64 = 0.9;
-/// The most that counts of the time between two looks: when this side does not run, nor may the writer.
+/// Maximum time counted between two checks: if this side was not running, the writer may not have been
+/// either.
 const MAX_STEP: Duration = Duration::from_millis(150);
-/// The least time between two looks: samples may wake this side thousands of times a second.
+/// Minimum time between two checks: samples may wake this side thousands of times a second.
 const MIN_STEP: Duration = Duration::from_millis(20);
-/// Samples that a writer has gone on by when it was not heard; fewer may be on their way.
+/// Number of samples by which an unreceived writer must have advanced; fewer may be in transit.
 const MISSED: i64 = 3;
-/// Shortest time between two suspicions; it doubles with each that was wrong, so often at most.
+/// Minimum time between two suspicions; it doubles with each wrong suspicion, at most this many times.
 const INTERVAL: Duration = Duration::from_secs(5);
 const MAX_WRONG: u32 = 6;
-/// Writers that are remembered; further ones are not watched.
+/// Maximum number of observed writers; further writers are ignored.
 const MAX_WRITERS: usize = 256;
 
 /// A subscription, by its position, and one of its writers.
 pub(super) type ReadWriter = (u16, GUID);
 
-/// What is known of all writers.
+/// The observed state of all writers.
 #[derive(Debug)]
 pub(super) struct SilentWriters {
     writers: BTreeMap<ReadWriter, Heard>,
     last_look: Instant,
     last_suspicion: Option<Instant>,
-    /// Suspicions in a row that were wrong.
+    /// Number of wrong suspicions in a row.
     wrong: u32,
-    /// Times a writer was not heard that had gone on.
+    /// Number of times that a writer was sending but not received.
     pub(super) unheard: u32,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Heard {
     number: i64,
-    /// Samples in a row without a longer pause.
+    /// Number of samples in a row without a longer pause.
     regular: u32,
-    /// The longest pause of late.
+    /// The longest recent pause.
     usual: Duration,
-    /// Time that was seen to pass since the last one.
+    /// Observed time since the last sample.
     silence: Duration,
     is_suspected: bool,
 }
 
 impl SilentWriters {
-    /// Creates the watch of no writer yet.
+    /// Creates the state without any writer.
     pub(super) fn new(now: Instant) -> Self {
         Self { writers: BTreeMap::new(), last_look: now, last_suspicion: None, wrong: 0, unheard: 0 }
     }
 
-    /// Notes a sample, which ends a suspicion.
+    /// Records a sample, which ends a suspicion.
     pub(super) fn heard(&mut self, writer: ReadWriter, number: i64) {
         if !self.writers.contains_key(&writer) && self.writers.len() >= MAX_WRITERS {
             return;
@@ -81,13 +82,13 @@ impl SilentWriters {
         };
     }
 
-    /// Notes a sample that has come to another participant; true when it shows that a suspected writer has
-    /// gone on unheard.
+    /// Records a sample received by another participant; returns true if it shows that a suspected writer has
+    /// advanced without being received.
     pub(super) fn heard_elsewhere(&mut self, writer: &ReadWriter, number: i64) -> bool {
         let Some(heard) = self.writers.get_mut(writer).filter(|heard| heard.is_suspected) else {
             return false;
         };
-        // One that is below was heard under a number that is not its own.
+        // A lower number shows that the earlier sample had a forged number.
         let has_gone_on = number.saturating_sub(heard.number) > MISSED || number < heard.number;
         if has_gone_on {
             heard.is_suspected = false;
@@ -96,19 +97,19 @@ impl SilentWriters {
         has_gone_on
     }
 
-    /// Drops all suspicions, which were wrong.
+    /// Drops all suspicions as wrong.
     pub(super) fn acquit(&mut self) {
         self.writers.values_mut().for_each(|heard| (heard.is_suspected, heard.regular) = (false, 0));
         self.wrong = (self.wrong + 1).min(MAX_WRONG);
     }
 
-    /// True while one is suspected.
+    /// Returns true while a writer is suspected.
     pub(super) fn is_any_suspected(&self) -> bool {
         self.writers.values().any(|heard| heard.is_suspected)
     }
 
-    /// The regular writers that are there and have been silent for too long, once one is, and this
-    /// `may_suspect` any.
+    /// Returns the regular writers that exist and have been silent for too long, once there is one and
+    /// `may_suspect` allows it.
     pub(super) fn look(
         &mut self,
         now: Instant,
@@ -144,11 +145,11 @@ mod tests {
     use super::*;
 
     const TICK_MS: u64 = 20;
-    /// Time after which a suspicion is dropped, in ticks.
+    /// Time until a suspicion is dropped, in ticks.
     const PROBE: u32 = 100;
 
-    /// What comes of a writer: the milliseconds at which it was suspected, and those at which it was found
-    /// unheard. Each sample is a time in milliseconds, a number, and whether it is heard elsewhere alone.
+    /// Returns the milliseconds at which a writer was suspected, and those at which it was found to be
+    /// sending. Each sample is a time in milliseconds, a number, and whether it is received only elsewhere.
     fn watch(until_ms: u64, samples: &[(u64, i64, bool)]) -> (Vec<u64>, Vec<u64>) {
         let (start, writer) = (Instant::now(), (0, GUID::from_bytes([1; 16])));
         let mut writers = SilentWriters::new(start);
@@ -178,7 +179,7 @@ mod tests {
         (suspected, unheard)
     }
 
-    /// Ten samples a second, with numbers that continue from there.
+    /// Returns ten samples a second, with numbers that continue from `number`.
     fn regular(from_ms: u64, to_ms: u64, number: i64, is_elsewhere: bool) -> Vec<(u64, i64, bool)> {
         let samples = (from_ms..to_ms).step_by(100).zip(number..);
         samples.map(|(ms, number)| (ms, number, is_elsewhere)).collect()

@@ -1,4 +1,4 @@
-//! A participant without readers and writers that notes whom discovery announces.
+//! A participant without readers and writers that records the endpoints announced by discovery.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::{IpAddr, Ipv4Addr};
@@ -17,12 +17,12 @@ use super::type_check::ros_type;
 use crate::qos::{Durability, Reliability};
 use crate::survey::{DdsEndpoint, DomainSurvey, MAX_ENDPOINTS};
 
-/// Pause between two looks at the events, of which RustDDS keeps 2,048.
+/// Pause between two reads of the events, of which RustDDS keeps 2,048.
 const PAUSE: Duration = Duration::from_millis(20);
-/// Participants that are counted.
+/// Maximum number of participants that are counted.
 const MAX_PARTICIPANTS: usize = 1000;
 
-/// Implementations of DDS by the vendor's number that begins an identity.
+/// DDS implementations by the vendor number at the start of an identity.
 const IMPLEMENTATIONS: [([u8; 2], &str); 5] = [
     ([1, 1], "RTI Connext"),
     ([1, 15], "Fast DDS"),
@@ -31,7 +31,7 @@ const IMPLEMENTATIONS: [([u8; 2], &str); 5] = [
     ([1, 20], "Dust DDS"),
 ];
 
-/// What was announced so far.
+/// Participants and endpoints announced so far.
 #[derive(Default)]
 struct Announced {
     participants: BTreeSet<Prefix>,
@@ -39,10 +39,10 @@ struct Announced {
     readers: BTreeMap<GUID, DdsEndpoint>,
 }
 
-/// Joins a domain without readers and writers for `time`, and returns what discovery told.
+/// Joins a domain without readers and writers for `time`, and returns what discovery announced.
 ///
 /// # Errors
-/// The reason why the domain cannot be joined, as text.
+/// Returns the reason why the domain cannot be joined, as text.
 pub fn survey(
     domain_id: u16,
     only_networks: &[IpAddr],
@@ -50,7 +50,7 @@ pub fn survey(
     time: Duration,
 ) -> Result<DomainSurvey, String> {
     let uses_loopback = only_networks.is_empty() || only_networks.contains(&Ipv4Addr::LOCALHOST.into());
-    // Before the participant, which announces itself at once.
+    // Created before the participant, which announces itself at once.
     let announcer = uses_loopback.then(|| LoopbackAnnouncer::new(domain_id)).flatten();
     let participant = participant_of(domain_id, only_networks).map_err(|error| error.to_string())?;
     let own = prefix(&participant.guid().to_bytes());
@@ -103,7 +103,7 @@ impl Announced {
     }
 }
 
-/// Notes an endpoint of another participant on one of these topics.
+/// Records an endpoint of another participant on one of these topics.
 fn note(
     endpoints: &mut BTreeMap<GUID, DdsEndpoint>,
     EndpointDescription { guid, topic_name, type_name, qos, .. }: EndpointDescription,

@@ -9,14 +9,14 @@ use rustdds::{GUID, QosPolicies, RepresentationIdentifier, Subscriber, Topic};
 
 use crate::link::{MAX_SAMPLE, SampleEncoding};
 
-/// Samples taken from one topic before others have their turn.
+/// Maximum number of samples read from one topic before other work.
 const MAX_AT_ONCE: usize = 64;
 
 /// A sample that was taken.
 pub(super) enum TakenSample {
-    /// It was read: its writer, its number among that writer's, and its bytes.
+    /// A readable sample: its writer, its number at that writer, and its bytes.
     Sample(GUID, i64, EncodedSample),
-    /// It could not be read; the text says why.
+    /// An unreadable sample, with the reason as text.
     Unreadable(String),
 }
 
@@ -24,17 +24,17 @@ pub(super) enum TakenSample {
 pub(super) struct EncodedSample {
     /// Byte order of the sample.
     pub(super) encoding: SampleEncoding,
-    /// Its bytes, up to a limit.
+    /// Bytes of the message, up to a limit.
     pub(super) bytes: Vec<u8>,
 }
 
-/// A topic of one participant.
+/// A subscription of one participant.
 pub(super) struct DdsTopicReader {
     reader: SimpleDataReader<EncodedSample, AsBytes>,
 }
 
 impl DdsTopicReader {
-    /// A reader with this quality of service, else with the topic's.
+    /// Creates a reader with this quality of service, or else with the topic's.
     pub(super) fn new(
         subscriber: &Subscriber,
         topic: &Topic,
@@ -48,10 +48,10 @@ impl DdsTopicReader {
         self.reader.guid()
     }
 
-    /// Takes what has arrived until `hand_over` wants no more, and has `waker` called when more does. True
-    /// when more has arrived already.
+    /// Passes the samples that have arrived to `hand_over` until that returns false; `waker` is called when
+    /// more arrive. Returns true if more have arrived already.
     pub(super) fn take(&self, waker: &Waker, mut hand_over: impl FnMut(TakenSample) -> bool) -> bool {
-        // First, so that whatever arrives from here on wakes.
+        // Set first, so that any sample arriving from now on wakes the task.
         self.reader.set_waker(Some(waker.clone()));
         self.reader.drain_read_notifications();
         for _ in 0..MAX_AT_ONCE {
@@ -71,7 +71,7 @@ impl DdsTopicReader {
     }
 }
 
-/// Tells RustDDS that [`Copied`] makes what is read.
+/// Makes RustDDS read samples as [`Copied`].
 pub(super) struct AsBytes;
 
 impl DeserializerAdapter<EncodedSample> for AsBytes {
@@ -90,7 +90,7 @@ impl DeserializerAdapter<EncodedSample> for AsBytes {
 /// Copies a sample's bytes; the gateway decodes them.
 #[derive(Clone)]
 pub(super) struct Copied {
-    /// The most bytes of a sample.
+    /// Maximum number of bytes of a sample.
     pub(super) limit: usize,
 }
 

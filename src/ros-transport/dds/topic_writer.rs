@@ -1,17 +1,17 @@
-//! One topic we write: its writer, the current samples, their delivery and withdrawal.
+//! One written topic: its writer, the current samples, their delivery and withdrawal.
 //!
-//! A reader learns of a new writer some milliseconds after the writer exists. A volatile writer
-//! sends it only what comes after that, and a volatile reader need not take what came before. So
-//! that a report is not lost on readers which knew the writer's predecessor, it is repeated (same
-//! stamp) a few times in the writer's first seconds.
+//! A reader discovers a new writer some milliseconds after the writer is created. A volatile writer sends
+//! only later samples to it, and a volatile reader need not accept earlier ones. So that readers which knew
+//! the writer's predecessor do not miss a report, it is repeated (same stamp) a few times in the writer's
+//! first seconds.
 //!
-//! RustDDS trims a transient-local writer's history every 6 s, up to what all readers have acknowledged;
-//! without readers it keeps thousands of samples, whatever the depth. A late joiner would be handed minutes
-//! of old samples before the current one. So while there is no reader, nothing is written and the history is
-//! empty; the current samples are written when one joins. While others read, the history has seconds of
-//! samples nonetheless. RustDDS tells of a reader that it has discovered before it hands over anything: the
-//! reader has to ask first, and is answered after 5 ms. By then the writer is gone, and the reader finds a
-//! new, empty one instead, as do the others, which lose nothing but what was outdated.
+//! RustDDS trims a transient-local writer's history every 6 s, up to the last sample acknowledged by all
+//! readers; without readers it keeps thousands of samples, whatever the depth. A late reader would receive
+//! minutes of old samples before the current one. So while there is no reader, nothing is written and the
+//! history is empty; the current samples are written when a reader joins. While other readers exist, the
+//! history still has seconds of samples. RustDDS reports a discovered reader before it sends it anything: the
+//! reader must first request the history, and is answered after 5 ms. By then the writer is gone, and the
+//! reader finds a new, empty writer instead; the other readers find it too, and lose only outdated samples.
 
 use std::time::{Duration, Instant};
 
@@ -28,12 +28,12 @@ use ros_messages::cdr::CdrBytes;
 /// Times since a writer's first report at which it repeats the current report.
 const REPEATS: [Duration; 4] =
     [Duration::from_millis(100), Duration::from_millis(300), Duration::from_secs(1), Duration::from_secs(3)];
-/// Longest time that a withdrawal waits for readers to acknowledge what was sent before.
+/// Maximum time that a withdrawal waits for readers to acknowledge earlier samples.
 const ACKNOWLEDGE: Duration = Duration::from_millis(100);
-/// Time for which a new writer is not replaced because its history is long: its readers come one by one.
+/// Time for which a new writer is not replaced for its long history, since its readers join one by one.
 const SETTLING: Duration = Duration::from_secs(2);
-/// Time for which a new writer is not replaced for a late reader, so that many of them do not keep others
-/// from reading. It is the most history that a late reader gets.
+/// Time for which a new writer is not replaced for a late reader, so that many late readers do not keep
+/// others from receiving. A late reader gets at most this much history.
 const MIN_LIFE: Duration = Duration::from_secs(1);
 
 /// A topic of one participant.
@@ -42,15 +42,15 @@ pub(super) struct DdsTopicWriter {
     topic: Topic,
     durability: Durability,
     delivery: Delivery,
-    /// Publications that a late reader may be handed.
+    /// Maximum number of publications that a late reader may receive.
     depth: usize,
     writer: SampleWriter,
     /// Time of the writer's first sample, or of its creation.
     first_write: Instant,
     repeats: usize,
-    /// Samples for a late joiner; empty when withdrawn.
+    /// Samples for a late reader; empty when withdrawn.
     current: Vec<CdrBytes>,
-    /// Of a log: the samples for those that come later.
+    /// For a log topic: the samples for late readers.
     recent: RecentSamples,
     /// The writer has written a sample.
     used: bool,
@@ -65,7 +65,7 @@ pub(super) struct DdsTopicWriter {
 }
 
 impl DdsTopicWriter {
-    /// A topic on which nothing was published yet; the quality of service is the topic's.
+    /// Creates a topic without publications; the quality of service is the topic's.
     pub(super) fn new(publisher: &Publisher, topic: Topic, written: &WrittenTopic) -> CreateResult<Self> {
         let writer = publisher.create_datawriter_no_key::<CdrBytes, Padded>(&topic, None)?;
         Ok(Self {
@@ -87,14 +87,13 @@ impl DdsTopicWriter {
         })
     }
 
-    /// The writer's identity; changes when a report is withdrawn.
+    /// Returns the writer's identity, which changes when a report is withdrawn.
     pub(super) fn guid(&self) -> GUID {
         self.writer.guid()
     }
 
-    /// Publishes, if there is a reader; else the first one to join gets it. [`Delivery::Once`]
-    /// and [`Delivery::Live`] go out in any case.
-    /// The error is the text of RustDDS.
+    /// Publishes if there is a reader; otherwise the first reader to join gets the samples.
+    /// [`Delivery::Once`] and [`Delivery::Live`] are sent in any case. The error is RustDDS's text.
     pub(super) fn publish(&mut self, samples: &[CdrBytes], readers: usize) -> Result<(), String> {
         self.publications += 1;
         if matches!(self.delivery, Delivery::Once | Delivery::Live) {
@@ -102,26 +101,26 @@ impl DdsTopicWriter {
         }
         if self.delivery == Delivery::Log {
             self.recent.add(Instant::now(), samples);
-            // An unused writer writes them with those before, once it has a reader.
+            // An unused writer writes them together with earlier samples, once it has a reader.
             return if self.used { self.write(samples) } else { Ok(()) };
         }
         self.current = samples.to_vec();
         if readers > 0 || self.durability == Durability::Volatile { self.write(samples) } else { Ok(()) }
     }
 
-    /// Publishes nothing from now on, not even to readers that come later. True when that made a new writer.
+    /// Publishes nothing from now on, not even to late readers. Returns true if that created a new writer.
     pub(super) fn withdraw(&mut self) -> Result<bool, String> {
         let is_empty = std::mem::take(&mut self.current).is_empty() || !self.used;
         if is_empty || self.durability == Durability::Volatile {
             return Ok(false);
         }
-        // Readers that do not acknowledge in time are taken for gone.
+        // Readers that do not acknowledge in time are considered gone.
         let _ = self.writer.wait_for_acknowledgments(ACKNOWLEDGE);
         self.begin_anew()
     }
 
-    /// Keeps a reader that was discovered, and asks for history, from being handed more than the topic's
-    /// depth. Call it at once, before RustDDS answers the reader. True when that made a new writer.
+    /// Prevents a newly discovered reader that requests history from receiving more than the topic's depth.
+    /// Call it at once, before RustDDS answers the reader. Returns true if that created a new writer.
     pub(super) fn meet_late_reader(&mut self) -> Result<bool, String> {
         let counts_newest = matches!(self.delivery, Delivery::Report | Delivery::Stream);
         let is_long = self.history.publications() > self.depth;
@@ -132,13 +131,13 @@ impl DdsTopicWriter {
         }
     }
 
-    /// The most bytes that RustDDS may hold of a topic until its readers have acknowledged them; none of a
-    /// new writer, which is not replaced.
+    /// Returns the maximum number of bytes that RustDDS may hold for a topic until its readers have
+    /// acknowledged them; 0 for a new writer, which is not replaced.
     pub(super) fn history_bytes(&self) -> usize {
         if self.used && self.first_write.elapsed() >= SETTLING { self.history.bytes } else { 0 }
     }
 
-    /// A new writer, which has no history.
+    /// Creates a new writer, which has no history.
     pub(super) fn begin_anew(&mut self) -> Result<bool, String> {
         let fresh = self.publisher.create_datawriter_no_key::<CdrBytes, Padded>(&self.topic, None);
         self.writer = fresh.map_err(|error| error.to_string())?;
@@ -147,20 +146,21 @@ impl DdsTopicWriter {
         Ok(true)
     }
 
-    /// True if every reader has acknowledged everything, now or at some moment since the last call: that is
-    /// seldom so at the very moment of the call on a busy writer. Waits some milliseconds for
-    /// acknowledgements in transit.
+    /// Returns true if every reader has acknowledged everything, now or at some time since the last call: on
+    /// a busy writer this is seldom so at the time of the call. Waits some milliseconds for acknowledgements
+    /// in transit.
     pub(super) fn is_acknowledged(&mut self) -> bool {
         std::mem::take(&mut self.acknowledged) || self.has_all_acknowledged(Duration::from_millis(5))
     }
 
-    /// A writer for which RustDDS reports an error counts as acknowledged.
+    /// Returns whether everything is acknowledged; a writer for which RustDDS reports an error counts as
+    /// acknowledged.
     fn has_all_acknowledged(&self, patience: Duration) -> bool {
         self.writer.wait_for_acknowledgments(patience).unwrap_or(true)
     }
 
-    /// Writes the current samples for the first reader, and repeats a report when that is due; drops the
-    /// history of readers that are gone. True when that made a new writer.
+    /// Writes the current samples for the first reader, repeats a report when due, and drops the history of
+    /// readers that are gone. Returns true if that created a new writer.
     pub(super) fn settle(&mut self, readers: usize) -> Result<bool, String> {
         let joined = readers > std::mem::replace(&mut self.readers, readers);
         if self.has_all_acknowledged(Duration::ZERO) {
@@ -178,7 +178,7 @@ impl DdsTopicWriter {
             let recent = self.recent.now(Instant::now());
             return match (self.used, recent.is_empty()) {
                 (false, _) => self.write(&recent).map(|()| false),
-                // What RustDDS still holds is too old for who joins.
+                // The samples that RustDDS still holds are too old for a new reader.
                 (true, true) if joined => self.begin_anew(),
                 (true, _) => Ok(false),
             };

@@ -1,27 +1,27 @@
 //! Compares the types of remote writers and readers with ours on the same topic.
 //!
-//! DDS does not connect endpoints of different types and says nothing about it, so a sender with a wrong type
-//! looks like one that is missing.
+//! DDS does not connect endpoints of different types and does not report it, so a sender with a wrong type
+//! looks like a missing sender.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Other types that are remembered; beyond that number nothing is reported.
+/// Maximum number of remembered foreign types; further types are not reported.
 const MAX_REPORTED: usize = 64;
-/// The longest type name of others that is shown, characters.
+/// Maximum displayed length of a foreign type name, characters.
 const MAX_SHOWN: usize = 200;
 
-/// The types of our topics, and the other types that were reported.
+/// The types of our topics, and the foreign types that were reported.
 #[derive(Debug, Default)]
 pub(super) struct TypeCheck {
-    /// DDS type of each topic that is written, by DDS name.
+    /// DDS type of each written topic, by DDS name.
     written: BTreeMap<String, String>,
-    /// DDS type of each topic that is read, by DDS name.
+    /// DDS type of each read topic, by DDS name.
     read: BTreeMap<String, String>,
     reported: BTreeSet<String>,
 }
 
 impl TypeCheck {
-    /// A check of the topics that are written and read: absolute names, each with package and name of its
+    /// Creates a check of the written and read topics: absolute names, each with package and name of its
     /// type.
     pub(super) fn new<'a>(
         written: impl Iterator<Item = (&'a String, &'a (String, String))>,
@@ -33,14 +33,14 @@ impl TypeCheck {
         Self { written: written.map(dds).collect(), read: read.map(dds).collect(), reported: BTreeSet::new() }
     }
 
-    /// Warns once of a reader whose type differs from our writer's.
+    /// Warns once about a reader whose type differs from our writer's.
     pub(super) fn reader(&mut self, topic: &str, type_name: &str) {
         if let Some(warning) = difference("read", "published", &self.written, topic, type_name) {
             self.warn(warning);
         }
     }
 
-    /// Warns once of a writer whose type differs from our reader's.
+    /// Warns once about a writer whose type differs from our reader's.
     pub(super) fn writer(&mut self, topic: &str, type_name: &str) {
         if let Some(warning) = difference("published", "read", &self.read, topic, type_name) {
             self.warn(warning);
@@ -55,7 +55,7 @@ impl TypeCheck {
     }
 }
 
-/// A text on a type that is not ours; `None` when it is, or the topic is not.
+/// Returns a text about a type that differs from ours; `None` if it does not, or the topic is not ours.
 fn difference(
     theirs: &str,
     ours: &str,
@@ -69,7 +69,7 @@ fn difference(
     Some(format!("{name} is {theirs} as {other}, but {ours} here as {expected}: they are not connected"))
 }
 
-/// A DDS type name as ROS 2 writes it, `package/msg/Name`; on one line, whatever it is.
+/// Returns a DDS type name in ROS 2 notation, `package/msg/Name`, always on one line.
 pub(super) fn ros_type(dds: &str) -> String {
     let shown = dds.chars().filter(|character| !character.is_control()).take(MAX_SHOWN).collect::<String>();
     let ros = shown.strip_suffix('_').unwrap_or(&shown).replace("::dds_::", "::").replace("::", "/");

@@ -1,10 +1,10 @@
-//! A reader of our own that does not belong to our participant: what arrives there arrives at others as well.
+//! A reader of our own outside our participant: samples that arrive there also arrive at other participants.
 //!
-//! A sample that a participant sends to itself comes back even when no peer receives anything any more, as
-//! after thousands of participants were announced to it: its two threads work, but no peer is met, and none
-//! hears of it. So a second, small participant stands beside it, which RustDDS knows only from packets: it
-//! announces a reader of the echo, and another one in its place every few seconds, and takes what comes
-//! there. It has no multicast and announces itself to no one else.
+//! A sample that a participant sends to itself returns even when no peer receives anything any more, e.g.
+//! after thousands of participants were announced to it: its two threads work, but no peer is discovered, and
+//! no peer receives from it. So a second, small participant runs next to it, which RustDDS knows only from
+//! packets: it announces a reader of the echo, replaces that by another reader every few seconds, and reads
+//! the samples sent to it. It uses no multicast and announces itself to no other participant.
 
 use std::io;
 use std::net::{Ipv4Addr, SocketAddrV4, UdpSocket};
@@ -12,13 +12,13 @@ use std::time::{Duration, Instant};
 
 use super::discovery_probe::Prefix;
 
-/// Time for which a reader is announced, until another one takes its place.
+/// Time for which a reader is announced, before another replaces it.
 const READER_LIFE: Duration = Duration::from_secs(2);
-/// Time after which what was announced is announced again: packets get lost.
+/// Interval at which announcements are repeated, since packets get lost.
 const ANNOUNCEMENT_INTERVAL: Duration = Duration::from_millis(200);
-/// The least time between two looks: samples may wake this side thousands of times a second.
+/// Minimum time between two checks: samples may wake this side thousands of times a second.
 const MIN_PAUSE: Duration = Duration::from_millis(20);
-/// Datagrams that are taken at once.
+/// Maximum number of datagrams read at once.
 const AT_ONCE: usize = 64;
 
 const SPDP_WRITER: [u8; 4] = [0, 1, 0, 0xC2];
@@ -30,28 +30,28 @@ const PARTICIPANT: [u8; 4] = [0, 0, 1, 0xC1];
 const DATA: (u8, u8) = (0x15, 0x05);
 const DISPOSAL: (u8, u8) = (0x15, 0x0B);
 const HEARTBEAT: (u8, u8) = (0x07, 0x03);
-/// It announces itself and its readers, and takes no announcement. RustDDS 0.15 looks for announcements of
-/// readers in the place of announcements of writers.
+/// It announces itself and its readers, and accepts no announcements. RustDDS 0.15 checks the bit for writer
+/// announcements where it should check for reader announcements.
 const ENDPOINTS: u32 = 0x15;
-/// Should it end before its participant does, that forgets it.
+/// Lease, seconds: after this time without announcements, the participant forgets the witness.
 const LEASE_S: u32 = 20;
 
 /// The small participant and its present reader.
 #[derive(Debug)]
 pub(super) struct Witness {
-    /// The prefix of its participant.
+    /// The prefix of the witness's participant.
     pub(super) prefix: Prefix,
-    /// The participant that it stands beside.
+    /// The observed participant.
     observed: Prefix,
-    /// Where that listens for announcements.
+    /// Address at which that participant listens for announcements.
     port: SocketAddrV4,
     topic: String,
     type_name: String,
-    /// Socket of its announcements.
+    /// Socket for the witness's announcements.
     socket: UdpSocket,
-    /// Of its present reader.
+    /// Socket of its present reader.
     reader: UdpSocket,
-    /// The number of that.
+    /// Number of its present reader.
     number: u32,
     reader_since: Instant,
     last_look: Option<Instant>,
@@ -60,8 +60,8 @@ pub(super) struct Witness {
 }
 
 impl Witness {
-    /// A witness of the participant with this prefix and number in the domain, and of the samples of this
-    /// topic.
+    /// Creates a witness of the participant with this prefix and number in the domain, and of the samples of
+    /// this topic.
     pub(super) fn new(
         observed: Prefix,
         (domain, participant): (u16, u16),
@@ -72,7 +72,7 @@ impl Witness {
         let offset = participant.checked_mul(2)?.checked_add(10)?;
         let port = domain.checked_mul(250)?.checked_add(7400)?.checked_add(offset)?;
         let mut prefix = observed;
-        // The identities of RustDDS begin with the number of its vendor and are random at the end.
+        // RustDDS's identities begin with the vendor number and end randomly.
         prefix.iter_mut().take(4).for_each(|byte| *byte = !*byte);
         Some(Self {
             prefix,
@@ -90,7 +90,7 @@ impl Witness {
         })
     }
 
-    /// Announces what is due, and takes what has come; gives the number of samples among that.
+    /// Sends due announcements, and reads received samples; returns the number of samples.
     pub(super) fn look(&mut self, now: Instant) -> u64 {
         if self.last_look.is_some_and(|last| now.saturating_duration_since(last) < MIN_PAUSE) {
             return 0;
@@ -108,13 +108,13 @@ impl Witness {
         if is_due {
             self.announced = Some(now);
             self.announcements = self.announcements.wrapping_add(1).max(1);
-            // What is lost is sent again.
+            // Lost announcements are repeated.
             let _ = self.announcement().map(|packet| self.socket.send_to(&packet, self.port));
         }
         heard
     }
 
-    /// Takes what has come to the present reader; gives the number of samples among it.
+    /// Reads the packets for the present reader; returns the number of samples among them.
     fn take(&self) -> u64 {
         let mut datagram = [0; 1500];
         let _ = std::iter::repeat_with(|| self.socket.recv(&mut datagram)).take(AT_ONCE).find(Result::is_err);
@@ -125,8 +125,8 @@ impl Witness {
         received.map(u64::from).sum()
     }
 
-    /// Its participant, the reader that is gone, and the one that is there: the two are numbered one after
-    /// the other.
+    /// Returns the announcement of its participant, the removed reader, and the present one; the two are
+    /// numbered consecutively.
     fn announcement(&self) -> io::Result<Vec<u8>> {
         let mut packet = [b"RTPS", &[2, 4, 1, 0x12][..], &self.prefix].concat();
         let meta = locator(&self.socket)?;
@@ -176,19 +176,19 @@ fn socket() -> io::Result<UdpSocket> {
     Ok(socket)
 }
 
-/// The identity of a reader without a key.
+/// Returns the identity of a reader without a key.
 fn reader_id(number: u32) -> [u8; 4] {
     let [_, a, b, c] = number.to_be_bytes();
     [a, b, c, 0x04]
 }
 
-/// Where a socket receives.
+/// Returns the address at which a socket receives.
 fn locator(socket: &UdpSocket) -> io::Result<Vec<u8>> {
     let port = u32::from(socket.local_addr()?.port());
     Ok([&1_u32.to_le_bytes()[..], &port.to_le_bytes(), &[0; 12], &Ipv4Addr::LOCALHOST.octets()].concat())
 }
 
-/// A text with its length and a zero at its end, in whole words.
+/// Returns a text with its length and a terminating zero, padded to whole words.
 fn text(text: &str) -> Vec<u8> {
     let length = u32::try_from(text.len() + 1).unwrap_or_default();
     let mut bytes = [&length.to_le_bytes()[..], text.as_bytes(), &[0]].concat();
@@ -196,7 +196,7 @@ fn text(text: &str) -> Vec<u8> {
     bytes
 }
 
-/// A list of parameters in little-endian order, with its header.
+/// Returns a list of parameters in little-endian order, with its header.
 fn parameters(parameters: &[(u16, &[u8])]) -> Vec<u8> {
     let mut list = vec![0, 3, 0, 0];
     for (id, value) in parameters {
@@ -208,12 +208,12 @@ fn parameters(parameters: &[(u16, &[u8])]) -> Vec<u8> {
     list
 }
 
-/// The body of a sample.
+/// Returns the body of a sample.
 fn data(reader: [u8; 4], writer: [u8; 4], sequence: u64, inline: &[u8], payload: &[u8]) -> Vec<u8> {
     [&[0, 0, 16, 0][..], &reader, &writer, &number(sequence), inline, payload].concat()
 }
 
-/// A sequence number: the high half first.
+/// Returns the bytes of a sequence number: high half first.
 fn number(number: u64) -> [u8; 8] {
     (number.rotate_left(32)).to_le_bytes()
 }
@@ -224,7 +224,7 @@ fn submessage(packet: &mut Vec<u8>, (kind, flags): (u8, u8), body: &[u8]) {
     packet.extend(body);
 }
 
-/// True for a message of the participant that holds data.
+/// Returns true for a message of the participant that contains data.
 fn has_data(message: &[u8], sender: &Prefix) -> bool {
     if message.get(8..20) != Some(sender) {
         return false;

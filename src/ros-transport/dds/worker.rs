@@ -1,5 +1,4 @@
-//! The network side at work: orders to writers, samples to the gateway, and a new participant when the old
-//! one cannot continue.
+//! The DDS worker: executes orders, forwards samples, and replaces a participant that cannot continue.
 
 use std::io;
 use std::sync::Arc;
@@ -27,48 +26,48 @@ use crate::orders;
 use crate::parameters::Parameters;
 use crate::wakeup::Wakeup;
 
-/// Longest sleep between two polls of the events of DDS.
+/// Longest sleep between two polls of the DDS events.
 const TICK: Duration = Duration::from_millis(100);
-/// Shortest time that a replaced participant stays beside its successor.
+/// Minimum time for which a replaced participant remains next to its successor.
 const OVERLAP: Duration = Duration::from_secs(1);
-/// Longest such time, when some of its readers have not found the successor: without multicast Cyclone
-/// asks a port that was silent every 30 s.
+/// Maximum such time, if some of its readers have not found the successor: without multicast Cyclone polls a
+/// silent port every 30 s.
 const MAX_OVERLAP: Duration = Duration::from_secs(35);
-/// Replaced participants that stay at the same time; they are few, since most leave within a second.
+/// Maximum number of replaced participants at the same time; usually few, since most leave within a second.
 const MAX_PREDECESSORS: usize = 3;
-/// Writers that a participant replaces before it is itself replaced, see [`Participant::replaced_writers`].
+/// Number of replaced writers after which a participant is itself replaced, see
+/// [`Participant::replaced_writers`].
 const MAX_REPLACED_WRITERS: u32 = 1000;
-/// A longer round means that the process was stopped, and that peers may have given its participant up for
+/// A longer round means that the process was stopped, and that peers may have given up its participant for
 /// good.
 const STANDSTILL: Duration = Duration::from_secs(2);
-/// Time since an echo after which readers may be deaf.
+/// Time since the last echo after which readers may no longer receive.
 const ECHO_MISSED: Duration = Duration::from_millis(600);
-/// Own participants that are remembered; all of the last lease (50 s) would do.
+/// Maximum number of own participants that are remembered; those of the last lease (50 s) would suffice.
 const MAX_OWN: usize = 32;
-/// Bytes that may wait for the gateway before samples stay with RustDDS, which keeps as many as the topic's
-/// depth.
+/// Maximum number of bytes waiting for the gateway; further samples stay in RustDDS, up to the topic's depth.
 const MAX_WAITING: usize = 256 * 1024;
 
-/// The network side's state.
+/// State of the network side.
 #[allow(clippy::struct_excessive_bools)] // each by itself
 pub(super) struct DdsWorker {
     settings: NetworkSettings,
     /// Ends the wait when something was received.
     wakeup: Arc<Wakeup>,
     waker: Waker,
-    /// Ends the wait when discovery has found something.
+    /// Ends the wait when there are discovery events.
     discovered: Arc<Wakeup>,
     participant: Participant,
     /// `None` where the loopback is not used.
     announcer: Option<LoopbackAnnouncer>,
-    /// Participants that were replaced, oldest first, each with the time of that.
+    /// Replaced participants, oldest first, each with the time of its replacement.
     predecessors: Vec<(Participant, Instant)>,
-    /// With the interfaces it was made with.
+    /// The probe, with the interfaces at its creation.
     probe: Option<(DiscoveryProbe, Interfaces)>,
     missing: MissingPeers,
-    /// Our own participants, gone or not, which are never missing.
+    /// Our own participants, present or gone, which never count as missing.
     own: Vec<Prefix>,
-    /// The interfaces that our participant was made with.
+    /// The interfaces at the creation of our participant.
     interfaces: Interfaces,
     /// The interfaces at the last check.
     last_interfaces: Interfaces,
@@ -79,32 +78,32 @@ pub(super) struct DdsWorker {
     stood_still: bool,
     wall_clock: SetBack,
     silent_writers: SilentWriters,
-    /// While writers are suspected.
+    /// Present while writers are suspected.
     silence_probe: Option<SilenceProbe>,
-    /// When an echo came last.
+    /// Time of the last echo.
     last_echo: Option<Instant>,
-    /// Samples that have arrived at a reader beside our participant since the last answer to a ping.
+    /// Samples received outside our participant since the last answer to a ping.
     witnessed: u64,
     write_failed: bool,
-    /// The current order of each topic that is written, but for those delivered once.
+    /// The current order of each written topic, except orders that are delivered once.
     current: Vec<Order>,
     pings: Pings,
     rebuilds: u32,
     write_errors: u64,
     unanswered_requests: u64,
-    /// Asks the log of this process.
+    /// Returns the losses of this process's log.
     log_losses: fn() -> LostLines,
     lost_lines: LostLines,
-    /// The status that was sent last.
+    /// The last status sent.
     status: NetworkStatus,
-    /// True since it has left the graph of another distribution.
+    /// True once it has left the graph of another distribution.
     has_left_graph: bool,
-    /// Last: the gateway sees its end when everything else is gone.
+    /// Last field: the gateway sees the link end only when everything else is gone.
     link: Link,
 }
 
 impl DdsWorker {
-    /// A network side that has joined the graph with this participant.
+    /// Creates a network side that has joined the graph with this participant.
     pub(super) fn new(
         settings: NetworkSettings,
         joined: JoinedParticipant,
@@ -151,7 +150,7 @@ impl DdsWorker {
         }
     }
 
-    /// Works until the gateway says stop. Fails with the error of the link, whose other end is gone.
+    /// Runs until the gateway orders to stop. Fails with the error of the link if its other end is gone.
     pub(super) async fn run(mut self) -> io::Result<()> {
         self.link.answer(&FromNetwork::Ready);
         self.link.flush()?;
@@ -167,7 +166,7 @@ impl DdsWorker {
                 continue;
             }
             let now = Instant::now();
-            // Making a participant may take as long.
+            // Creating a participant may take as long.
             let made_one = self.last_made >= self.last_round;
             self.stood_still |= !made_one && now.duration_since(self.last_round) > STANDSTILL;
             self.last_round = now;
@@ -188,7 +187,7 @@ impl DdsWorker {
             if self.last_slow.elapsed() >= self.settings.recovery.check_interval {
                 self.last_slow = Instant::now();
                 self.check_network();
-                // Asked for regularly, since that also writes the lines on what was left out.
+                // Called regularly, since it also writes the lines about omitted lines.
                 self.lost_lines = (self.log_losses)();
             }
             self.retire();
@@ -197,8 +196,8 @@ impl DdsWorker {
         }
     }
 
-    /// Takes the events of discovery, and serves the readers that were met: a late reader is to be met within
-    /// milliseconds.
+    /// Handles the discovery events, and serves newly matched readers at once: a late reader must be served
+    /// within milliseconds.
     fn observe(&mut self) {
         let waker = Waker::from(Arc::clone(&self.discovered));
         let observed = self.participant.observe(&waker, &mut self.missing, &self.own);
@@ -207,7 +206,7 @@ impl DdsWorker {
         self.count_write_error(settled);
     }
 
-    /// Carries out what the gateway has ordered since the last call. True if it has ordered to stop.
+    /// Carries out the gateway's orders since the last call. Returns true if one of them is to stop.
     fn obey(&mut self) -> io::Result<bool> {
         let received = orders::receive(&mut self.link, &self.settings)?;
         if let Some(parameters) = received.parameters {
@@ -228,20 +227,20 @@ impl DdsWorker {
         Ok(received.stop)
     }
 
-    /// Drops each predecessor once all its peers have met our participant too.
+    /// Drops each predecessor once all its peers have discovered our participant too.
     fn retire(&mut self) {
         let Self { participant, predecessors, own, .. } = self;
         predecessors.retain_mut(|(predecessor, since)| {
-            // Peers that it loses are not missing: our participant has met them or never will.
-            // It is polled, since it leaves soon; an error of its concerns nobody.
+            // Peers that it loses are not missing: our participant has discovered them or never will. It is
+            // polled, since it leaves soon; its errors do not matter.
             let _ = predecessor.observe(Waker::noop(), &mut MissingPeers::default(), own);
             let overlap = since.elapsed();
             overlap < OVERLAP || (overlap < MAX_OVERLAP && !participant.serves_all_of(predecessor))
         });
     }
 
-    /// Passes received samples to the gateway while it takes them, first the samples of predecessors: they
-    /// read on until our participant has met all writers.
+    /// Passes received samples to the gateway while the link accepts them. Predecessors come first; they read
+    /// until our participant has discovered all writers.
     fn receive(&mut self) {
         let Self { link, waker, silent_writers, .. } = self;
         let mut hand_over = |subscription: u16, taken: TakenSample| {
@@ -267,7 +266,7 @@ impl DdsWorker {
             is_more |= predecessor.take(waker, &mut hand_over);
         }
         is_more |= self.participant.take(waker, &mut hand_over);
-        // A link that is full wakes when it is not any more.
+        // A full link wakes the task when it has room again.
         if is_more && self.link.waiting() < MAX_WAITING {
             self.waker.wake_by_ref();
         }
@@ -281,7 +280,7 @@ impl DdsWorker {
         self.settings.set_parameters(parameters);
     }
 
-    /// Answers requests to the services of the node.
+    /// Answers requests to the node's services.
     fn serve(&mut self) {
         let participants = self.predecessors.iter_mut().map(|(predecessor, _)| predecessor);
         for participant in participants.chain([&mut self.participant]) {
@@ -289,20 +288,20 @@ impl DdsWorker {
         }
     }
 
-    /// Leaves the graph if the other nodes are of another distribution.
+    /// Leaves the graph if the other nodes belong to another distribution.
     fn watch_graph(&mut self) {
         if self.participant.leave_other_graph(&self.waker) {
             tracing::warn!(
                 "the other nodes are of another distribution of ROS 2 than this build ({DISTRO}): this node leaves their graph; topics work"
             );
-            // Nor does any other participant of ours enter it.
+            // No other participant of ours enters it either.
             self.predecessors.iter_mut().for_each(|(predecessor, _)| predecessor.leave_graph());
             self.settings.graph = false;
             self.has_left_graph = true;
         }
     }
 
-    /// Answers pings when there are signs of life.
+    /// Answers pings if there are signs of life.
     fn answer_ping(&mut self) {
         let signs = self.participant.take_signs_of_life(&self.waker, self.last_round);
         self.witnessed = self.witnessed.saturating_add(signs.witnessed);
@@ -317,7 +316,7 @@ impl DdsWorker {
         }
     }
 
-    /// Does it with our participant and its predecessors: some readers know only one of them.
+    /// Calls `act` for our participant and its predecessors, since some readers know only one of them.
     fn each(&mut self, mut act: impl FnMut(&mut Participant) -> Result<(), String>) {
         for (predecessor, _) in &mut self.predecessors {
             let _ = act(predecessor);
@@ -336,7 +335,7 @@ impl DdsWorker {
         }
     }
 
-    /// Looks for missing peers, and moves to the probe when it has found one.
+    /// Searches for missing peers, and moves to the probe if it has found one.
     fn probe_discovery(&mut self) {
         let Some((probe, _)) = &self.probe else { return };
         match probe.poll(&self.missing) {
@@ -362,8 +361,7 @@ impl DdsWorker {
         }
     }
 
-    /// Finds out whether writers that sent regularly are silent or not heard any more, and replaces the
-    /// participant if one is not heard: see [`SilentWriters`].
+    /// Replaces the participant if writers that sent regularly are no longer received: see [`SilentWriters`].
     fn follow_silent_writers(&mut self) {
         self.suspect_writers();
         let Self { silence_probe, silent_writers, waker, last_round, .. } = self;
@@ -398,13 +396,14 @@ impl DdsWorker {
         }
     }
 
-    /// Checks interfaces, the probe itself, and whether our participant still works.
+    /// Checks the interfaces, the probe, and whether our participant still works.
     fn check_network(&mut self) {
         self.missing.give_up(Instant::now());
         let now =
             Interfaces::now(&self.settings.only_networks).unwrap_or_else(|| self.last_interfaces.clone());
         let link_came_up = now.has_new_link_since(&self.last_interfaces);
-        // An address counts when it was there at two checks: interfaces get theirs one by one.
+        // An address counts once it was present at two checks, since interfaces get their addresses one by
+        // one.
         let settled = now == self.last_interfaces;
         self.last_interfaces = now;
         if self.missing.len() == 0 || link_came_up {
@@ -450,7 +449,7 @@ impl DdsWorker {
         made.inspect_err(|error| tracing::warn!("no new participant: {error}")).ok()
     }
 
-    /// Moves to another participant and publishes there what is current.
+    /// Moves to another participant and publishes the current samples there.
     fn replace(&mut self, participant: rustdds::DomainParticipant, interfaces: Interfaces) {
         let mut successor = match Participant::new(&self.settings, participant) {
             Ok(successor) => successor,
@@ -474,7 +473,7 @@ impl DdsWorker {
         self.rebuilds += 1;
     }
 
-    /// Tells the gateway what has changed.
+    /// Sends changes of the status to the gateway.
     fn update_status(&mut self) {
         let count = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
         let status = NetworkStatus {

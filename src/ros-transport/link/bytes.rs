@@ -1,8 +1,8 @@
-//! Reads numbers and texts of a message in turn; what is cut off or left over is a violation.
+//! Reads numbers and texts of a message in turn; truncated or remaining bytes are a violation.
 
 use super::violation::Violation;
 
-/// The bytes of a message that were not read yet.
+/// The unread bytes of a message.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FrameBytes<'a>(pub(super) &'a [u8]);
 
@@ -37,7 +37,7 @@ impl<'a> FrameBytes<'a> {
         self.array()
     }
 
-    /// A number that is 0 or 1.
+    /// Reads a number that must be 0 or 1.
     pub(super) fn flag(&mut self) -> Result<bool, Violation> {
         match self.u8()? {
             0 => Ok(false),
@@ -46,7 +46,7 @@ impl<'a> FrameBytes<'a> {
         }
     }
 
-    /// As many bytes as the number before them says.
+    /// Reads a number, and then as many bytes.
     pub(super) fn counted(&mut self) -> Result<&'a [u8], Violation> {
         let length = usize::try_from(self.u32()?).unwrap_or(usize::MAX);
         let (bytes, rest) = self.0.split_at_checked(length).ok_or(Violation::CutOff)?;
@@ -54,18 +54,18 @@ impl<'a> FrameBytes<'a> {
         Ok(bytes)
     }
 
-    /// Everything that is left.
+    /// Returns all remaining bytes.
     pub(super) fn rest(&mut self) -> &'a [u8] {
         std::mem::take(&mut self.0)
     }
 
-    /// Everything that is left, as a text of at most `limit` bytes.
+    /// Returns all remaining bytes, as a text of at most `limit` bytes.
     pub(super) fn text(&mut self, limit: usize) -> Result<&'a str, Violation> {
         let text = std::str::from_utf8(self.rest()).map_err(|_| Violation::Text)?;
         if text.len() <= limit { Ok(text) } else { Err(Violation::Text) }
     }
 
-    /// The end of the message.
+    /// Fails if bytes remain.
     pub(super) fn end(self) -> Result<(), Violation> {
         if self.0.is_empty() { Ok(()) } else { Err(Violation::Leftover(self.0.len())) }
     }

@@ -1,6 +1,6 @@
-//! The report of the network process on its confinement, sent once over a socket of its own: the layers that
-//! are missing, and with them the descriptor at which the kernel asks about each system call that is refused.
-//! Who holds it decides, so the process keeps none.
+//! The report of the network process on its confinement, sent once over a separate socket: the missing
+//! layers, and the descriptor through which the kernel asks about each refused system call. The holder of the
+//! descriptor decides on the calls, so the process does not keep it.
 
 use std::io;
 use std::os::fd::{AsFd, OwnedFd};
@@ -13,7 +13,7 @@ pub fn send(socket: impl AsFd, missing: Layers, listener: Option<&OwnedFd>) -> i
     datagram::send(socket, &missing.bits().to_le_bytes(), listener.map(AsFd::as_fd).as_slice())
 }
 
-/// Waits for a report; `None` when the other end closes without one.
+/// Waits for a report; `None` if the other end closes without sending one.
 pub fn receive(socket: impl AsFd) -> io::Result<Option<(Layers, Option<OwnedFd>)>> {
     let mut bits = [0; 2];
     let (length, descriptors) = datagram::receive(socket, &mut bits)?;

@@ -1,4 +1,4 @@
-//! What the network side counts of itself, beside its samples.
+//! Counts of the network side, apart from its samples.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -26,7 +26,7 @@ pub struct LostLines {
 }
 
 impl LostLines {
-    /// The sum of two numbers of lines.
+    /// Returns the sum of both counts.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
         Self {

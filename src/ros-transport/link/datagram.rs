@@ -1,4 +1,4 @@
-//! Messages that stay apart, with descriptors that come along.
+//! Messages with preserved boundaries and attached descriptors.
 
 use std::io::{self, IoSlice, IoSliceMut};
 use std::mem::MaybeUninit;
@@ -9,10 +9,10 @@ use rustix::net::{
     SendAncillaryMessage, SendFlags, SocketFlags, SocketType, recvmsg, sendmsg, socketpair,
 };
 
-/// The most descriptors that come with one message.
+/// Maximum number of descriptors per message.
 const MAX_DESCRIPTORS: usize = 2;
 
-/// Two sockets that are connected with each other.
+/// Creates two connected sockets.
 pub fn pair() -> io::Result<(OwnedFd, OwnedFd)> {
     Ok(socketpair(AddressFamily::UNIX, SocketType::SEQPACKET, SocketFlags::CLOEXEC, None)?)
 }
@@ -31,8 +31,8 @@ pub fn send(socket: impl AsFd, message: &[u8], descriptors: &[BorrowedFd<'_>]) -
     Ok(())
 }
 
-/// Receives a message into the space for it; gives its length, which is 0 once the other end is closed, and
-/// its descriptors. One that is longer than the space is an error.
+/// Receives a message into `space`; returns its length, which is 0 once the other end is closed, and its
+/// descriptors. A message longer than `space` is an error.
 pub fn receive(socket: impl AsFd, space: &mut [u8]) -> io::Result<(usize, Vec<OwnedFd>)> {
     let mut ancillary_space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(MAX_DESCRIPTORS))];
     let mut ancillary = RecvAncillaryBuffer::new(&mut ancillary_space);

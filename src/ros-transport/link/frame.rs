@@ -1,24 +1,24 @@
-//! Frames of a byte stream: a length of four bytes, little-endian, and as many bytes.
+//! Frames of a byte stream: a little-endian length of four bytes, followed by as many bytes.
 
 use super::violation::Violation;
 
 /// Bytes of the length before each frame.
 const PREFIX: usize = size_of::<u32>();
-/// The largest frame, bytes; the largest messages have one or two million.
+/// Maximum size of a frame, bytes; the largest messages have one or two million.
 pub(super) const MAX_FRAME: usize = 16 * 1024 * 1024;
-/// Memory that is kept when nothing waits, bytes.
+/// Capacity that is kept when nothing is waiting, bytes.
 const KEPT: usize = 1024 * 1024;
 
-/// Cuts received bytes into frames. It never holds more than one frame and what was added last.
+/// Splits received bytes into frames. It never holds more than one frame and the bytes added last.
 #[derive(Debug, Default)]
 pub struct FrameBuffer {
     bytes: Vec<u8>,
-    /// Bytes at the front that were given out.
+    /// Number of bytes at the front that were returned.
     taken: usize,
 }
 
 impl FrameBuffer {
-    /// Adds bytes that were received.
+    /// Adds received bytes.
     pub fn extend(&mut self, bytes: &[u8]) {
         self.bytes.drain(..self.taken);
         self.taken = 0;
@@ -28,7 +28,7 @@ impl FrameBuffer {
         self.bytes.extend_from_slice(bytes);
     }
 
-    /// Takes the next frame; `None` until it is whole. A length that no frame may have is an error.
+    /// Returns the next frame; `None` until it is complete. An invalid length is an error.
     pub fn next_frame(&mut self) -> Result<Option<&[u8]>, Violation> {
         let waiting = self.bytes.get(self.taken..).unwrap_or_default();
         let Some((prefix, rest)) = waiting.split_first_chunk::<PREFIX>() else { return Ok(None) };
@@ -42,7 +42,8 @@ impl FrameBuffer {
     }
 }
 
-/// Appends a frame, whose bytes `fill` appends. A frame that got too long is taken back, and false returned.
+/// Appends a frame, whose content is appended by `fill`. If the frame is too long, it is removed again, and
+/// false is returned.
 pub(super) fn append(buffer: &mut Vec<u8>, fill: impl FnOnce(&mut Vec<u8>)) -> bool {
     let start = buffer.len();
     buffer.extend_from_slice(&[0; PREFIX]);

@@ -2,16 +2,16 @@
 
 use derive_more::Display;
 
-/// One of the means by which the kernel confines the network process.
+/// One of the kernel mechanisms that confine the network process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Display)]
 pub enum Layer {
     /// It has no capability.
     #[display("dropped capabilities")]
     Capabilities,
-    /// It continues when its parent ends, should it have been stopped.
+    /// It is continued when its parent ends, in case it was stopped.
     #[display("a signal of the gateway's end")]
     ParentsEnd,
-    /// It is the first to go when memory is short.
+    /// The kernel kills it first when memory is short.
     #[display("OOM score")]
     OomScore,
     /// Its private writable memory is limited.
@@ -29,7 +29,7 @@ pub enum Layer {
     /// A filter refuses system calls that its engine does not need.
     #[display("a filter of system calls")]
     SystemCalls,
-    /// The gateway learns which calls were refused.
+    /// The gateway receives the names of refused calls.
     #[display("names of refused calls")]
     CallNames,
     /// Its user is not the gateway's.
@@ -38,7 +38,7 @@ pub enum Layer {
 }
 
 impl Layer {
-    /// All of them, each in the place of its number.
+    /// All layers, each at the position of its number.
     pub const ALL: [Self; 10] = [
         Self::Capabilities,
         Self::ParentsEnd,
@@ -62,12 +62,12 @@ impl Layer {
 pub struct Layers(u16);
 
 impl Layers {
-    /// From the bits that another process sent; those without a meaning are dropped.
+    /// Creates a set from bits sent by another process; bits without a meaning are dropped.
     pub fn from_bits(bits: u16) -> Self {
         Self(bits & Layer::ALL.into_iter().fold(0, |all, layer| all | layer.bit()))
     }
 
-    /// Returns the limits that both have.
+    /// Returns the layers of both sets.
     #[must_use]
     pub fn with(self, others: Self) -> Self {
         Self(self.0 | others.0)
@@ -78,7 +78,7 @@ impl Layers {
         self.0 & layer.bit() != 0
     }
 
-    /// The bits, to be sent.
+    /// Returns the bits to send.
     pub fn bits(self) -> u16 {
         self.0
     }

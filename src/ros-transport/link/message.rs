@@ -1,4 +1,5 @@
-//! The messages of the link, and their bytes: a kind of one byte, and what belongs to it, little-endian.
+//! The messages of the link, and their encoding: one byte for the kind, followed by its little-endian
+//! content.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,12 +11,12 @@ use crate::link::ZenohLinks;
 use crate::parameters::Parameters;
 use ros_messages::cdr::{CdrBytes, Endian};
 
-/// The longest text, bytes.
+/// Maximum length of a text, bytes.
 const MAX_TEXT: usize = 1024;
-/// Longest JSON of a status: room for 11 bytes of each of a thousand topics, and for the few nodes that are
-/// named.
+/// Maximum JSON size of a status, bytes: room for 11 bytes for each of a thousand topics, and for the few
+/// named nodes.
 const MAX_STATUS: usize = 32 * 1024;
-/// The largest sample that is handed on, bytes.
+/// Maximum size of a forwarded sample, bytes.
 pub const MAX_SAMPLE: usize = 8 * 1024 * 1024;
 
 /// An instruction for the writer of a topic.
@@ -23,31 +24,31 @@ pub const MAX_SAMPLE: usize = 8 * 1024 * 1024;
 pub enum Order {
     /// Publish these samples, oldest first.
     Publish(Vec<CdrBytes>),
-    /// Publish nothing, not even to readers that come later.
+    /// Publish nothing, not even to late readers.
     Withdraw,
 }
 
 /// A message of the gateway to its network side.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ToNetwork {
-    /// Join the network; the first message, and no other.
+    /// Join the network; only as the first message.
     Start(Box<NetworkSettings>),
-    /// Do this on the topic at this position of the settings.
+    /// Carry out this order on the topic at this position of the settings.
     Order(u16, Order),
     /// These are the parameters of the node from now on.
     Parameters(Box<Parameters>),
-    /// Answer with the same number once a sample has gone out and come back.
+    /// Answer with the same number once a sample has been sent and received back.
     Ping(u64),
-    /// Leave the network and end.
+    /// Leave the network and exit.
     Stop,
 }
 
-/// A message of the network side to the gateway. Texts and bytes are parts of the frame.
+/// A message of the network side to the gateway. Texts and bytes borrow from the frame.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum FromNetwork<'a> {
-    /// The network was joined; the first message, if it succeeds.
+    /// The network was joined; the first message on success.
     Ready,
-    /// The network cannot be joined, for this reason; the only message then.
+    /// The network cannot be joined, for this reason; the only message in that case.
     Failed(&'a str),
     /// A sample was received.
     Sample(Sample<'a>),
@@ -59,10 +60,11 @@ pub enum FromNetwork<'a> {
     Pong {
         /// The number of the ping.
         number: u64,
-        /// True if a sample came back. It may fail to without a network, or where none ever did.
+        /// True if a sample was received back. This may be impossible without a network, or where it never
+        /// happened before.
         has_echo: bool,
-        /// True if a sample has arrived since the last answer at a reader that does not belong to the network
-        /// side's participant.
+        /// True if a sample has arrived since the last answer at a reader outside the network side's
+        /// participant.
         is_heard: bool,
     },
 }
@@ -70,11 +72,11 @@ pub enum FromNetwork<'a> {
 /// A sample as it was received.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sample<'a> {
-    /// Its subscription, by position in the settings.
+    /// Position of its subscription in the settings.
     pub subscription: u16,
     /// GUID of its writer.
     pub writer: [u8; 16],
-    /// Its number at its writer.
+    /// Sequence number at its writer.
     pub number: i64,
     /// Byte order of its bytes.
     pub encoding: SampleEncoding,
@@ -104,31 +106,31 @@ impl From<SampleEncoding> for Endian {
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NetworkStatus {
-    /// Matched readers of each topic that is written.
+    /// Number of matched readers of each written topic.
     pub readers: Vec<u32>,
-    /// Matched writers of each topic that is read.
+    /// Number of matched writers of each read topic.
     pub writers: Vec<u32>,
-    /// Writers of others on each topic that is written.
+    /// Number of foreign writers on each written topic.
     pub other_writers: Vec<u32>,
-    /// Participants whose lease ran out, until a new participant has found them.
+    /// Number of participants whose lease expired, until a new participant has found them.
     pub missing_peers: u32,
     /// True while a second participant listens for them.
     pub has_probe: bool,
-    /// Times the participant was replaced.
+    /// Number of times that the participant was replaced.
     pub rebuilds: u32,
-    /// Participants of others that are there.
+    /// Number of foreign participants present.
     pub participants: u32,
-    /// Times a writer was not heard although it sent.
+    /// Number of times that a writer was sending but not received.
     pub unheard_writers: u32,
-    /// Samples that RustDDS did not take.
+    /// Number of samples that RustDDS refused.
     pub write_errors: u64,
-    /// Requests for parameters that were not answered.
+    /// Number of unanswered parameter requests.
     pub unanswered_requests: u64,
-    /// Log lines that the network side did not write.
+    /// Log lines that the network side could not write.
     pub lost_lines: LostLines,
-    /// True since it has left the ROS 2 graph, which is of another distribution.
+    /// True once it has left the ROS 2 graph, which belongs to another distribution.
     pub has_left_graph: bool,
-    /// Its connections; `None` with DDS, which has none.
+    /// Zenoh connections; `None` with DDS, which has none.
     pub links: Option<ZenohLinks>,
 }
 
@@ -140,13 +142,13 @@ const STOP: u8 = 5;
 const PARAMETERS: u8 = 6;
 
 impl ToNetwork {
-    /// Appends the message's bytes.
+    /// Appends the encoded message.
     pub(super) fn encode(&self, bytes: &mut Vec<u8>) {
         match self {
             Self::Start(settings) => {
                 bytes.push(START);
-                // Settings have no map whose keys are no texts; what could not be encoded cannot be read
-                // either.
+                // Settings have no map with non-text keys, so encoding succeeds; a failure would make the
+                // message unreadable.
                 bytes.extend(serde_json::to_vec(settings).unwrap_or_default());
             }
             Self::Order(topic, Order::Publish(samples)) => {
@@ -154,7 +156,7 @@ impl ToNetwork {
                 bytes.extend(topic.to_le_bytes());
                 for sample in samples {
                     let sample = sample.as_ref();
-                    // A frame is shorter than that.
+                    // A frame is shorter than 4 GiB.
                     bytes.extend(u32::try_from(sample.len()).unwrap_or(u32::MAX).to_le_bytes());
                     bytes.extend(sample);
                 }
@@ -175,7 +177,7 @@ impl ToNetwork {
         }
     }
 
-    /// Reads a message from its frame.
+    /// Decodes a message from its frame.
     pub fn decode(frame: &[u8]) -> Result<Self, Violation> {
         let mut bytes = FrameBytes(frame);
         let message = match bytes.u8()? {
@@ -212,8 +214,8 @@ const STATUS: u8 = 5;
 const PONG: u8 = 6;
 
 impl<'a> FromNetwork<'a> {
-    /// Appends the bytes of the message; a reason is shortened to what may be sent, and the names in a status
-    /// are short already.
+    /// Appends the encoded message; a reason is shortened to the limit, and the names in a status are short
+    /// already.
     pub fn encode(&self, bytes: &mut Vec<u8>) {
         match self {
             Self::Ready => bytes.push(READY),
@@ -246,7 +248,7 @@ impl<'a> FromNetwork<'a> {
         }
     }
 
-    /// Reads a message. Any bytes are safe to read.
+    /// Decodes a message. Safe for any bytes.
     pub fn decode(frame: &'a [u8]) -> Result<Self, Violation> {
         let mut bytes = FrameBytes(frame);
         let message = match bytes.u8()? {

@@ -1,8 +1,8 @@
-//! The link between the gateway and its network side: a socket pair with framed messages, whether the network
-//! side is a process or a thread.
+//! The link between the gateway and its network side, a process or a thread: a socket pair with framed
+//! messages.
 //!
-//! Neither side waits for the other: what cannot be written stays with its sender, where newer orders replace
-//! it. The gateway trusts nothing that the network side sends; a message that breaks the rules is a
+//! Neither side waits for the other: messages that cannot be written stay with their sender, where newer
+//! orders replace them. The gateway trusts nothing that the network side sends; an invalid message is a
 //! [`Violation`].
 
 mod bytes;

@@ -1,4 +1,4 @@
-//! The settings of the network side, which are the first message to it.
+//! The settings of the network side, sent as the first message.
 
 use std::net::IpAddr;
 
@@ -8,7 +8,7 @@ use crate::parameters::{Parameters, ServiceContents};
 use crate::qos::{Delivery, Durability, Reliability};
 use crate::settings::{Recovery, Transport};
 
-/// The node's name in the graph, its network, and the topics it writes and reads.
+/// The node's name in the graph, its network, and its written and read topics.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NetworkSettings {
     /// Name of the node.
@@ -19,37 +19,37 @@ pub struct NetworkSettings {
     pub graph: bool,
     /// `ROS_DOMAIN_ID`, 0 to 232.
     pub domain_id: u16,
-    /// Addresses of the interfaces to use; all of them if empty.
+    /// Addresses of the interfaces to use; all interfaces if empty.
     pub only_networks: Vec<IpAddr>,
-    /// The topics that are written; orders point here.
+    /// The written topics; orders contain positions in this list.
     pub written: Vec<WrittenTopic>,
-    /// The topics that are read; samples point here.
+    /// The read topics; samples contain positions in this list.
     pub read: Vec<ReadTopic>,
-    /// Intervals at which lost peers and new addresses are acted on.
+    /// Intervals for reacting to lost peers and new addresses.
     pub recovery: Recovery,
-    /// True once a sample of our own has come back on this computer. Where none has, it is not a sign of
-    /// life.
+    /// True once a sample of our own has returned on this computer. Otherwise a missing echo is not a
+    /// failure.
     pub echo_is_proven: bool,
-    /// The most bytes of samples that may be kept until their readers have acknowledged them.
+    /// Maximum number of bytes of samples kept until their readers have acknowledged them.
     pub history_bytes: usize,
-    /// What the services of the node tell; `None` without services.
+    /// Content of the node's services; `None` without services.
     pub services: Option<ServiceContents>,
-    /// What carries the messages.
+    /// The middleware that carries the messages.
     pub transport: Transport,
 }
 
 impl NetworkSettings {
-    /// True if each message of the written topic at this position counts, and not only the newest.
+    /// Returns true if every message of the written topic at this position counts, not only the newest.
     pub fn counts_each(&self, topic: u16) -> bool {
         self.written.get(usize::from(topic)).is_some_and(|written| written.delivery.counts_each())
     }
 
-    /// True if the newest message of the written topic at this position is published again by a successor.
+    /// Returns true if a successor publishes the newest message of the written topic at this position again.
     pub fn is_kept(&self, topic: u16) -> bool {
         self.written.get(usize::from(topic)).is_some_and(|written| written.delivery.is_kept())
     }
 
-    /// Replaces the parameters, where the node has services.
+    /// Replaces the parameters, if the node has services.
     pub fn set_parameters(&mut self, parameters: Parameters) {
         if let Some(services) = &mut self.services {
             services.parameters = parameters;
@@ -57,7 +57,7 @@ impl NetworkSettings {
     }
 }
 
-/// A topic that is written.
+/// A written topic.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WrittenTopic {
     /// Absolute name of the topic.
@@ -72,17 +72,17 @@ pub struct WrittenTopic {
     pub delivery: Delivery,
 }
 
-/// A topic that is read.
+/// A read topic.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ReadTopic {
     /// Absolute name of the topic.
     pub name: String,
     /// Package and name of its type.
     pub type_name: (String, String),
-    /// Reliability asked of writers.
+    /// Reliability requested from writers.
     pub reliability: Reliability,
-    /// Durability asked of writers.
+    /// Durability requested from writers.
     pub durability: Durability,
-    /// Samples kept while the network side is busy.
+    /// Number of samples kept while the network side is busy.
     pub depth: i32,
 }

@@ -10,28 +10,28 @@ use super::frame::{self, FrameBuffer};
 use super::message::{FromNetwork, ToNetwork};
 use super::violation::Violation;
 
-/// Bytes read at once.
+/// Number of bytes read at once.
 const READ_SIZE: usize = 64 * 1024;
-/// Bytes read before the owner has its turn again.
+/// Maximum number of bytes read before the owner continues.
 const MAX_READ: usize = 16 * READ_SIZE;
-/// Memory that is kept when everything is written, bytes.
+/// Capacity that is kept when everything is written, bytes.
 const KEPT: usize = 1024 * 1024;
 
-/// A socket with what waits on both sides of it. Nothing here blocks, but for [`Link::ready`].
+/// A socket with buffers for both directions. Nothing here blocks, except for [`Link::ready`].
 #[derive(Debug)]
 pub struct Link {
-    /// Watched for what can be read alone: watched for room, it would wake this end whenever the other end
+    /// Registered for reading only: registered for writing, it would wake this end whenever the other end
     /// reads.
     stream: AsyncFd<UnixStream>,
     incoming: FrameBuffer,
     scratch: Box<[u8]>,
     outgoing: Vec<u8>,
-    /// Bytes at the front of `outgoing` that are written.
+    /// Number of bytes at the front of `outgoing` that are written.
     written: usize,
 }
 
 impl Link {
-    /// One end of a socket pair. Must be called within a runtime.
+    /// Creates one end from a socket of a pair. Must be called within a runtime.
     pub fn new(socket: UnixStream) -> io::Result<Self> {
         socket.set_nonblocking(true)?;
         Ok(Self {
@@ -43,7 +43,7 @@ impl Link {
         })
     }
 
-    /// Waits until there is something to read, or what waits can be written. Cancellation loses nothing.
+    /// Waits until there is something to read, or waiting bytes can be written. Cancel safe.
     pub async fn ready(&self) -> io::Result<()> {
         if self.waiting() == 0 {
             return self.stream.readable().await.map(drop);
@@ -55,12 +55,12 @@ impl Link {
         }
     }
 
-    /// Bytes that wait to be written.
+    /// Returns the number of bytes waiting to be written.
     pub fn waiting(&self) -> usize {
         self.outgoing.len() - self.written
     }
 
-    /// Reads what is there, up to a bound. An end that is closed is an error, `UnexpectedEof`.
+    /// Reads the available bytes, up to a bound. If the other end is closed, fails with `UnexpectedEof`.
     pub fn read(&mut self) -> io::Result<()> {
         let mut total = 0;
         while total < MAX_READ {
@@ -77,12 +77,12 @@ impl Link {
         Ok(())
     }
 
-    /// Takes the next frame that was read.
+    /// Returns the next received frame.
     pub fn next_frame(&mut self) -> Result<Option<&[u8]>, Violation> {
         self.incoming.next_frame()
     }
 
-    /// Writes as much as the other end takes.
+    /// Writes as much as the socket accepts.
     pub fn flush(&mut self) -> io::Result<()> {
         while let Some(waiting) = self.outgoing.get(self.written..).filter(|waiting| !waiting.is_empty()) {
             match self.stream.get_ref().write(waiting) {
@@ -97,12 +97,12 @@ impl Link {
         Ok(())
     }
 
-    /// Queues a message of the gateway; false when it is too long to be sent.
+    /// Queues a message of the gateway; returns false if it is too long.
     pub fn queue(&mut self, message: &ToNetwork) -> bool {
         frame::append(&mut self.outgoing, |bytes| message.encode(bytes))
     }
 
-    /// Queues a message of the network side; false when it is too long to be sent.
+    /// Queues a message of the network side; returns false if it is too long.
     pub fn answer(&mut self, message: &FromNetwork<'_>) -> bool {
         frame::append(&mut self.outgoing, |bytes| message.encode(bytes))
     }
@@ -124,12 +124,12 @@ mod tests {
         [one, other].map(|socket| Link::new(socket).unwrap())
     }
 
-    /// A message that no socket takes at once.
+    /// Returns a message that no socket accepts at once.
     fn large() -> ToNetwork {
         ToNetwork::Order(1, Order::Publish(vec![vec![7; 8 * READ_SIZE].into(); 16]))
     }
 
-    /// True if it is ready while the runtime has looked at its sockets many times.
+    /// Returns true if it becomes ready while the runtime polls its sockets many times.
     async fn is_ready(link: &Link) -> bool {
         tokio::select! {
             biased;

@@ -3,10 +3,10 @@
 /// A message that breaks the rules of the link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Violation {
-    /// No frame has this length.
+    /// The length of a frame is invalid.
     #[error("a frame of {0} bytes")]
     Length(usize),
-    /// No message is of this kind.
+    /// The kind of message is unknown.
     #[error("a message of the unknown kind {0}")]
     Kind(u8),
     /// The message ends too early.
@@ -27,14 +27,14 @@ pub enum Violation {
     /// The state of the network side cannot be read.
     #[error("a state that cannot be read")]
     Status,
-    /// The topic or subscription does not exist, or the number of topics is another.
+    /// The topic or subscription does not exist, or the number of topics is wrong.
     #[error("topic {0}, which does not exist")]
     Topic(usize),
     /// The sample is too large.
     #[error("a sample of {0} bytes")]
     Sample(usize),
-    /// The message is not due: none may come before the first, which may come once, nor a pong without its
-    /// ping.
+    /// The message is out of sequence: none may precede the first, the first may come only once, and a pong
+    /// needs a ping.
     #[error("a message out of turn")]
     OutOfTurn,
 }

@@ -1,15 +1,15 @@
-//! A request in a sample, and the sample of its response: each middleware has its own way to say which belong
-//! together.
+//! Extracts a request from a sample, and builds the sample of its response: each middleware associates the
+//! two differently.
 
 use ros_messages::cdr::{CdrBytes, Endian};
 
-/// Bytes before the request where it is Cyclone's: number of the client, number of the request.
+/// Length of the header before a Cyclone request, bytes: number of the client, number of the request.
 const HEADER: usize = 16;
 
-/// The middleware of a client, by the way in which it numbers its requests.
+/// The middleware of a client, by its numbering of requests.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Middleware {
-    /// `rmw_cyclonedds`: numbers stand before request and response.
+    /// `rmw_cyclonedds`: numbers precede request and response.
     Cyclone,
     /// `rmw_fastrtps` and others: the response names the sample of the request (DDS-RPC, "enhanced service
     /// mapping").
@@ -21,17 +21,17 @@ pub enum Middleware {
 pub struct Call<'a> {
     /// The request's own bytes.
     pub request: &'a [u8],
-    /// Number of the client and of the request, where they stand before it.
+    /// Numbers of the client and of the request, if they precede it.
     header: Option<[u64; 2]>,
 }
 
 impl Middleware {
-    /// The middleware of a writer, by the maker's number with which its GUID begins.
+    /// Returns the middleware of a writer, by the vendor number at the start of its GUID.
     pub fn of(writer: [u8; 16]) -> Self {
         if writer.starts_with(&[0x01, 0x10]) { Self::Cyclone } else { Self::Enhanced }
     }
 
-    /// Finds the request in a sample; `None` where the numbers before it are cut off.
+    /// Extracts the request from a sample; `None` if the preceding numbers are truncated.
     pub fn call(self, sample: &[u8], endian: Endian) -> Option<Call<'_>> {
         match self {
             Self::Enhanced => Some(Call { request: sample, header: None }),
@@ -49,7 +49,7 @@ impl Middleware {
 }
 
 impl Call<'_> {
-    /// The sample of its response.
+    /// Builds the sample of its response.
     pub fn reply(&self, response: CdrBytes) -> CdrBytes {
         let Some(header) = self.header else { return response };
         let mut reply = Vec::with_capacity(HEADER + response.as_ref().len());

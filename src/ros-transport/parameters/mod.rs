@@ -1,8 +1,8 @@
-//! The services of the node: for its parameters, which can be read and not set, and for the layout of the
-//! doors.
+//! The services of the node: for its parameters, which are read-only, and for the layout of the doors.
 //!
-//! [`NodeService::answer`] makes the response to a request; [`Call`] finds request and client in a sample, as
-//! the middleware of the client has put them there. Requests come from anybody: nothing in them is trusted.
+//! [`NodeService::answer`] builds the response to a request; [`Call`] extracts request and client from a
+//! sample in the format of the client's middleware. Requests may come from any node: nothing in them is
+//! trusted.
 
 mod call;
 mod service;
@@ -19,7 +19,7 @@ use ros_messages::rcl_interfaces::{Parameter, ParameterEvent, ParameterValue as 
 pub use service::{MAX_REQUEST, MAX_RESPONSE, NodeService, ServiceContents};
 pub use value::ParameterValue;
 
-/// The doors of the vehicle, as a service tells them.
+/// The doors of the vehicle, as returned by a service.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct DoorLayouts {
     /// Absolute name of the service.
@@ -36,8 +36,8 @@ pub struct Parameters {
 }
 
 impl Parameters {
-    /// Adds a parameter, or replaces its value. Numbers that are not finite become texts: they have no place
-    /// in the settings of the network side.
+    /// Adds a parameter, or replaces its value. Numbers that are not finite become texts, because the
+    /// settings' JSON cannot represent them.
     pub fn set(&mut self, name: &str, value: impl Into<ParameterValue>) {
         let mut value = value.into();
         if let ParameterValue::Double(number) = value
@@ -53,23 +53,24 @@ impl Parameters {
         self.values.insert(name.to_owned(), value);
     }
 
-    /// Sets the descriptions of the parameters, as far as `description` knows them by name.
+    /// Sets the descriptions of the parameters for which `description` returns one.
     pub fn describe(&mut self, description: impl Fn(&str) -> Option<String>) {
         let described = self.values.keys().filter_map(|name| Some((name.clone(), description(name)?)));
         self.descriptions = described.collect();
     }
 
-    /// The description of a parameter; empty without one.
+    /// Returns the description of a parameter; empty without one.
     pub fn description(&self, name: &str) -> &str {
         self.descriptions.get(name).map_or("", String::as_str)
     }
 
-    /// The value of a parameter.
+    /// Returns the value of a parameter.
     pub fn get(&self, name: &str) -> Option<&ParameterValue> {
         self.values.get(name)
     }
 
-    /// The event that makes these parameters of a node of others; `None` where nothing is different.
+    /// Returns the event for the change from `before` to these parameters of a node; `None` if nothing
+    /// differs.
     pub fn event_after(&self, before: &Self, node: &str, stamp: Time) -> Option<ParameterEvent> {
         let named = |name: &str, value| Parameter { name: name.to_owned(), value };
         let (mut new_parameters, mut changed_parameters) = (Vec::new(), Vec::new());
@@ -94,7 +95,7 @@ impl Parameters {
         })
     }
 
-    /// The names of all, in alphabetical order.
+    /// Returns all names, in alphabetical order.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.values.keys().map(String::as_str)
     }

@@ -1,4 +1,4 @@
-//! The services of the node, and their answers: six for parameters, and one for the layout of the doors.
+//! The services of the node, and their responses: six for parameters, and one for the layout of the doors.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,11 +11,11 @@ use ros_messages::rcl_interfaces::{
     ParameterValue as ValueMessage, SetParametersRequest, SetParametersResult,
 };
 
-/// The longest request, bytes.
+/// Maximum length of a request, bytes.
 pub const MAX_REQUEST: usize = 64 * 1024;
-/// The longest response, bytes. A request may name a parameter many times.
+/// Maximum length of a response, bytes. A request may name a parameter many times.
 pub const MAX_RESPONSE: usize = 1024 * 1024;
-/// The most names or parameters of a request.
+/// Maximum number of names or parameters in a request.
 const MAX_NAMES: usize = 1000;
 /// The reason why a parameter is not set.
 const READ_ONLY: &str = "read-only: change the configuration file and reload";
@@ -39,14 +39,14 @@ pub enum NodeService {
     DoorLayout,
 }
 
-/// A message of one field.
+/// A message with one field.
 #[derive(Serialize)]
 struct ListMessage<T> {
     field: T,
 }
 
 impl NodeService {
-    /// Package and name of its type.
+    /// Returns package and name of its type.
     pub const fn type_name(self) -> TypeName {
         const PACKAGE: &str = "rcl_interfaces";
         match self {
@@ -60,10 +60,10 @@ impl NodeService {
         }
     }
 
-    /// The response to a request. Any bytes are safe to read.
+    /// Returns the response to a request. Safe for any bytes.
     ///
     /// # Errors
-    /// A request of another layout, or one that is too long, or whose response would be.
+    /// Fails if the request has another layout, is too long, or would have too long a response.
     pub fn answer(
         self,
         contents: &ServiceContents,
@@ -110,7 +110,7 @@ impl NodeService {
     }
 }
 
-/// What the services of the node tell.
+/// Content of the node's services.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct ServiceContents {
     /// The parameters of the node.
@@ -120,7 +120,7 @@ pub struct ServiceContents {
 }
 
 impl ServiceContents {
-    /// The services of a node, each with its absolute name.
+    /// Returns the services of a node, each with its absolute name.
     pub fn services(&self, node: &str) -> Vec<(NodeService, String)> {
         let named = |service: NodeService, name: &str| (service, format!("{node}/{name}"));
         let for_parameters = [
@@ -146,7 +146,7 @@ fn within(length: usize, limit: usize) -> Result<(), Unreadable> {
     if length <= limit { Ok(()) } else { Err(Unreadable::TooMuch { length, limit }) }
 }
 
-/// A response whose only field is a list; nothing of it is made beyond the limit.
+/// Encodes a response whose only field is a list; stops at the limit.
 fn encode<T: Serialize>(elements: impl Iterator<Item = T>) -> Result<CdrBytes, Unreadable> {
     let (mut list, mut length) = (Vec::new(), 0);
     for element in elements {
@@ -177,8 +177,7 @@ fn descriptor(name: &str, parameters: &Parameters) -> ParameterDescriptor {
     }
 }
 
-/// The parameters below the prefixes, no more than `depth` levels below, and the levels that they stand
-/// below.
+/// Returns the parameters below the prefixes, at most `depth` levels below, and the prefixes of these levels.
 fn list(parameters: &Parameters, prefixes: &[String], depth: u64) -> ListParametersResult {
     let is_within = |rest: &str| depth == 0 || rest.split('.').count() as u64 <= depth;
     let is_listed = |name: &str| {

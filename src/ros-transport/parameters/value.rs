@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use ros_messages::rcl_interfaces::ParameterValue as Message;
 
-/// A value of one of the types that parameters have.
+/// A value of one of the parameter types.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, From)]
 pub enum ParameterValue {
     /// The parameter is true or false.
@@ -31,7 +31,7 @@ pub enum ParameterValue {
 }
 
 impl ParameterValue {
-    /// The number of its type in messages.
+    /// Returns the number of its type in messages.
     pub fn type_number(&self) -> u8 {
         match self {
             Self::Bool(_) => 1,
@@ -45,7 +45,7 @@ impl ParameterValue {
         }
     }
 
-    /// The message with this value.
+    /// Returns the message with this value.
     pub fn message(&self) -> Message {
         let mut message = Message { r#type: self.type_number(), ..Message::default() };
         match self.clone() {

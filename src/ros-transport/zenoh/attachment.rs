@@ -1,16 +1,16 @@
-//! What is attached to each sample: its number, the time it was sent, and the identity of its publisher.
+//! The attachment of each sample: its number, the time it was sent, and the identity of its publisher.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Bytes of a publisher's identity.
+/// Length of a publisher's identity, bytes.
 const GID_LENGTH: u8 = 16;
-/// Bytes of an attachment.
+/// Length of an attachment, bytes.
 pub(super) const LENGTH: usize = 8 + 8 + 1 + GID_LENGTH as usize;
 
 /// Identity of a publisher.
 pub(super) type Gid = [u8; GID_LENGTH as usize];
 
-/// What is attached to a sample.
+/// The attachment of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Attachment {
     /// Number of the sample at its publisher, from 1.
@@ -38,7 +38,7 @@ impl Attachment {
         bytes
     }
 
-    /// Reads the bytes of an attachment; what follows is of versions to come.
+    /// Reads the bytes of an attachment; later versions may append fields, which are ignored.
     pub(super) fn read(bytes: &[u8]) -> Option<Self> {
         let (number, rest) = bytes.split_first_chunk()?;
         let (sent, rest) = rest.split_first_chunk()?;

@@ -1,4 +1,4 @@
-//! Who else is there: endpoints on our topics by their tokens, and connections.
+//! The view of the graph: endpoints on our topics, known by their tokens, and connections.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -11,35 +11,35 @@ use zenoh::{Session, Wait};
 use super::keys::{EndpointKind, GraphEndpoint, NodeKey, TopicKey, all_tokens, read_token, session_of};
 use crate::link::ZenohLinks;
 
-/// Tokens on our topics that are remembered: enough for a large fleet, and a bound against floods.
+/// Maximum number of remembered tokens on our topics: enough for a large fleet, and a bound against floods.
 const MAX_TOKENS: usize = 20_000;
-/// Nodes with another hash that are named in the log.
+/// Maximum number of nodes with another hash named in the log.
 const MAX_NAMED: usize = 100;
-/// Peers that are remembered although the connection with them is lost.
+/// Maximum number of remembered peers whose connection is lost.
 const MAX_MISSING: usize = 1000;
 
-/// What outlives a session.
+/// State that outlives a session.
 #[derive(Default)]
 pub(super) struct Heritage {
-    /// The id of the session that is replaced, which is not one of somebody else.
+    /// Id of the replaced session, which is not a foreign session.
     session: Option<String>,
     lost: u64,
     named: BTreeSet<String>,
     missing: BTreeSet<String>,
 }
 
-/// Shared with the threads of Zenoh, which call back.
+/// State shared with Zenoh's threads, which call back.
 #[derive(Default)]
 struct SeenToken {
-    /// Endpoints of others on our topics, by their tokens.
+    /// Foreign endpoints on our topics, by their tokens.
     endpoints: BTreeMap<String, GraphEndpoint>,
     /// Connections, and whether the other end is a router.
     links: BTreeMap<String, bool>,
     lost: u64,
-    /// Peers whose connection is lost and of which there is no sign since: neither another connection nor a
-    /// token, which then comes by a router, as samples do.
+    /// Peers whose connection is lost and which have shown no sign since: neither another connection nor a
+    /// token, which would come through a router, like samples.
     missing: BTreeSet<String>,
-    /// Endpoints whose hash is another one than ours, and which were named in the log.
+    /// Endpoints with a hash other than ours that were named in the log.
     named: BTreeSet<String>,
 }
 
@@ -51,7 +51,7 @@ pub(super) struct Graph {
 }
 
 impl Graph {
-    /// Declares our node, unless it is to be left out, and watches what others declare on these topics.
+    /// Declares our node, unless the graph must not list it, and subscribes to declarations on these topics.
     pub(super) fn new(
         session: &Session,
         node: &NodeKey,
@@ -76,7 +76,7 @@ impl Graph {
             .background()
             .wait()?;
         let (tokens, own) = (Arc::clone(&seen), node.session.clone());
-        // Readers are of interest on what we write, and writers on all our topics.
+        // Readers matter on the topics that we write, and writers on all our topics.
         let topics = [
             (EndpointKind::Subscription, written.to_vec()),
             (EndpointKind::Publisher, [written, read].concat()),
@@ -110,7 +110,7 @@ impl Graph {
         Ok(Self { seen, _token: token })
     }
 
-    /// Peers whose connection is lost and of which there is no sign since.
+    /// Returns the peers whose connection is lost and which have shown no sign since.
     pub(super) fn missing(&self) -> BTreeSet<String> {
         lock(&self.seen).missing.clone()
     }
@@ -120,7 +120,7 @@ impl Graph {
         lock(&self.seen).missing.retain(|session| !ended.contains(session));
     }
 
-    /// What the graph of the session knows that replaces this one.
+    /// Returns the state for the graph of the session that replaces this one.
     pub(super) fn heritage(&self, session: &Session) -> Heritage {
         let seen = lock(&self.seen);
         Heritage {
@@ -131,7 +131,7 @@ impl Graph {
         }
     }
 
-    /// Endpoints of others that hear this topic, or that it hears.
+    /// Returns the number of foreign endpoints that receive this topic from us, or send it to us.
     pub(super) fn count(&self, kind: EndpointKind, topic: &TopicKey) -> u32 {
         let seen = lock(&self.seen);
         let heard =
@@ -151,7 +151,7 @@ impl Graph {
 }
 
 impl SeenToken {
-    /// Peers come and go with each `ros2` command, which is not worth a line.
+    /// Records a connection. Peers come and go with each `ros2` command, which is not worth a log line.
     fn note_link(&mut self, session: &str, is_router: bool, kind: SampleKind) {
         match (kind, is_router) {
             (SampleKind::Put, true) => tracing::info!("connected with Zenoh router {session}"),
@@ -199,7 +199,7 @@ impl SeenToken {
         self.endpoints.insert(token.to_owned(), endpoint);
     }
 
-    /// Names an endpoint that will not hear us, or that we will not hear, once.
+    /// Warns once about an endpoint that will not receive from us, or from which we will not receive.
     fn warn(&mut self, endpoint: &GraphEndpoint, ours: &TopicKey) {
         let GraphEndpoint { node, topic: TopicKey { name, type_name, hash }, .. } = endpoint;
         if self.named.len() >= MAX_NAMED || !self.named.insert(format!("{node} {name} {type_name} {hash}")) {
@@ -207,7 +207,7 @@ impl SeenToken {
         }
         let (theirs, own) =
             if *type_name == ours.type_name { (hash, &ours.hash) } else { (type_name, &ours.type_name) };
-        // Whoever declares a token chooses its characters.
+        // The declaring node chooses the characters of its token.
         let (node, theirs, subject) = (node.escape_debug(), theirs.escape_debug(), name.as_str());
         let name = name.escape_debug();
         tracing::warn!(
@@ -217,7 +217,7 @@ impl SeenToken {
     }
 }
 
-/// Nothing behind this lock can be left half done by a panic.
+/// A panic cannot leave the data behind this lock half changed.
 fn lock(seen: &Mutex<SeenToken>) -> MutexGuard<'_, SeenToken> {
     seen.lock().unwrap_or_else(PoisonError::into_inner)
 }

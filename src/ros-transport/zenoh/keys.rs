@@ -1,4 +1,4 @@
-//! Names in Zenoh: the keys of topics, and the tokens by which the graph is known.
+//! Names in Zenoh: the keys of topics, and the tokens that describe the graph.
 
 use xxhash_rust::xxh3::xxh3_128;
 
@@ -9,24 +9,24 @@ use ros_messages::type_hash;
 
 /// First part of all tokens, which `**` does not match.
 const GRAPH: &str = "@ros2_lv";
-/// Stands for a name that is empty.
+/// Replaces an empty name.
 const EMPTY: &str = "%";
-/// Stands for the hash of a type in Humble.
+/// Replaces the hash of a type in Humble.
 const NOT_SUPPORTED: &str = "TypeHashNotSupported";
 
-/// A topic with its type, as far as it is in keys and tokens.
+/// A topic with its type, as in keys and tokens.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct TopicKey {
     /// Absolute name of the topic.
     pub(super) name: String,
-    /// Type as DDS names it, `package::msg::dds_::Name_`.
+    /// Type in DDS notation, `package::msg::dds_::Name_`.
     pub(super) type_name: String,
     /// Hash of the type.
     pub(super) hash: String,
 }
 
 impl TopicKey {
-    /// The topic of this name and type; `None` for a type without a known hash.
+    /// Creates the topic of this name and type; `None` for a type without a known hash.
     pub(super) fn new(name: &str, (package, message): (&str, &str), hashes: TypeHashes) -> Option<Self> {
         let hash = match hashes {
             TypeHashes::Rihs01 => type_hash(package, message)?,
@@ -36,7 +36,7 @@ impl TopicKey {
         Some(Self { name: name.to_owned(), type_name, hash: hash.to_owned() })
     }
 
-    /// A service of this name and type; `None` for a type without a known hash.
+    /// Creates the service of this name and type; `None` for a type without a known hash.
     pub(super) fn service(name: &str, (package, service): (&str, &str), hashes: TypeHashes) -> Option<Self> {
         let hash = match hashes {
             TypeHashes::Rihs01 => type_hash(package, service)?,
@@ -46,7 +46,7 @@ impl TopicKey {
         Some(Self { name: name.to_owned(), type_name, hash: hash.to_owned() })
     }
 
-    /// The key of the topic's samples.
+    /// Returns the key of the topic's samples.
     pub(super) fn data(&self, domain: u16) -> String {
         format!("{domain}/{}/{}/{}", self.name.trim_start_matches('/'), self.type_name, self.hash)
     }
@@ -65,7 +65,7 @@ pub(super) struct NodeKey {
     pub(super) node: String,
 }
 
-/// Ids of endpoints, each given once.
+/// Ids of endpoints, each returned once.
 #[derive(Debug, Default)]
 pub(super) struct NextId(u32);
 
@@ -77,7 +77,7 @@ impl NextId {
     }
 }
 
-/// What a token stands for.
+/// Kind of endpoint that a token describes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum EndpointKind {
     /// A publisher of a topic.
@@ -99,12 +99,12 @@ impl EndpointKind {
 }
 
 impl NodeKey {
-    /// The token of the node.
+    /// Returns the token of the node.
     pub(super) fn token(&self) -> String {
         self.part(0, "NN")
     }
 
-    /// The token of an endpoint.
+    /// Returns the token of an endpoint.
     pub(super) fn endpoint_token(&self, id: u32, kind: EndpointKind, topic: &TopicKey, qos: &str) -> String {
         let TopicKey { name, type_name, hash } = topic;
         format!("{}/{}/{type_name}/{hash}/{qos}", self.part(id, kind.letters()), escaped(name))
@@ -116,12 +116,12 @@ impl NodeKey {
     }
 }
 
-/// The identity of an endpoint, by its token.
+/// Returns the identity of an endpoint, derived from its token.
 pub(super) fn gid(token: &str) -> Gid {
     xxh3_128(token.as_bytes()).to_le_bytes()
 }
 
-/// Quality of service in a token; what is left out is as `rmw_zenoh` has it by default.
+/// Returns the quality of service in a token; omitted values are the defaults of `rmw_zenoh`.
 pub(super) fn qos(reliability: Reliability, durability: Durability, depth: i32) -> String {
     let reliability = match reliability {
         Reliability::Reliable => "",
@@ -134,17 +134,17 @@ pub(super) fn qos(reliability: Reliability, durability: Durability, depth: i32) 
     format!("{reliability}:{durability}:,{depth}:,:,:,,")
 }
 
-/// The keys of all tokens of a domain.
+/// Returns the key expression for all tokens of a domain.
 pub(super) fn all_tokens(domain: u16) -> String {
     format!("{GRAPH}/{domain}/**")
 }
 
-/// The keys of all tokens of a session.
+/// Returns the key expression for all tokens of a session.
 pub(super) fn session_tokens(domain: u16, session: &str) -> String {
     format!("{GRAPH}/{domain}/{session}/**")
 }
 
-/// An endpoint as its token tells of it.
+/// An endpoint as described by its token.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct GraphEndpoint {
     /// Id of its session.
@@ -157,13 +157,13 @@ pub(super) struct GraphEndpoint {
     pub(super) topic: TopicKey,
 }
 
-/// The id of the session whose token this is.
+/// Returns the id of the session that declared a token.
 pub(super) fn session_of(token: &str) -> Option<&str> {
     let mut parts = token.split('/');
     (parts.next()? == GRAPH).then(|| parts.nth(1)).flatten()
 }
 
-/// The node, with its namespace, that declared this token for itself or for one of its endpoints.
+/// Returns the node, with its namespace, that declared this token for itself or for one of its endpoints.
 pub(super) fn node_of(token: &str) -> Option<String> {
     let mut parts = token.split('/');
     let (GRAPH, namespace, node) = (parts.next()?, parts.nth(6)?, parts.next()?) else { return None };
@@ -187,7 +187,7 @@ pub(super) fn read_token(token: &str) -> Option<GraphEndpoint> {
     Some(GraphEndpoint { session, kind, node, topic: TopicKey { name, type_name, hash } })
 }
 
-/// A name as one part of a key.
+/// Returns a name as one part of a key.
 fn escaped(name: &str) -> String {
     if name.is_empty() { EMPTY.to_owned() } else { name.replace('/', "%") }
 }
@@ -270,7 +270,7 @@ mod tests {
 
     #[test]
     fn an_identity_is_the_hash_of_the_token() {
-        // XXH3-128 of nothing, as its authors give it: 99aa06d3014798d86001c324468d497f.
+        // XXH3-128 of empty input, as published by its authors: 99aa06d3014798d86001c324468d497f.
         let expected = 0x99aa_06d3_0147_98d8_6001_c324_468d_497f_u128;
         assert_eq!(gid(""), expected.to_le_bytes());
     }

@@ -1,15 +1,15 @@
-//! The network side that speaks Zenoh, in the conventions of `rmw_zenoh` (its design document, "Mapping of
-//! ROS 2 to Zenoh"): keys, tokens of the graph, and what is attached to each sample.
+//! The network side for Zenoh, in the conventions of `rmw_zenoh` (its design document, "Mapping of ROS 2 to
+//! Zenoh"): keys, tokens of the graph, and attachments of samples.
 //!
-//! Zenoh has threads of its own; what they receive waits in bounded queues for this one. It is only called
-//! from outside of the runtime, because its calls wait for each other, which a runtime of one thread forbids.
-//! It finds routers again by itself, and peers mostly; [`peer_search`] is about the others.
+//! Zenoh has its own threads; received data waits in bounded queues for this thread. Zenoh is only called
+//! from outside the runtime, because its calls wait for each other, which a single-threaded runtime forbids.
+//! It reconnects to routers by itself, and usually to peers; [`peer_search`] handles the other peers.
 //!
-//! A report that is withdrawn takes its publisher along: the cache for late readers belongs to it. The token
-//! of the graph goes with it, and a new publisher is declared at once.
+//! When a report is withdrawn, its publisher is removed, since the publisher holds the cache for late
+//! readers. Its graph token is removed as well, and a new publisher is declared at once.
 //!
-//! Where a link is congested, Zenoh drops samples of topics that keep their last one, reliable or not. So a
-//! report is repeated each second, with its stamp, and one that is lost is not missing for longer.
+//! On a congested link, Zenoh drops samples of topics that keep their last sample, reliable or not. So a
+//! report is repeated each second, with its stamp, and a lost report is missing no longer than that.
 
 mod attachment;
 mod graph;
@@ -30,7 +30,7 @@ use crate::link::{Link, LostLines, NetworkSettings};
 use crate::orders::refuse;
 use worker::ZenohWorker;
 
-/// Serves the gateway with a session of Zenoh until it says stop.
+/// Serves the gateway with a Zenoh session until the gateway orders to stop.
 pub(crate) fn serve(
     runtime: &Runtime,
     settings: NetworkSettings,

@@ -1,4 +1,4 @@
-//! A message as bytes of Zenoh: CDR behind a header that names its encoding.
+//! A message as Zenoh bytes: CDR after a header that names its encoding.
 
 use rustdds::bytes::Bytes;
 use zenoh::bytes::ZBytes;
@@ -6,12 +6,12 @@ use zenoh::bytes::ZBytes;
 use crate::link::SampleEncoding;
 use ros_messages::cdr::CdrBytes;
 
-/// Bytes of the header before a message.
+/// Length of the header before a message, bytes.
 const LENGTH: usize = 4;
-/// The header before a message of ours: CDR, little-endian, no options.
+/// The header of our messages: CDR, little-endian, no options.
 const HEADER: [u8; LENGTH] = [0, 1, 0, 0];
 
-/// A message that was received.
+/// A received message.
 pub(super) struct ReceivedPayload {
     /// Byte order of the message.
     pub(super) encoding: SampleEncoding,
@@ -19,7 +19,7 @@ pub(super) struct ReceivedPayload {
 }
 
 impl ReceivedPayload {
-    /// Reads what is before a message of at most so many bytes. The error is a text for people.
+    /// Reads the header of a message of at most `limit` bytes. The error is a text for the user.
     pub(super) fn read(payload: &ZBytes, limit: usize) -> Result<Self, String> {
         let length = payload.len();
         if length.saturating_sub(LENGTH) > limit {
@@ -35,13 +35,13 @@ impl ReceivedPayload {
         Ok(Self { encoding, payload })
     }
 
-    /// The message, without the header.
+    /// Returns the message without the header.
     pub(super) fn bytes(&self) -> &[u8] {
         self.payload.get(LENGTH..).unwrap_or_default()
     }
 }
 
-/// A message with its header, to be sent.
+/// Returns a message with its header, for sending.
 pub(super) fn with_header(message: CdrBytes) -> ZBytes {
     let mut payload = ZBytes::writer();
     payload.append(ZBytes::from(HEADER));

@@ -1,31 +1,32 @@
-//! When a peer is sought whose connection is lost, and what is done about it.
+//! Searches for peers whose connection is lost, and replaces the session if necessary.
 //!
-//! Zenoh connects again with a router by itself, and with peers that a router or another peer speaks of. Of a
-//! peer that only the two ends gave up neither speaks any more: both are there, and never receive each other
-//! again. Its tokens tell it from a peer that has ended: a router still has them. So a router is asked, and
-//! while it has them our session is replaced by a new one, which everybody meets as if it had just come.
+//! Zenoh reconnects to a router by itself, and to peers reported by a router or another peer. A peer that
+//! only the two ends gave up is no longer reported: both are present, and never receive from each other
+//! again. Its tokens distinguish it from a peer that has ended: a router still has them. So a router is
+//! queried, and while it has the tokens our session is replaced by a new session, which all peers discover as
+//! a newcomer.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
-/// Time in which a peer may come back by itself; also the first pause between two sessions.
+/// Time in which a peer may return by itself; also the first pause between two sessions.
 const FIRST: Duration = Duration::from_secs(1);
-/// Pause before a router is asked again that did not answer.
+/// Pause before a router that did not answer is queried again.
 const ASK_AGAIN: Duration = Duration::from_secs(5);
 /// The longest pause between two sessions.
 const MAX_PAUSE: Duration = Duration::from_secs(600);
 
-/// The nodes of each session that a router knows of.
+/// The nodes of each session, as known to a router.
 pub(super) type Answer = BTreeMap<String, BTreeSet<String>>;
 
-/// What follows from an answer.
+/// Consequences of an answer.
 #[derive(Debug, PartialEq, Eq, Default)]
 pub(super) struct SearchFindings {
-    /// Sessions that have ended, and are not sought any more.
+    /// Sessions that have ended, and are no longer sought.
     pub(super) ended: BTreeSet<String>,
-    /// Nodes that are there and not connected, the first time that this is known.
+    /// Nodes that are present and not connected, when first found.
     pub(super) unreachable: Vec<String>,
-    /// True if our session is to be replaced now.
+    /// True if our session must be replaced now.
     pub(super) replace: bool,
 }
 
@@ -42,15 +43,15 @@ struct Sought {
 pub(super) struct PeerSearch {
     sought: BTreeMap<String, Sought>,
     is_asking: bool,
-    /// When a router is to be asked.
+    /// Time at which a router must be queried.
     due: Option<Instant>,
-    /// When our session was replaced the last time, and the pause after that.
+    /// Time of the last replacement of our session, and the following pause.
     replaced: Option<(Instant, Duration)>,
 }
 
 impl PeerSearch {
-    /// Takes note of the sessions whose connection is lost at present. Gives nodes that are back, and the
-    /// time that it took.
+    /// Records the sessions whose connection is lost at present. Returns nodes that have returned, and the
+    /// time it took.
     pub(super) fn observe(
         &mut self,
         missing: &BTreeSet<String>,
@@ -77,8 +78,8 @@ impl PeerSearch {
         back
     }
 
-    /// The sessions of which a router is to be asked now; the caller gives what it says to
-    /// [`answered`](Self::answered). `None` if none is to be asked, or if there is no router.
+    /// Returns the sessions about which a router must be queried now; the caller passes the result to
+    /// [`answered`](Self::answered). `None` if there are none, or there is no router.
     pub(super) fn question(
         &mut self,
         has_router: impl FnOnce() -> bool,
@@ -92,7 +93,7 @@ impl PeerSearch {
         Some(self.sought.keys().cloned().collect())
     }
 
-    /// Takes what a router has said of the sessions that were `asked` for; `None` if it did not answer.
+    /// Handles a router's answer about the sessions in `asked`; `None` if it did not answer.
     pub(super) fn answered(
         &mut self,
         asked: &BTreeSet<String>,
@@ -113,12 +114,12 @@ impl PeerSearch {
                     self.sought.remove(session);
                     findings.ended.insert(session.clone());
                 }
-                // It came back meanwhile.
+                // It has returned meanwhile.
                 (None, _) => {}
             }
         }
         if self.sought.values().all(|sought| sought.nodes.is_empty()) {
-            // Those that were lost since the question was asked are the next.
+            // Sessions lost since the query come next.
             self.due = self.sought.values().map(|sought| sought.since + FIRST).min();
             return findings;
         }
@@ -127,7 +128,7 @@ impl PeerSearch {
                 self.due = Some(at + pause);
                 return findings;
             }
-            // In a row, each pause is twice as long as the one before.
+            // In a series, each pause is twice as long as the previous one.
             Some((at, pause)) if now < at + pause * 2 + ASK_AGAIN => (pause * 2).min(MAX_PAUSE),
             _ => FIRST,
         };
@@ -137,7 +138,7 @@ impl PeerSearch {
         findings
     }
 
-    /// Names of the nodes that are there and not connected.
+    /// Returns the names of the nodes that are present and not connected.
     pub(super) fn unreachable(&self) -> impl Iterator<Item = &str> {
         self.sought.values().flat_map(|sought| &sought.nodes).map(String::as_str)
     }
@@ -155,7 +156,7 @@ mod tests {
         nodes.iter().map(|(session, nodes)| ((*session).to_owned(), set(nodes))).collect()
     }
 
-    /// A search on virtual time.
+    /// A search in virtual time.
     struct Bench {
         search: PeerSearch,
         start: Instant,
@@ -227,7 +228,7 @@ mod tests {
             }
         }
         assert_eq!(replaced, [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 1624, 2224, 2824, 3424]);
-        // Named once, and not each time.
+        // Named once, not each time.
         assert_eq!(bench.search.unreachable().count(), 1);
         bench.lose(&[], 4_000_000);
         bench.lose(&["b"], 6_000_000);

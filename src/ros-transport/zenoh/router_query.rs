@@ -1,4 +1,4 @@
-//! What a router knows of sessions that we have lost.
+//! Queries a router about sessions that we have lost.
 
 use std::collections::BTreeSet;
 use std::sync::mpsc::channel;
@@ -11,16 +11,17 @@ use super::keys::{node_of, session_tokens};
 use super::peer_search::Answer;
 use crate::zenoh_config;
 
-/// The longest wait for a router.
+/// Maximum wait for a router.
 const PATIENCE: Duration = Duration::from_secs(2);
-/// Nodes of one session that are named; a process may have hundreds.
+/// Maximum number of nodes named per session; a process may have hundreds.
 const MAX_NODES: usize = 8;
 
-/// Asks a router in a thread of its own which of these sessions have tokens in a domain, as a client: a
-/// router tells peers only of itself. Calls `then` with the answer; `None` if there was none.
+/// Asks a router, in a separate thread, which of these sessions have tokens in a domain. The query comes from
+/// a client, since a router tells peers only about itself. Calls `then` with the answer; `None` if there was
+/// none.
 ///
 /// # Errors
-/// The error of the kernel, which has no thread left.
+/// Fails with the kernel's error if no thread can be created.
 pub(super) fn ask(
     config: zenoh::Config,
     domain: u16,
@@ -28,7 +29,7 @@ pub(super) fn ask(
     then: impl FnOnce(BTreeSet<String>, Option<Answer>) + Send + 'static,
 ) -> std::io::Result<()> {
     let ask = move || {
-        // Its sessions come and go with each peer that ends. Zenoh writes a line for each.
+        // Its sessions come and go with each peer that ends, and Zenoh writes a line for each.
         let quiet = tracing::subscriber::NoSubscriber::default();
         let answer = tracing::subscriber::with_default(quiet, || answer(config, domain, &sessions));
         if let Err(error) = &answer {
@@ -50,7 +51,7 @@ fn answer(config: zenoh::Config, domain: u16, sessions: &BTreeSet<String>) -> ze
             .timeout(PATIENCE)
             .callback(move |reply| {
                 let token = reply.result().ok().map(|sample| sample.key_expr().as_str().to_owned());
-                // The receiver is gone when the time is up.
+                // The receiver is gone after the timeout.
                 let _ = sender.send(token);
             })
             .wait()?;

@@ -1,7 +1,7 @@
-//! The services of the node. Requests are answered here, where they arrive: they never reach the gateway.
+//! The services of the node. Requests are answered in the network process and never reach the gateway.
 //!
-//! Each service is a queryable with a token of the graph, as `rmw_zenoh_cpp` has them. Changes, which a
-//! reload makes, are published on `/parameter_events`.
+//! Each service is a queryable with a graph token, as in `rmw_zenoh_cpp`. Changes after a reload are
+//! published on `/parameter_events`.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -23,21 +23,21 @@ use crate::wall_clock::now;
 use ros_messages::cdr::CdrBytes;
 use ros_messages::rcl_interfaces::ParameterEvent;
 
-/// The topic of changes.
+/// The topic for changes.
 const EVENTS: &str = "/parameter_events";
-/// Requests that may wait.
+/// Maximum number of waiting requests.
 const MAX_WAITING: usize = 64;
-/// Samples that a service and the topic keep, as `rmw_qos_profile_parameters` has it.
+/// Depth of the services and the topic, as in `rmw_qos_profile_parameters`.
 const DEPTH: i32 = 1000;
 
 /// The services of one session.
 pub(super) struct ZenohServiceServer {
     contents: ServiceContents,
-    /// The node with its namespace.
+    /// The node's name with its namespace.
     node: String,
     events: ZenohTopicWriter,
     waiting: Arc<Mutex<WaitingRequests>>,
-    /// Their keys, by position, with what ends when it is dropped.
+    /// The services by position; dropping one ends it.
     services: Vec<Service>,
 }
 
@@ -49,12 +49,12 @@ struct Service {
     _token: LivelinessToken,
 }
 
-/// Requests as they have arrived.
+/// Requests that have arrived.
 #[derive(Default)]
 struct WaitingRequests {
     /// Position of the service, and the request.
     queries: VecDeque<(usize, Query)>,
-    /// Requests that found no room.
+    /// Number of requests refused for lack of room.
     refused: u64,
 }
 
@@ -80,7 +80,7 @@ impl ZenohServiceServer {
                 lock(&queries).put(position, query);
                 wakeup.notify();
             };
-            // Clients ask those that say they are complete.
+            // Clients query only servers declared as complete.
             let queryable = session.declare_queryable(key.data(node.domain)).complete(true).callback(take);
             let token = node.endpoint_token(ids.next(), EndpointKind::Service, &key, &qos);
             services.push(Service {
@@ -104,7 +104,7 @@ impl ZenohServiceServer {
         Ok(Self { contents, node: full_name, events, waiting, services })
     }
 
-    /// Replaces the parameters, and publishes what is different.
+    /// Replaces the parameters, and publishes the differences.
     pub(super) fn set_parameters(&mut self, parameters: Parameters, ids: &mut NextId) {
         let stamp = now().into();
         let event = parameters.event_after(&self.contents.parameters, &self.node, stamp);
@@ -118,7 +118,7 @@ impl ZenohServiceServer {
         }
     }
 
-    /// Answers the requests that have arrived. Gives the number of those that were not answered.
+    /// Answers the requests that have arrived. Returns the number of unanswered requests.
     pub(super) fn serve(&self) -> u64 {
         let WaitingRequests { queries, refused } = std::mem::take(&mut *lock(&self.waiting));
         let mut unanswered = refused;
@@ -127,7 +127,7 @@ impl ZenohServiceServer {
             if let Err(reason) = service.answer(&query, &self.contents) {
                 tracing::warn!("a request to a service was not answered: {reason}");
                 unanswered += 1;
-                // So that the client does not wait; it may be gone.
+                // Sent so that the client does not wait; it may be gone.
                 let _ = query.reply_err(reason).wait();
             }
         }
@@ -145,7 +145,7 @@ impl Service {
             .kind
             .answer(contents, request.bytes(), request.encoding.into())
             .map_err(|error| error.to_string())?;
-        // The client knows its request by the number, and by its own identity.
+        // The client recognises its request by the number, and by its own identity.
         let attachment = Attachment::now(attachment.number, attachment.gid).to_bytes();
         query
             .reply(self.key.as_str(), with_header(response))
@@ -165,7 +165,7 @@ impl WaitingRequests {
     }
 }
 
-/// Nothing behind this lock can be left half done by a panic.
+/// A panic cannot leave the data behind this lock half changed.
 fn lock(waiting: &Mutex<WaitingRequests>) -> MutexGuard<'_, WaitingRequests> {
     waiting.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,4 +1,4 @@
-//! One topic we read: its subscription, its token, and the queue of what has arrived.
+//! One read topic: its subscription, its token, and the queue of arrived samples.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -17,16 +17,16 @@ use crate::wakeup::Wakeup;
 
 /// A sample that has arrived.
 pub(super) struct Arrived {
-    /// What is attached to it.
+    /// The attachment of the sample.
     pub(super) attachment: Attachment,
     /// The message with its header.
     pub(super) message: ReceivedPayload,
 }
 
-/// A sample, or why it cannot be read.
+/// A sample, or the reason why it cannot be read.
 pub(super) type Arrival = Result<Arrived, String>;
 
-/// What has arrived, at most as much as the topic's depth: the newest.
+/// The newest arrivals, at most as many as the topic's depth.
 #[derive(Clone)]
 struct SampleQueue {
     arrivals: Arc<Mutex<VecDeque<Arrival>>>,
@@ -45,28 +45,28 @@ impl SampleQueue {
         self.wakeup.notify();
     }
 
-    /// Nothing behind this lock can be left half done by a panic.
+    /// A panic cannot leave the data behind this lock half changed.
     fn lock(&self) -> MutexGuard<'_, VecDeque<Arrival>> {
         self.arrivals.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// A topic of our session.
+/// A subscription of our session.
 pub(super) struct ZenohTopicReader {
     queue: SampleQueue,
-    /// Ends when it is dropped.
+    /// Dropping it ends the subscription.
     _subscriber: Subscriber,
     _token: LivelinessToken,
 }
 
-/// Held until its end.
+/// Held until dropped.
 enum Subscriber {
     Plain { _held: zenoh::pubsub::Subscriber<()> },
     WithHistory { _held: AdvancedSubscriber<()> },
 }
 
 impl ZenohTopicReader {
-    /// Reads a topic from now on, and what is current on it if the settings want that.
+    /// Reads a topic from now on, and also its current samples if so configured.
     pub(super) fn new(
         session: &Session,
         node: &NodeKey,
@@ -97,13 +97,13 @@ impl ZenohTopicReader {
         Ok(Self { queue, _subscriber: subscriber, _token: token })
     }
 
-    /// Takes the oldest arrival.
+    /// Removes and returns the oldest arrival.
     pub(super) fn take(&self) -> Option<Arrival> {
         self.queue.lock().pop_front()
     }
 }
 
-/// Reads what is around a message.
+/// Reads attachment and header of a sample.
 fn arrival(sample: &Sample) -> Arrival {
     let attached = sample.attachment().and_then(|attached| Attachment::read(&attached.to_bytes()));
     let attachment =

@@ -1,4 +1,4 @@
-//! One topic we write: its publisher, its token, and what is current.
+//! One written topic: its publisher, its token, and the current samples.
 
 use std::time::{Duration, Instant};
 
@@ -14,7 +14,7 @@ use crate::link::{Order, WrittenTopic};
 use crate::qos::{Delivery, Durability, LOG_LIFESPAN, Reliability};
 use ros_messages::cdr::CdrBytes;
 
-/// Time after which a report is sent again, see the module's documentation.
+/// Time after which a report is resent, see the module's documentation.
 const REPEAT: Duration = Duration::from_secs(1);
 
 /// A topic of our session.
@@ -24,23 +24,23 @@ pub(super) struct ZenohTopicWriter {
     settings: WrittenTopic,
     topic: TopicKey,
     endpoint: WriterEndpoint,
-    /// The report that stands; empty when there is none, and on other topics.
+    /// The current report; empty if there is none, and on other topics.
     current: Vec<CdrBytes>,
-    /// Time of the newest sample of this publisher; `None` before its first.
+    /// Time of the newest sample of this publisher; `None` before its first sample.
     last_write: Option<Instant>,
 }
 
-/// A publisher with its token; both end when they are dropped.
+/// A publisher with its token; dropping it ends both.
 struct WriterEndpoint {
     publisher: AdvancedPublisher<'static>,
     _token: LivelinessToken,
     gid: Gid,
-    /// Samples that it has sent.
+    /// Number of samples sent so far.
     number: i64,
 }
 
 impl ZenohTopicWriter {
-    /// A topic on which nothing was published yet.
+    /// Creates a topic without publications.
     pub(super) fn new(
         session: &Session,
         node: &NodeKey,
@@ -59,7 +59,7 @@ impl ZenohTopicWriter {
         })
     }
 
-    /// Publishes, or withdraws what is published.
+    /// Publishes, or withdraws the current report.
     pub(super) fn carry_out(&mut self, order: &Order, ids: &mut NextId) -> zenoh::Result<()> {
         match order {
             Order::Publish(samples) => {
@@ -75,7 +75,7 @@ impl ZenohTopicWriter {
         }
     }
 
-    /// Repeats a report when that is due, and forgets a log that is too old for those that come later.
+    /// Repeats a report when due, and drops log samples that are too old for late readers.
     pub(super) fn settle(&mut self, ids: &mut NextId) -> zenoh::Result<()> {
         let age = self.last_write.map(|at| at.elapsed());
         match self.settings.delivery {
@@ -87,10 +87,10 @@ impl ZenohTopicWriter {
         }
     }
 
-    /// Leaves nothing for readers that come later.
+    /// Drops all samples kept for late readers.
     fn forget(&mut self, ids: &mut NextId) -> zenoh::Result<()> {
         if self.last_write.is_some() && self.settings.durability == Durability::TransientLocal {
-            // The old one, with what it keeps, ends here.
+            // Dropping the old endpoint discards its samples.
             self.endpoint = endpoint(&self.session, &self.node, ids, &self.settings, &self.topic)?;
             self.last_write = None;
         }

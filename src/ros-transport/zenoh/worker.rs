@@ -1,4 +1,4 @@
-//! The network side at work: orders to publishers, samples to the gateway.
+//! The Zenoh worker: carries out orders to publishers, and sends samples to the gateway.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
@@ -27,18 +27,19 @@ use crate::settings::{Transport, TypeHashes};
 use crate::wakeup::Wakeup;
 use crate::zenoh_config;
 
-/// Longest sleep between two looks at what is due.
+/// Longest sleep between two checks for due work.
 const TICK: Duration = Duration::from_millis(100);
 /// Time between two counts of endpoints and connections.
 const COUNT_INTERVAL: Duration = Duration::from_millis(500);
-/// Bytes that may wait for the gateway before samples stay in their queues, which keep the newest.
+/// Maximum number of bytes waiting for the gateway; beyond this, samples stay in their queues, which keep the
+/// newest.
 const MAX_WAITING: usize = 256 * 1024;
-/// Time for which a session that was replaced still receives, until everybody has met its successor.
+/// Time for which a replaced session still receives, until all peers have discovered its successor.
 const OVERLAP: Duration = Duration::from_secs(1);
-/// Nodes named in the status, and characters of each.
+/// Maximum number of nodes named in the status, and of characters of each.
 const MAX_NAMED: (usize, usize) = (5, 100);
 
-/// The names of what is written and read.
+/// The names of the written and read topics.
 struct SessionKeys {
     hashes: TypeHashes,
     written: Vec<TopicKey>,
@@ -55,10 +56,10 @@ struct JoinedSession {
     service_server: Option<ZenohServiceServer>,
 }
 
-/// What a router has said of sessions that it was asked for.
+/// A router's answer, with the sessions in the query.
 type Answered = (BTreeSet<String>, Option<Answer>);
 
-/// The network side's state.
+/// State of the network side.
 pub(super) struct ZenohWorker {
     settings: NetworkSettings,
     /// Configuration of the session.
@@ -70,22 +71,22 @@ pub(super) struct ZenohWorker {
     opening: Option<Receiver<zenoh::Result<Session>>>,
     /// `None` until a session is open.
     joined: Option<JoinedSession>,
-    /// A session that was replaced, without what it wrote, and since when.
+    /// A replaced session without its writers, and the time of the replacement.
     replaced: Option<(Instant, JoinedSession)>,
-    /// The newest order of each topic but those delivered once, for a session that is opened.
+    /// The newest order of each topic, except orders that are delivered once, for the next session.
     current: BTreeMap<u16, Order>,
     search: PeerSearch,
     answers: (Sender<Answered>, Receiver<Answered>),
     write_errors: u64,
-    /// Requests for parameters that were not answered.
+    /// Number of unanswered parameter requests.
     unanswered_requests: u64,
     last_count: Option<Instant>,
-    /// Asks the log of this process.
+    /// Returns the losses of this process's log.
     log_losses: fn() -> LostLines,
     lost_lines: LostLines,
-    /// The status that was sent last.
+    /// The last status sent.
     status: NetworkStatus,
-    /// Last: the gateway sees its end when everything else is gone.
+    /// Last field: the gateway sees the link end only when everything else is gone.
     link: Link,
 }
 
@@ -106,7 +107,7 @@ impl SessionKeys {
 }
 
 impl JoinedSession {
-    /// Declares everything on a session.
+    /// Declares all endpoints on a session.
     fn new(
         session: Session,
         settings: &NetworkSettings,
@@ -139,7 +140,7 @@ impl JoinedSession {
         Ok(Self { session, ids, writers, readers, graph, service_server })
     }
 
-    /// Does it with the writer at a position, if there is one.
+    /// Calls the function with the writer at a position, if there is one.
     fn act(
         &mut self,
         position: usize,
@@ -150,7 +151,7 @@ impl JoinedSession {
 }
 
 impl ZenohWorker {
-    /// A network side that has not joined the network.
+    /// Creates a network side that has not joined the network.
     pub(super) fn new(settings: NetworkSettings, link: Link, log_losses: fn() -> LostLines) -> Self {
         Self {
             settings,
@@ -173,13 +174,13 @@ impl ZenohWorker {
         }
     }
 
-    /// Gives the link back.
+    /// Returns the link.
     pub(super) fn into_link(self) -> Link {
         self.link
     }
 
-    /// Opens a session, whether there is a network or not; a client's session waits for a router, so that it
-    /// is opened by a thread of its own. The error is a text for people.
+    /// Opens a session, with or without a network; a client's session waits for a router, so it is opened in
+    /// a separate thread. The error is a text for the user.
     pub(super) fn open(&mut self) -> Result<(), String> {
         let Transport::Zenoh(zenoh) = &self.settings.transport else {
             return Err("not configured".to_owned());
@@ -193,7 +194,7 @@ impl ZenohWorker {
         self.open_later(self.config.clone()).map_err(|error| error.to_string())
     }
 
-    /// Opens a session in a thread of its own.
+    /// Opens a session in a separate thread.
     fn open_later(&mut self, config: zenoh::Config) -> io::Result<()> {
         let (sender, receiver) = channel();
         let wakeup = Arc::clone(&self.wakeup);
@@ -207,8 +208,8 @@ impl ZenohWorker {
         Ok(())
     }
 
-    /// Declares everything on a session, in the place of the one before if there is one, and publishes what
-    /// is current.
+    /// Declares all endpoints on a session, which replaces any previous one, and publishes the current
+    /// samples.
     fn join(&mut self, session: Session) -> zenoh::Result<()> {
         let heritage = self.joined.as_ref().map(|former| former.graph.heritage(&former.session));
         let is_first = heritage.is_none();
@@ -234,8 +235,7 @@ impl ZenohWorker {
         Ok(())
     }
 
-    /// Closes the session that was replaced once its time is over; in a thread of its own, since that may
-    /// take long.
+    /// Closes the replaced session after its overlap, in a separate thread, since closing may take long.
     fn close_replaced(&mut self, now: Instant) {
         if let Some((_, former)) =
             self.replaced.take_if(|(since, _)| now.saturating_duration_since(*since) >= OVERLAP)
@@ -248,7 +248,7 @@ impl ZenohWorker {
         }
     }
 
-    /// Looks for peers that are there although the connection with them is lost.
+    /// Searches for peers that are present although their connection is lost.
     fn seek_peers(&mut self, now: Instant) {
         while let Ok((asked, answer)) = self.answers.1.try_recv() {
             let findings = self.search.answered(&asked, answer.as_ref(), now);
@@ -288,14 +288,14 @@ impl ZenohWorker {
             };
             let asked = router_query::ask(self.config.clone(), self.settings.domain_id, sessions, then);
             if asked.is_err() {
-                // Without a thread there is no answer, as without a router.
+                // Without a thread there is no answer, as if there were no router.
                 self.search.answered(&unasked, None, now);
             }
         }
     }
 
-    /// Works until the gateway says stop. Fails with the error of the link, whose other end is gone, or of a
-    /// session that cannot be opened.
+    /// Runs until the gateway orders to stop. Fails with the error of the link if its other end is gone, or
+    /// of a session that cannot be opened.
     pub(super) fn run(mut self, runtime: &Runtime) -> io::Result<()> {
         self.link.answer(&FromNetwork::Ready);
         self.link.flush()?;
@@ -303,7 +303,7 @@ impl ZenohWorker {
             runtime.block_on(self.wait())?;
             if let Some(opened) = self.opening.as_ref().and_then(|opening| opening.try_recv().ok()) {
                 self.opening = None;
-                // What the former one has received comes first.
+                // Samples received by the previous session come first.
                 self.receive();
                 if let Err(error) = opened.and_then(|session| self.join(session)) {
                     tracing::warn!("no session of Zenoh can be opened: {error}");
@@ -317,7 +317,7 @@ impl ZenohWorker {
             self.seek_peers(now);
             if self.obey()? {
                 if let Some(joined) = &self.joined {
-                    // What is left undeclared ends with the process.
+                    // Remaining declarations end with the process.
                     let _ = joined.session.close().wait();
                 }
                 return Ok(());
@@ -343,7 +343,7 @@ impl ZenohWorker {
         }
     }
 
-    /// Carries out what the gateway has ordered since the last call. True if it says stop.
+    /// Carries out the gateway's orders since the last call. Returns true if one of them is to stop.
     fn obey(&mut self) -> io::Result<bool> {
         let received = orders::receive(&mut self.link, &self.settings)?;
         for number in received.pings {
@@ -361,7 +361,7 @@ impl ZenohWorker {
         Ok(received.stop)
     }
 
-    /// Carries out an order once there is a session, and keeps it for the next.
+    /// Carries out an order once there is a session, and stores it for the next session.
     fn carry_out(&mut self, topic: u16, order: Order) {
         if let Some(joined) = &mut self.joined {
             let done = joined.act(usize::from(topic), |writer, ids| writer.carry_out(&order, ids));
@@ -381,7 +381,7 @@ impl ZenohWorker {
         }
     }
 
-    /// Hands received samples on to the gateway while it takes them.
+    /// Passes received samples to the gateway while the link accepts them.
     fn receive(&mut self) {
         let former = self.replaced.iter().map(|(_, joined)| joined);
         let readers = former.chain(&self.joined).flat_map(|joined| (0..=u16::MAX).zip(&joined.readers));
@@ -402,13 +402,13 @@ impl ZenohWorker {
         }
     }
 
-    /// Tells the gateway what has changed.
+    /// Sends changes of the status to the gateway.
     fn update_status(&mut self) {
         if self.last_count.is_some_and(|at| at.elapsed() < COUNT_INTERVAL) {
             return;
         }
         self.last_count = Some(Instant::now());
-        // Asked for regularly, since that also writes the lines on what was left out.
+        // Called regularly, since it also writes the lines about omitted lines.
         self.lost_lines = (self.log_losses)();
         let count = |kind, topics: &[TopicKey]| {
             let count = |topic| self.joined.as_ref().map_or(0, |joined| joined.graph.count(kind, topic));
@@ -433,7 +433,7 @@ impl ZenohWorker {
         }
     }
 
-    /// Names of nodes that are there and not connected, as they can be shown.
+    /// Returns the printable names of nodes that are present and not connected.
     fn unreachable(&self) -> Vec<String> {
         let mut names: Vec<_> = self.search.unreachable().take(MAX_NAMED.0).map(shown).collect();
         let others = self.search.unreachable().count() - names.len();
@@ -444,7 +444,7 @@ impl ZenohWorker {
     }
 }
 
-/// A name that somebody has chosen, without control characters, and shortened.
+/// Returns an untrusted name without control characters, and shortened.
 fn shown(name: &str) -> String {
     name.escape_debug().take(MAX_NAMED.1).collect()
 }
