@@ -1,50 +1,49 @@
-//! Cars by make, model and year, each with the profile to try, and the search for one as people type its
-//! name.
+//! Cars by make, model and year, each with the profile to try, and a search that tolerates typing errors.
 
 use serde::Serialize;
 
 use gateway_base::near_miss::likeness;
 
-/// A car that can be bought, and the profile to try on it.
+/// A car on the market, and the profile to try on it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CarModel {
     /// Brand of its manufacturer.
     pub make: String,
     /// Name of the model, with a variant in brackets.
     pub model: String,
-    /// First and last years of manufacture; empty if they are not known.
+    /// First and last years of manufacture; empty if unknown.
     pub years: Vec<(u16, u16)>,
     /// Name of the profile, or the reason why there is none.
     #[serde(flatten)]
     pub profile: ModelProfile,
-    /// What a reader must know of it beside the profile; `None` for most cars.
+    /// Additional information for the reader; `None` for most cars.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
-    /// Dimensions that opendbc lists; `None` if it does not list the model.
+    /// Dimensions from opendbc; `None` if it does not list the model.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unproven_dimensions: Option<ListedDimensions>,
 }
 
-/// Dimensions of a car as a public list has them, which nothing has proven.
+/// Unproven dimensions of a car from a public list.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ListedDimensions {
-    /// From axle to axle, m.
+    /// Distance between the axles, m.
     pub wheel_base_m: f64,
-    /// Angle of the steering wheel for each angle of the front wheels.
+    /// Ratio of the steering wheel angle to the angle of the front wheels.
     pub steering_ratio: f64,
 }
 
-/// The least and the greatest of the dimensions that are listed of some models.
+/// Minimum and maximum of the dimensions listed for some models.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DimensionRange {
-    /// The least of each.
+    /// Minimum of each dimension.
     pub least: ListedDimensions,
-    /// The greatest of each.
+    /// Maximum of each dimension.
     pub greatest: ListedDimensions,
 }
 
 impl DimensionRange {
-    /// Returns the range over models; `None` if no dimensions of them are listed.
+    /// Returns the range over several models; `None` if none of them has listed dimensions.
     pub fn of<'a>(models: impl IntoIterator<Item = &'a CarModel>) -> Option<Self> {
         let listed = models.into_iter().filter_map(|model| model.unproven_dimensions);
         let ranges = listed.map(|listed| Self { least: listed, greatest: listed });
@@ -81,12 +80,12 @@ pub enum ModelProfile {
     Shipped {
         /// Name of the profile.
         profile: String,
-        /// Plug with which its bus is reached, by the name of opendbc's harness; `None` if it is not known.
+        /// Plug through which its bus is reached, by the name of opendbc's harness; `None` if unknown.
         plug: Option<String>,
     },
     /// No profile can be written.
     Missing {
-        /// The cause, as a sentence without an end.
+        /// The cause, as a sentence without a full stop.
         reason: String,
     },
 }
@@ -95,11 +94,11 @@ pub enum ModelProfile {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ModelVerdict {
-    /// The list does not have the model.
+    /// The model is not in the list.
     Unknown,
-    /// The list has the model, and no profile reads it.
+    /// The model is in the list, and no profile reads it.
     NoProfile,
-    /// A profile reads the model in other years than the one asked for.
+    /// A profile reads the model in years other than requested.
     OtherYears,
     /// A profile reads the model.
     Supported,
@@ -108,9 +107,9 @@ pub enum ModelVerdict {
 /// Result of a search.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ModelSearch<'a> {
-    /// Answer for the models that fit best.
+    /// Answer for the best matches.
     pub verdict: ModelVerdict,
-    /// The models that fit best, in the order of the list; all models of the make if the verdict is unknown.
+    /// The best matches, in the order of the list; all models of the make if the verdict is unknown.
     pub models: Vec<&'a CarModel>,
 }
 
@@ -136,7 +135,7 @@ impl CarModel {
         format!("{} {} {}", self.make, self.model, self.years_text()).trim_end().to_owned()
     }
 
-    /// Returns the years, empty if they are not known.
+    /// Returns the years; empty if unknown.
     pub fn years_text(&self) -> String {
         let spans = self
             .years
@@ -151,16 +150,16 @@ const SHORT_MAKES: [(&str, &str); 4] =
     [("vw", "volkswagen"), ("chevy", "chevrolet"), ("benz", "mercedesbenz"), ("alfa", "alfaromeo")];
 /// Numbers that may be a year.
 const YEARS: std::ops::Range<u16> = 1980..2060;
-/// Likeness of a word that is only the beginning of the other.
+/// Similarity of a word that is only the beginning of the other.
 const BEGINNING: f64 = 0.85;
-/// Smallest likeness of a mistyped word.
+/// Minimum similarity of a mistyped word.
 const SMALLEST_LIKENESS: f64 = 0.7;
-/// Smallest mean likeness of the words of a name: two of three words fit.
+/// Minimum mean similarity of the words of a name: two of three words match.
 const SMALLEST_MEAN: f64 = 0.6;
-/// Number of bytes from which a text is no name of a car.
+/// Maximum length of a search text, bytes.
 const MAX_LENGTH: usize = 200;
 
-/// Searches a car by words of its make, model and year, in any order and with slips of the fingers.
+/// Searches for a car by words of its make, model and year, in any order and with typing errors.
 pub fn find<'a>(models: &'a [CarModel], text: &str) -> ModelSearch<'a> {
     let words = if text.len() < MAX_LENGTH { words(text) } else { Vec::new() };
     let fits: Vec<_> = models.iter().map(|model| (model, ModelFit::new(model, &words))).collect();
@@ -174,30 +173,31 @@ pub fn find<'a>(models: &'a [CarModel], text: &str) -> ModelSearch<'a> {
         };
     }
     let best: Vec<_> = fits.into_iter().filter(|(_, fit)| fit.rank() == best).collect();
-    // What is said of the year asked for comes before what is said of other years.
+    // An answer for the requested year takes precedence over answers for other years.
     let answer = best.iter().map(|(_, fit)| fit.answer()).max();
     let verdict = answer.map_or(ModelVerdict::Unknown, |(_, verdict)| verdict);
     let models = best.into_iter().filter(|(_, fit)| Some(fit.answer()) == answer).map(|(model, _)| model);
     ModelSearch { verdict, models: models.collect() }
 }
 
-/// Relation of a name to a model.
+/// Match of a name with a model.
 #[derive(Debug)]
 struct ModelFit<'a> {
-    /// Mean likeness of the words, from 0 to 1.
+    /// Mean similarity of the words, from 0 to 1.
     mean: f64,
     /// True if a word names the model, not only the make.
     names_model: bool,
-    /// Number of words of the model, without its variant, that the name does not have.
+    /// Number of words of the model, except its variant, that are missing in the name.
     unnamed: usize,
     /// The word that names the make.
     make: Option<&'a String>,
-    /// True if the model was built in the year asked for, or none was.
+    /// True if the model was built in the requested year, or no year was requested.
     is_in_year: bool,
     verdict: ModelVerdict,
 }
 
-/// Likeness of all words, whether the model is named, and the words of it that are not named, negative.
+/// Similarity of all words, whether the model is named, and the number of its words that are missing,
+/// negated.
 type Rank = (f64, bool, isize);
 
 fn larger(one: Rank, other: Rank) -> Rank {
@@ -226,7 +226,7 @@ impl<'a> ModelFit<'a> {
                 for from in 0..base.len() {
                     for until in [from + 1, from + 2, from + 3] {
                         let Some(part) = base.get(from..until) else { continue };
-                        // A whole word is worth more than two that stand apart.
+                        // A whole word scores higher than two separate words.
                         let of_model = word_likeness(text, &part.concat());
                         if of_model > likeness {
                             (likeness, used) = (of_model, length);
@@ -278,8 +278,8 @@ fn whole_make(word: &str) -> &str {
     SHORT_MAKES.iter().find(|(short, _)| *short == word).map_or(word, |(_, make)| make)
 }
 
-/// Returns the likeness of a typed word to a known one, from 0 to 1. Numbers are other words, not mistyped
-/// ones.
+/// Returns the similarity of a typed word to a known word, from 0 to 1. Numbers are different words, not
+/// mistyped ones.
 fn word_likeness(given: &str, known: &str) -> f64 {
     let digits = |word: &str| word.chars().filter(char::is_ascii_digit).collect::<String>();
     if given == known {
@@ -290,7 +290,7 @@ fn word_likeness(given: &str, known: &str) -> f64 {
         BEGINNING
     } else {
         let likeness = likeness(given, known);
-        // A slip of the fingers is worth less than a beginning.
+        // A typing error scores lower than a beginning.
         if given.len() > 3 && likeness >= SMALLEST_LIKENESS { likeness * BEGINNING } else { 0.0 }
     }
 }
@@ -301,7 +301,7 @@ fn words(text: &str) -> Vec<String> {
     words.filter(|word| !word.is_empty()).collect()
 }
 
-/// Returns a word in lower case, without accents and signs.
+/// Returns a word in lower case, without accents and punctuation.
 fn plain(word: &str) -> String {
     let letters = word.chars().flat_map(char::to_lowercase).map(|char| match char {
         'š' => 's',

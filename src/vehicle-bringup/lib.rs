@@ -1,9 +1,11 @@
-//! Brings the gateway to an unknown car: finds its signals, tells which profile fits it, and simulates one.
+//! Adapts the gateway to an unknown car: finds its signals, checks which profile fits it, and simulates a
+//! vehicle.
 //!
-//! - [`discovery`]: the signals of turn indicators and hazard lights of a vehicle that no DBC describes;
-//! - [`plausibility`]: whether frames fit a profile;
-//! - [`simulated_vehicle`]: a vehicle at the other end of the bus, for tests of the gateway;
-//! - [`car_model`]: the car that a name in words means.
+//! - [`discovery`]: finds the signals of turn indicators and hazard lights of a vehicle that no DBC
+//!   describes;
+//! - [`plausibility`]: checks whether frames fit a profile;
+//! - [`simulated_vehicle`]: simulates a vehicle at the other end of the bus, for tests of the gateway;
+//! - [`car_model`]: finds the car that a name refers to.
 //!
 //! ```
 //! use vehicle_bringup::car_model::{CarModel, ModelProfile, ModelVerdict, find};
@@ -22,7 +24,7 @@
 //! assert_eq!((found.verdict, found.profiles()), (ModelVerdict::Supported, vec!["vw_mqb"]));
 //! ```
 //!
-//! It stands on `gateway_core`, whose loop cannot name it.
+//! It depends on `gateway_core`, which does not depend on it.
 
 pub mod car_model;
 pub mod discovery;

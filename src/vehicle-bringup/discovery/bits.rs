@@ -1,4 +1,4 @@
-//! Bits of a message that change, but rest while nothing is operated.
+//! Bits of a message that change, but are at rest while nothing is operated.
 
 use std::time::Duration;
 
@@ -7,13 +7,13 @@ use super::timeline::ActionTimeline;
 use can_signal::can::MAX_DATA;
 use gateway_base::time::MonoTime;
 
-/// Contents of a message, reduced to the bits that may belong to a signal of the indicators.
+/// Contents of a message, reduced to the bits that may belong to an indicator signal.
 #[derive(Debug, Clone)]
 pub(super) struct QuietBits<'a> {
     /// Numbers of the bits as in a DBC, ascending.
     pub(super) bits: Vec<u16>,
     pub(super) idle: [u8; MAX_DATA],
-    /// Contents from each time on, with all other bits cleared unless they never change.
+    /// Contents from each time on, with all other bits cleared unless they are constant.
     pub(super) contents: Vec<(MonoTime, [u8; MAX_DATA])>,
     pub(super) end: MonoTime,
     pub(super) timeline: &'a ActionTimeline,
@@ -52,15 +52,15 @@ impl QuietBits<'_> {
     }
 }
 
-/// Largest number of changes of a bit during quiet times.
+/// Maximum number of changes of a bit during quiet times.
 const MAX_QUIET_CHANGES: u32 = 2;
-/// Largest number of changes within [`TOUCH`], since a driver touches something now and then.
+/// Maximum number of changes within [`TOUCH`], since a driver touches a control now and then.
 const MAX_TOUCH_CHANGES: u32 = 12;
-/// Longest time in which a driver touches something by mistake.
+/// Maximum time for which a driver touches a control by mistake.
 const TOUCH: Duration = Duration::from_secs(3);
-/// The largest number of changes of a bit for each action: a lamp that flashes for ten seconds, and more.
+/// Maximum number of changes of a bit for each action: more than a lamp that flashes for ten seconds.
 const MAX_CHANGES: u32 = 60;
-/// Smallest number of changes by which the upper bit of a number is known.
+/// Minimum number of changes for recognising the upper bit of a number.
 const MIN_CARRIES: u32 = 3;
 
 /// Reduces a message to bits that do not change by themselves, without those in `excluded`; `None` when none
@@ -107,8 +107,8 @@ pub(super) fn quiet_bits<'a>(
         return None;
     }
     let changed = (0..length * 8).map(|bit| is_noise(bit) || changes[bit].all > 0).collect();
-    // A bit that is always set counts in the values of a signal around it, as it does in the DBC. Noise and
-    // excluded bits are 0 in the contents.
+    // A bit that is always set counts in the values of a signal around it, as in the DBC. Noise and excluded
+    // bits are 0 in the contents.
     let mut constant = [0; MAX_DATA];
     for bit in (0..length * 8).filter(|bit| changes[*bit].all == 0) {
         constant[bit / 8] |= 1 << (bit % 8);
@@ -128,7 +128,7 @@ pub(super) fn quiet_bits<'a>(
     Some(QuietBits { bits, idle, contents, end, timeline, noise, changed })
 }
 
-/// Mask of the bits that change by themselves.
+/// Returns a mask of the bits that change by themselves.
 fn noise(track: &FrameTrack, timeline: &ActionTimeline, length: usize) -> [u8; MAX_DATA] {
     let mut quiet = vec![QuietChanges::default(); length * 8];
     for (from, until) in &timeline.quiet {
@@ -213,8 +213,8 @@ impl QuietChanges {
 #[derive(Debug, Clone, Copy, Default)]
 struct BitChanges {
     all: u32,
-    /// Changes at which the next lower bit fell, or rose when this one fell, as when a number goes up or down
-    /// by one; in the orders of Intel and Motorola.
+    /// Changes at which the next lower bit fell, or rose when this bit fell, as when a number is incremented
+    /// or decremented; in Intel and Motorola order.
     carries: [u32; 2],
 }
 
@@ -239,8 +239,8 @@ fn below(bit: usize) -> [Option<usize>; 2] {
     }
 }
 
-/// Returns the value that each bit has for most of the time at rest, or for most of all time if the message
-/// is not sent at rest.
+/// Returns the value that each bit has for most of the time at rest, or for most of the whole time if the
+/// message is not sent at rest.
 fn idle(
     contents: &[(MonoTime, [u8; MAX_DATA])],
     bits: &[u16],

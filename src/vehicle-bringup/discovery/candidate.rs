@@ -36,7 +36,8 @@ pub(super) fn bits_of(layout: Layout) -> Vec<u16> {
     }
 }
 
-/// Converts between the number of a bit and its position in the order of Motorola, which is its own inverse.
+/// Converts between the number of a bit and its position in Motorola order; the conversion is its own
+/// inverse.
 pub(super) fn sawtooth(bit: u16) -> u16 {
     bit / 8 * 8 + 7 - bit % 8
 }
@@ -66,7 +67,7 @@ pub enum TurnForm {
         left: u64,
         /// Raw value of the right side.
         right: u64,
-        /// Raw value of the hazard lights; `None` when they do not show.
+        /// Raw value of the hazard lights; `None` if they are not shown.
         both: Option<u64>,
     },
     /// One signal for each side; both are on for the hazard lights if these are shown.
@@ -90,7 +91,7 @@ pub enum TurnForm {
         left: u64,
         /// Raw value of a full press to the right.
         right: u64,
-        /// Raw values of half presses to the left and to the right, if they were seen.
+        /// Raw values of half presses to the left and to the right, if observed.
         half: [Option<u64>; 2],
         /// True if a full press to the other side ended the indication.
         opposite_full_cancels: bool,
@@ -142,13 +143,13 @@ pub enum HazardForm {
     BothSides,
     /// A signal of their own.
     Signal(Switch),
-    /// A button that springs back; each press toggles.
+    /// A button that springs back; each press toggles the lights.
     #[display("button: {_0}")]
     Button(Switch),
 }
 
 impl HazardForm {
-    /// Returns the signal of its own; `None` without one.
+    /// Returns the separate signal of the hazard lights; `None` without one.
     pub fn signal(&self) -> Option<FoundSignal> {
         match self {
             Self::BothSides => None,
@@ -160,16 +161,16 @@ impl HazardForm {
 /// A drawback of a candidate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 pub enum Drawback {
-    /// It did not follow this many requests.
+    /// Number of requests that it did not follow.
     #[display("did not follow {_0} of the requests")]
     Missed(usize),
-    /// At this many requests it had values that are not a state.
+    /// Number of requests at which it had values that are not a state.
     #[display("had other values at {_0} of the requests")]
     OtherValues(usize),
     /// It flashes, so that its state has to be derived.
     #[display("flashes: its state has to be derived")]
     Flashes,
-    /// The hazard lights do not show in it.
+    /// It does not show the hazard lights.
     #[display("does not show the hazard lights")]
     HidesHazard,
     /// It shows only a moment, so that its state has to be derived.
@@ -178,22 +179,22 @@ pub enum Drawback {
     /// Left and right are in different messages.
     #[display("left and right are in different messages")]
     TwoMessages,
-    /// Its byte changes whenever anything in the message does, as a checksum does.
+    /// Its byte changes whenever anything in the message changes, like a checksum.
     #[display("its byte changes with everything in the message, as a checksum does")]
     LikeChecksum,
     /// Bits beside it change with the requests in other ways, like lower bits of a number.
     #[display("bits beside it change like bits of a number")]
     PartOfNumber,
-    /// This many bits beside it also follow the requests.
+    /// Number of adjacent bits that also follow the requests.
     #[display("{_0} bits beside it follow the requests as well")]
     Cut(u16),
     /// It is not in a message of the turn indicators.
     #[display("is not in a message of the turn indicators")]
     OtherMessage,
-    /// This many bits between its own never changed.
+    /// Number of constant bits between its own.
     #[display("{_0} of its bits never changed")]
     Gaps(u16),
-    /// It has this many bits more than two.
+    /// Number of its bits beyond two.
     #[display("has {_0} more bits than needed for three states")]
     Wide(u16),
     /// Its value at rest is not 0.
@@ -253,17 +254,17 @@ const MISSED: usize = 30;
 /// periods.
 const SIMULTANEOUS: Duration = Duration::from_millis(150);
 
-/// A candidate with its evidence.
+/// A candidate with evidence.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SignalCandidate<F> {
     /// The signals and their values.
     pub form: F,
     /// Way in which it shows the action.
     pub shape: ResponseShape,
-    /// Requests that it followed, for each of [`DriverAction::ALL`](super::timeline::DriverAction::ALL), with
-    /// their number.
+    /// Number of requests that it followed, and of all requests, for each of
+    /// [`DriverAction::ALL`](super::timeline::DriverAction::ALL).
     pub followed: [(usize, usize); 3],
-    /// Everything that speaks against it.
+    /// All evidence against it.
     pub drawbacks: Vec<Drawback>,
     /// Times of the response and of its end for each request, with their largest delays.
     pub(super) times: Vec<[Option<ResponseTime>; 2]>,
@@ -274,7 +275,7 @@ impl<F> SignalCandidate<F> {
         self.followed.iter().map(|(count, of)| of - count).sum()
     }
 
-    /// Returns true if its bits may be a part of something else.
+    /// Returns true if its bits may be part of something else.
     pub(super) fn is_suspect(&self) -> bool {
         let is_part = |drawback: &Drawback| {
             matches!(drawback, Drawback::LikeChecksum | Drawback::PartOfNumber | Drawback::OtherValues(_))
@@ -286,19 +287,19 @@ impl<F> SignalCandidate<F> {
         self.drawbacks.contains(&Drawback::LikeChecksum)
     }
 
-    /// Returns the number of requests of either side that it did not follow.
+    /// Returns the number of requests for either side that it did not follow.
     pub(super) fn missed_sides(&self) -> usize {
         self.followed[..2].iter().map(|(count, of)| of - count).sum()
     }
 
     /// Returns true if the other candidate also follows the requests, but at other times, so that one of them
-    /// does so by chance.
+    /// follows by chance.
     pub(super) fn is_disputed_by(&self, other: &Self) -> bool {
         let (apart, _) = self.times_apart(other);
         apart > 0 && self.has_rival(other)
     }
 
-    /// Returns true if the other candidate does so at most of the times, which late frames cannot explain.
+    /// Like [`Self::is_disputed_by`], but at most of the common times, which late frames cannot explain.
     pub(super) fn is_mostly_disputed_by(&self, other: &Self) -> bool {
         let (apart, all) = self.times_apart(other);
         apart * 2 > all && self.has_rival(other)
@@ -309,7 +310,7 @@ impl<F> SignalCandidate<F> {
         other.missed() <= self.missed() && other.weight() < self.weight() + MISSED
     }
 
-    /// Returns how often the other candidate came or went at another moment, and the number of all common
+    /// Returns how often the other candidate came or went at another time, and the number of all common
     /// times.
     fn times_apart(&self, other: &Self) -> (usize, usize) {
         let times = self.times.iter().flatten().zip(other.times.iter().flatten());
@@ -317,7 +318,7 @@ impl<F> SignalCandidate<F> {
         (both.iter().filter(|(own, other)| !own.may_be(*other)).count(), both.len())
     }
 
-    /// Returns the sum of the weights of all drawbacks; the candidate with the lowest one is first.
+    /// Returns the sum of the weights of all drawbacks; the candidate with the lowest sum is first.
     pub fn weight(&self) -> usize {
         self.drawbacks.iter().map(|drawback| drawback.weight()).sum()
     }

@@ -27,13 +27,13 @@ pub struct Capture {
 #[derive(Debug, Clone, Default)]
 pub struct FrameTrack {
     times: Vec<MonoTime>,
-    /// Frames that differ from the one before, with their positions in `times`.
+    /// Frames that differ from the previous one, with their positions in `times`.
     changes: Vec<(usize, Frame)>,
 }
 
-/// Number of gaps from which a pause is distinguished from a message that is sent on change.
+/// Minimum number of gaps for distinguishing a pause from a message sent on change.
 const MANY_GAPS: usize = 40;
-/// Largest number of frames, half an hour of a busy bus; further ones are left out.
+/// Maximum number of frames, half an hour of a busy bus; further frames are left out.
 const MAX_FRAMES: usize = 4_000_000;
 
 impl Capture {
@@ -92,12 +92,12 @@ impl FrameTrack {
         })
     }
 
-    /// Frames that differ from the one before, with their times.
+    /// Returns the frames that differ from the previous one, with their times.
     pub fn changes(&self) -> impl Iterator<Item = (MonoTime, &Frame)> {
         self.changes.iter().filter_map(|(at, frame)| Some((*self.times.get(*at)?, frame)))
     }
 
-    /// Returns the frames that differ from the one before, from the last one before `from` on.
+    /// Returns the frames that differ from the previous one, starting with the last before `from`.
     pub fn changes_from(&self, from: MonoTime) -> impl Iterator<Item = (MonoTime, &Frame)> {
         let is_before = |(at, _): &(usize, Frame)| self.times.get(*at).is_some_and(|at| *at < from);
         let first = self.changes.partition_point(is_before).saturating_sub(1);
@@ -105,7 +105,7 @@ impl FrameTrack {
         changes.iter().filter_map(|(at, frame)| Some((*self.times.get(*at)?, frame)))
     }
 
-    /// Frames that differ from the one before, at most `limit`: the first ones.
+    /// Returns the first frames that differ from the previous one, at most `limit`.
     pub fn different_frames(&self, limit: usize) -> Vec<Frame> {
         self.changes.iter().take(limit).map(|(_, frame)| *frame).collect()
     }
@@ -126,19 +126,19 @@ impl FrameTrack {
         let mut gaps: Vec<_> = self.times.windows(2).map(|pair| pair[1].since(pair[0])).collect();
         gaps.sort_unstable();
         let median = *gaps.get(gaps.len() / 2)?;
-        // Of many gaps the two longest may be pauses.
+        // If there are many gaps, the two longest may be pauses.
         let pauses = if gaps.len() >= MANY_GAPS { 2 } else { 0 };
         let usual = *gaps.get(gaps.len().checked_sub(1 + pauses)?)?;
         (gaps.len() >= 2).then_some(MessageGaps { median, usual, longest: *gaps.last()? })
     }
 }
 
-/// Times from frame to frame.
+/// Times between frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MessageGaps {
     /// Median of the times between frames.
     pub median: Duration,
-    /// Longest time, apart from up to two pauses.
+    /// Longest time, except up to two pauses.
     pub usual: Duration,
     /// Longest time between two frames.
     pub longest: Duration,

@@ -1,4 +1,4 @@
-//! The result of a discovery: the best candidates, their rivals, and what is not sure.
+//! The result of a discovery: the best candidates, their rivals, and the remaining doubts.
 
 use std::collections::BTreeMap;
 
@@ -24,27 +24,27 @@ pub struct DiscoveryFindings {
     pub protection: BTreeMap<MessageKey, FoundProtection>,
     /// The certainty of each of [`DriverAction::ALL`].
     pub certainty: [Certainty; 3],
-    /// Reason for which the turn indicators are not sure, however often they followed.
+    /// Reason why the turn indicators are unsure, however often they followed.
     pub turn_doubt: Option<Doubt>,
-    /// Reason for which the hazard lights are not sure.
+    /// Reason why the hazard lights are unsure.
     pub hazard_doubt: Option<Doubt>,
-    /// Signal that follows both sides, but was left out because it changed during [`DriverMark::Quiet`], as a
-    /// lever that is moved then does; `None` if both sides are sure.
+    /// Signal that follows both sides, but was left out because it changed during [`DriverMark::Quiet`], like
+    /// a lever that is moved then; `None` if both sides are sure.
     ///
     /// [`DriverMark::Quiet`]: can_signal::can::DriverMark::Quiet
     pub moved_at_rest: Option<TurnForm>,
 }
 
-/// A reason for which requests that were followed are not enough.
+/// A reason why followed requests are not sufficient.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 pub enum Doubt {
     /// This bit of the message always changed together with the signal.
     #[display("{_0} always changed together with it: one may be of a checksum or counter")]
     Twin(FoundSignal),
-    /// It may be part of a checksum, while another signal that also followed both sides is not.
+    /// It may be part of a checksum, while another signal that followed both sides is not.
     #[display("it may be a part of a checksum, which another candidate is not")]
     Checksum,
-    /// Another signal followed as well, but at other moments.
+    /// Another signal followed as well, but at other times.
     #[display("another signal followed as well, at other moments")]
     Disputed,
 }
@@ -67,9 +67,9 @@ pub enum Certainty {
     NotVisible,
 }
 
-/// Number of requests that a signal of the state itself must follow.
+/// Number of requests that a direct signal of the state must follow.
 const ENOUGH: usize = 2;
-/// Number of requests that a signal must follow which chance may imitate.
+/// Number of requests that a signal must follow if chance may imitate it.
 const ENOUGH_IF_WEAK: usize = 3;
 /// Number of requests after which a signal is considered absent if none followed.
 const ENOUGH_WITHOUT: usize = 4;
@@ -97,8 +97,8 @@ impl DiscoveryFindings {
         let is_shown =
             hazard_certainty(&hazard) == Some(Certainty::Sure) && hazard_doubt(&messages, &hazard).is_none();
         if !is_shown && let Some(at) = turn.iter().position(shows_all) {
-            // Lamps that show the hazard lights as well are better than a lever that does not, when nothing
-            // else does.
+            // If nothing else shows the hazard lights, lamps that show them are better than a lever that does
+            // not.
             turn[..=at].rotate_right(1);
         }
         if let Some(turn) = turn.first_mut() {
@@ -108,7 +108,7 @@ impl DiscoveryFindings {
             widen_hazard(&messages, &mut hazard.form);
         }
         if let Some(both_sides) = turn.first().and_then(both_sides) {
-            // A lasting signal beside the indicators' signals shows the hazard lights themselves.
+            // A lasting signal next to the indicators' signals shows the hazard lights directly.
             let is_better = |candidate: &SignalCandidate<HazardForm>| {
                 candidate.weight() <= both_sides.weight()
                     && candidate.shape == ResponseShape::Steady
@@ -147,7 +147,7 @@ impl DiscoveryFindings {
         if self.doubt(action).is_some() { found.max(Certainty::Unsure) } else { found }
     }
 
-    /// Returns the reason for which an action is not sure, however often its requests were followed.
+    /// Returns the reason why an action is unsure, however often its requests were followed.
     pub fn doubt(&self, action: DriverAction) -> Option<Doubt> {
         match action {
             DriverAction::Left | DriverAction::Right => self.turn_doubt,
@@ -177,21 +177,21 @@ impl DiscoveryFindings {
         [DriverAction::Left, DriverAction::Right].iter().all(|side| self.certainty(*side) == Certainty::Sure)
     }
 
-    /// Returns the candidate for the hazard lights that may be used; `None` when none is sure.
+    /// Returns the usable candidate for the hazard lights; `None` if none is sure.
     pub fn sure_hazard(&self) -> Option<&SignalCandidate<HazardForm>> {
         self.hazard.first().filter(|_| self.certainty(DriverAction::Hazard) == Certainty::Sure)
     }
 }
 
-/// Returns the certainty of a side. Each request that was not followed requires one more that was, and a
-/// signal that chance may imitate requires more of them.
+/// Returns the certainty of a side. Each unfollowed request requires one more followed request, and a signal
+/// that chance may imitate requires more of them.
 fn turn_certainty(turn: &SignalCandidate<TurnForm>, side: DriverAction, is_disputed: bool) -> Certainty {
     let is_weak =
         is_disputed || turn.is_suspect() || (turn.shape == ResponseShape::Momentary && turn.missed() > 0);
     let [left, right, _] = turn.followed;
     let (count, _) = turn.followed[side as usize];
     if turn.drawbacks.contains(&Drawback::TwoMessages) {
-        // Of all pairs of bits on a bus some follow by chance.
+        // Among all pairs of bits on a bus, some follow by chance.
         return certainty(count, ENOUGH_IF_WEAK + 1 + turn.missed());
     }
     let missed = left.1 - left.0 + right.1 - right.0;
@@ -209,7 +209,7 @@ fn hazard_doubt(messages: &[Responding<'_>], hazard: &[SignalCandidate<HazardFor
     doubt(messages, hazard, hazard.first()?.form.signal().map(bits).as_slice(), false)
 }
 
-/// Returns what may be mistaken for the first candidate, which these bits show.
+/// Returns the doubt about the first candidate, whose bits are `bits`.
 fn doubt<F>(
     messages: &[Responding<'_>],
     candidates: &[SignalCandidate<F>],
@@ -237,7 +237,7 @@ fn is_disputed<F>(candidates: &[SignalCandidate<F>]) -> bool {
 }
 
 /// Returns the certainty of the hazard lights; `None` without a candidate. A signal that chance may imitate
-/// must not follow other requests, and needs one more request when another message has such a signal too.
+/// must not follow other requests, and needs one more request if another message has such a signal too.
 fn hazard_certainty(candidates: &[SignalCandidate<HazardForm>]) -> Option<Certainty> {
     let (hazard, others) = candidates.split_first()?;
     let is_elsewhere = hazard.drawbacks.contains(&Drawback::OtherMessage);

@@ -89,7 +89,7 @@ impl Discovery {
         &self.capture
     }
 
-    /// Returns the number of requests so far, and including those known to follow.
+    /// Returns the number of requests so far, and this number plus the scheduled requests.
     pub fn progress(&self) -> (usize, usize) {
         self.session.progress()
     }
@@ -100,7 +100,7 @@ impl Discovery {
         ActionTimeline::new(&self.marks, (start, now))
     }
 
-    /// Reports what responded to the action that has ended.
+    /// Reports the messages that responded to the ended action.
     fn look_back(&mut self, now: MonoTime) {
         let timeline = self.timeline(now);
         let Some(window) = timeline.windows.last().filter(|_| self.reviewed < timeline.windows.len()) else {

@@ -1,8 +1,8 @@
 //! Discovery of the signals of turn indicators and hazard lights in a vehicle that no DBC describes.
 //!
-//! A driver operates the indicators as a [`machine::Discovery`] requests it, or marks in a recording say
-//! when. Bits that change by themselves (counters, checksums, sensors, periodic lamps) are left out; the
-//! others are ranked by how well they follow the requests.
+//! A driver operates the indicators as a [`machine::Discovery`] requests, or marks in a recording state when.
+//! Bits that change by themselves (counters, checksums, sensors, periodic lamps) are left out; the others are
+//! ranked by how well they follow the requests.
 //!
 //! | file | contents |
 //! |---|---|

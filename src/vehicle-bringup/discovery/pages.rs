@@ -1,15 +1,15 @@
-//! Bits on one page of a multiplexed message, whose selector gives the other bits their meaning. Without this
-//! check they would look like lamps that flash with the pages.
+//! Bits on one page of a multiplexed message, whose selector determines the meaning of the other bits.
+//! Without this check they would look like lamps that flash with the pages.
 
 use super::bits::QuietBits;
 use super::capture::FrameTrack;
 use can_signal::can::MAX_DATA;
 
-/// Least share of frames with the bit that a frame of another page follows, in quarters.
+/// Minimum share of frames with the bit that are followed by a frame of another page, in quarters.
 const MOST: usize = 3;
 
-/// Returns true if a bit is on only in frames of one page. They share a selector that changes by itself and
-/// that the following frames do not have.
+/// Returns true if a bit is on only in frames of one page. These frames share a selector that changes by
+/// itself and that the following frames do not have.
 pub(super) fn is_on_a_page(track: &FrameTrack, quiet: &QuietBits<'_>, bit: u16) -> bool {
     let is_on = |data: &[u8; MAX_DATA]| {
         let byte = usize::from(bit / 8);

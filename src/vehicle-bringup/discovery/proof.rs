@@ -1,4 +1,4 @@
-//! The comparison of what a profile reports over a session with what the driver was asked to do.
+//! Compares a profile's reports over a session with the requests to the driver.
 
 use std::fmt;
 use std::time::Duration;
@@ -28,16 +28,16 @@ pub enum ReportedState {
 pub struct Contradiction {
     /// Mark that was not met.
     pub mark: DriverMark,
-    /// Time of the mark since the beginning of the session.
+    /// Time of the mark since the start of the session.
     pub at: Duration,
-    /// What is wrong with the reports.
+    /// The contradicting report.
     pub seen: ContradictingReport,
 }
 
-/// What contradicts a mark.
+/// A report that contradicts a mark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 pub enum ContradictingReport {
-    /// This was reported while nothing was to be operated.
+    /// This action was reported while nothing was to be operated.
     #[display("{_0} was reported, although nothing was to be operated")]
     AtRest(DriverAction),
     /// This other action was reported for a moment.
@@ -59,7 +59,7 @@ impl fmt::Display for Contradiction {
     }
 }
 
-/// What the reports over a session must show.
+/// Required reports over a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Requirements {
     /// Number of requests of each of [`DriverAction::ALL`] that must be met: those that the found signals
@@ -70,7 +70,8 @@ pub struct Requirements {
 }
 
 impl Requirements {
-    /// Returns what findings promise; `None` without a candidate for the turn indicators.
+    /// Returns the requirements that follow from findings; `None` without a candidate for the turn
+    /// indicators.
     pub fn of(findings: &DiscoveryFindings) -> Option<Self> {
         let turn = findings.turn.first()?.followed;
         let hazard = findings.sure_hazard().map(|hazard| hazard.followed);
@@ -91,16 +92,16 @@ struct ReportedRun {
     until: MonoTime,
 }
 
-/// Shortest time of a wrong side that a driver corrects. A shorter one is a mistake of the profile.
+/// Minimum time of a wrong side that a driver corrects. A shorter one is a mistake of the profile.
 const MIN_CORRECTED: Duration = Duration::from_millis(500);
-/// Time after the request to end an action by which its report has ended, unless the next request is later.
-/// Lamps that have gone out are reported for about a second more.
+/// Time after the request to end an action by which its report must end, unless the next request is later.
+/// Lamps that have gone out are still reported for about a second.
 const LATE_END: Duration = Duration::from_secs(4);
 
 /// Compares ascending changes of the reports until `end` with the requests of a session.
 ///
 /// # Errors
-/// The first mark that the reports contradict.
+/// Returns the first mark that the reports contradict.
 pub fn compare(
     timeline: &ActionTimeline,
     changes: &[(MonoTime, ReportedState)],
@@ -148,8 +149,8 @@ pub fn compare(
     Ok(())
 }
 
-/// Checks one request: the last action that was reported is the requested one, and it has ended before the
-/// next request. A driver may have corrected another action before.
+/// Checks one request: the last reported action is the requested one, and it has ended before the next
+/// request. A driver may have corrected another action before.
 fn meets(window: &RequestWindow, runs: &[ReportedRun], is_reported: bool) -> Result<(), ContradictingReport> {
     let (begin, latest) = (window.on.before(EARLY), window.off.after(LATE));
     let end = window.end.before(EARLY);

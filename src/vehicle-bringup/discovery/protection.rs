@@ -4,12 +4,12 @@ use super::candidate::bits_of;
 use super::capture::FrameTrack;
 use can_signal::validation::integrity::search::{FoundChecksum, FoundCounter, find_checksum, find_counter};
 
-/// Counter and checksum that all captured frames of a message have.
+/// Counter and checksum that hold for all captured frames of a message.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct FoundProtection {
     /// The counter; `None` without one.
     pub counter: Option<FoundCounter>,
-    /// The checksum; `None` without one, or with one that is not known.
+    /// The checksum; `None` without one, or with an unknown one.
     pub checksum: Option<FoundChecksum>,
 }
 
@@ -20,7 +20,7 @@ impl FoundProtection {
     pub(super) fn find(track: &FrameTrack) -> Self {
         let frames = track.different_frames(MAX_FRAMES);
         let (counter, checksum) = (find_counter(&frames), find_checksum(&frames));
-        // Some bits of a sum count as well, as long as little else in the message changes.
+        // Some bits of a sum also count up, as long as little else in the message changes.
         let of_sum: Vec<_> = checksum.iter().flat_map(|checksum| bits_of(checksum.layout)).collect();
         let is_apart =
             |counter: &FoundCounter| !bits_of(counter.layout).iter().any(|bit| of_sum.contains(bit));

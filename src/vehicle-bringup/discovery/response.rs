@@ -1,4 +1,4 @@
-//! The response of a signal to each request: its value, and how it comes and goes.
+//! The response of a signal to each request: its value, and its duration and rhythm.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -14,7 +14,7 @@ use gateway_base::time::MonoTime;
 pub enum ResponseShape {
     /// It keeps one value as long as the action lasts.
     Steady,
-    /// It is on and off in the rhythm of the lamps.
+    /// It turns on and off in the rhythm of the lamps.
     Flashing,
     /// It shows a value for a moment at the beginning.
     Momentary,
@@ -32,13 +32,13 @@ pub(super) struct Responses {
     /// Response to each request: `Ok(None)` when the signal stayed at rest, `Err` when it changed in an
     /// unknown way.
     of: Vec<Result<Option<SignalResponse>, Irregular>>,
-    /// Values other than at rest for each request, with the time of the first one.
+    /// Values other than at rest for each request, with the time of the first.
     begun: Vec<(Option<MonoTime>, BTreeSet<u64>)>,
     /// Time at which the lasting value of each request ended.
     ended: Vec<Option<MonoTime>>,
-    /// Values at the end of an action, with the action that they end.
+    /// Values at the end of an action, with that action.
     pub(super) endings: Vec<(DriverAction, u64)>,
-    /// Values that lead to another one, as a detent does.
+    /// Values that lead to another value, like a detent.
     pub(super) detents: BTreeMap<u64, u64>,
 }
 
@@ -52,7 +52,7 @@ pub(super) struct Typical {
     pub(super) response: Option<SignalResponse>,
     /// Requests with this response.
     pub(super) count: usize,
-    /// All requests of the action.
+    /// Number of all requests of the action.
     pub(super) of: usize,
 }
 
@@ -71,13 +71,14 @@ impl ValueRun {
 }
 
 const MAX_PRESS: Duration = Duration::from_millis(1600);
-/// The largest number of presses at one request: a wrong one, one that ends it, and the right one.
+/// Maximum number of presses at one request: a wrong press, a press that ends it, and the right press.
 const MAX_PRESSES: usize = 3;
 const MIN_STEADY: Duration = Duration::from_millis(600);
 const PHASE: (Duration, Duration) = (Duration::from_millis(100), Duration::from_millis(1250));
 /// Time by which a driver may end an action before the request.
 const EARLY_END: Duration = Duration::from_millis(1200);
-/// Everything is at rest again at the next request, or this time after the request to end an action.
+/// Maximum time after the request to end an action until everything is at rest again, unless the next request
+/// is earlier.
 const LATE_END: Duration = Duration::from_secs(3);
 
 impl Responses {
@@ -144,7 +145,7 @@ impl Responses {
         self.begun.iter().zip(&self.ended).map(|((begun, _), ended)| [*begun, *ended])
     }
 
-    /// Returns the number of requests of a side at which values other than these states were seen.
+    /// Returns the number of requests for a side at which values other than these states were observed.
     pub(super) fn strange(&self, timeline: &ActionTimeline, states: &[u64]) -> usize {
         let windows = timeline.windows.iter().zip(&self.begun);
         let sides = windows.filter(|(window, _)| window.action != DriverAction::Hazard);
@@ -199,8 +200,8 @@ impl Responses {
     }
 }
 
-/// Returns the response that the values begun in a window show. The last one counts, since a driver corrects
-/// a wrong side.
+/// Returns the response according to the values begun in a window. The last one counts, since a driver
+/// corrects a wrong side.
 fn response(begun: &[ValueRun], window: &RequestWindow) -> Result<Option<SignalResponse>, Irregular> {
     if begun.is_empty() {
         return Ok(None);
@@ -209,7 +210,7 @@ fn response(begun: &[ValueRun], window: &RequestWindow) -> Result<Option<SignalR
     if begun.iter().all(|run| run.length() <= MAX_PRESS && !reaches_end(run)) {
         return pressed(begun).map(Some);
     }
-    // Of two that last as long the later counts.
+    // Of two values that last equally long, the later one counts.
     let total = |value| -> Duration {
         let runs = begun.iter().filter(|run| run.value == value);
         runs.map(|run| run.until.min(window.end).since(run.from)).sum()
@@ -228,10 +229,11 @@ fn response(begun: &[ValueRun], window: &RequestWindow) -> Result<Option<SignalR
     Ok(Some(SignalResponse { value, shape }))
 }
 
-/// Returns the response of a momentary switch, which its last press decides.
+/// Returns the response of a momentary switch, which is decided by its last press.
 fn pressed(begun: &[ValueRun]) -> Result<SignalResponse, Irregular> {
     let mut presses = begun.chunk_by(|before, after| before.until == after.from);
-    // Of two that last as long the later counts: a stalk passes the half press on the way to the full one.
+    // Of two values that last equally long, the later one counts: a stalk passes the half press on the way to
+    // the full press.
     let value = |press: &[ValueRun]| press.iter().max_by_key(|run| run.length()).map(|run| run.value);
     let value_of_last = presses.next_back().and_then(value).ok_or(Irregular)?;
     let is_repeated = presses.clone().any(|press| value(press) == Some(value_of_last));
@@ -241,7 +243,7 @@ fn pressed(begun: &[ValueRun]) -> Result<SignalResponse, Irregular> {
     Ok(SignalResponse { value: value_of_last, shape: ResponseShape::Momentary })
 }
 
-/// Returns true for lit and dark times like a lamp's; the first and the last time may be cut.
+/// Returns true if lit and dark times are like a lamp's; the first and last time may be truncated.
 fn is_rhythmic(runs: &[&ValueRun]) -> bool {
     let (shortest, longest) = PHASE;
     let dark = runs.windows(2).map(|pair| pair[1].from.since(pair[0].until));

@@ -1,4 +1,4 @@
-//! The search for signals that follow the driver's actions.
+//! Searches for signals that follow the driver's actions.
 
 use std::time::Duration;
 
@@ -15,13 +15,13 @@ use super::timeline::{ActionTimeline, DriverAction, EARLY};
 use can_signal::dbc::codec::{ByteOrder, Layout, SignalCodec};
 use gateway_base::time::MonoTime;
 
-/// Length of the longest enumerated signal in bits.
+/// Maximum length of an enumerated signal, bits.
 const MAX_WIDTH: u16 = 8;
-/// Largest number of responding bits of a message that are combined; more are not a signal of the indicators.
+/// Maximum number of responding bits of a message that are combined; more are not an indicator signal.
 const MAX_RESPONDING: usize = 40;
-/// Silence in seconds from which a message is not sent regularly.
+/// Silence from which a message counts as not sent regularly, seconds.
 const REGULAR_S: u64 = 3;
-/// Longest delay that a change may have.
+/// Maximum delay of a change.
 const MAX_PERIOD: Duration = Duration::from_secs(1);
 /// Number of followed requests that may be more than chance.
 const MIN_HINTS: usize = 2;
@@ -33,7 +33,7 @@ pub(super) struct Responding<'a> {
     pub(super) protection: FoundProtection,
     pub(super) quiet: QuietBits<'a>,
     pub(super) bits: Vec<(u16, Responses)>,
-    /// Bits that change at some presses of a momentary switch, as its half press does.
+    /// Bits that change at some presses of a momentary switch, like its half press.
     companions: Vec<u16>,
     /// Bytes that change whenever anything in the message changes.
     like_checksum: Vec<u16>,
@@ -52,7 +52,7 @@ pub(super) fn responding<'a>(capture: &Capture, timeline: &'a ActionTimeline) ->
 
 impl<'a> Responding<'a> {
     fn new(key: MessageKey, track: &FrameTrack, timeline: &'a ActionTimeline, end: MonoTime) -> Option<Self> {
-        // Most messages end here. The search for checksums, which is slow, is only made for the others.
+        // Most messages end here. The slow search for checksums is only made for the remaining messages.
         responding_bits(&quiet_bits(track, timeline, end, &[])?, track)?;
         let protection = FoundProtection::find(track);
         let quiet = quiet_bits(track, timeline, end, &protection.bits())?;
@@ -100,7 +100,7 @@ impl<'a> Responding<'a> {
                 for high in positions[index + 1..].iter().take_while(|high| **high - low < MAX_WIDTH) {
                     let start = position(*low);
                     let layout = Layout { start, length: high - low + 1, order, signed: false };
-                    // Within a byte both orders are one; the field is written once.
+                    // Within a byte both orders are equivalent, so the field is listed once.
                     let is_in_a_byte = low / 8 == high / 8;
                     if !(is_in_a_byte && order == ByteOrder::Motorola) {
                         layouts.push(layout);
@@ -120,7 +120,7 @@ impl<'a> Responding<'a> {
         layouts.into_iter().filter_map(responses).collect()
     }
 
-    /// Returns the drawbacks of a signal that result from its place.
+    /// Returns the drawbacks of a signal that result from its position.
     pub(super) fn drawbacks(&self, bits: &[u16], rest: u64, shape: ResponseShape) -> Vec<Drawback> {
         let is_next = |bit: &u16, other: &u16| {
             is_beside(*bit, *other) && (bit / 8 == other / 8 || !self.like_checksum.contains(&(other / 8)))
@@ -151,8 +151,8 @@ impl<'a> Responding<'a> {
         drawbacks
     }
 
-    /// Returns the number of bits that also show presses to the sides and are separated from these `bits` of
-    /// a momentary switch by constant bits at most, so that they belong to it.
+    /// Returns the number of further bits that belong to these `bits` of a momentary switch: they also show
+    /// presses to the sides, and are separated from `bits` by constant bits at most.
     fn cut_of_stalk(&self, bits: &[u16]) -> usize {
         let timeline = self.quiet.timeline;
         let shows_a_press = |responses: &Responses| {
@@ -176,14 +176,14 @@ impl<'a> Responding<'a> {
     }
 
     /// Returns another bit of the message that always changed together with one of `bits`. It may be part of
-    /// a checksum or counter, and nothing shows which of the two is the signal.
+    /// a checksum or counter, and the frames do not show which of the two is the signal.
     fn twin(&self, bits: &[u16], shows_all: bool) -> Option<u16> {
         let is_apart = |other: u16| !bits.iter().any(|bit| is_beside(*bit, other));
         let others = self.bits.iter().map(|(bit, _)| *bit).filter(|bit| is_apart(*bit));
         let mut others = others.filter(|bit| !bits.contains(bit) && !self.like_checksum.contains(&(bit / 8)));
         let in_byte = |byte: u16| self.bits.iter().filter(|(bit, _)| bit / 8 == byte).count();
-        // Sums keep the place in a byte or nibble, others change many bits, and counters run with frames that
-        // are rare. What is neither shows the same a second time.
+        // Sums preserve the position within a byte or nibble, other checksums change many bits, and counters
+        // change with rare frames. A bit that is neither is a second copy of the signal.
         let may_be_derived = |bit: u16, other: u16| {
             bit % 4 == other % 4
                 || ((!shows_all || bit / 8 != other / 8) && in_byte(other / 8) >= MIN_CHECKSUM_BITS)
@@ -232,7 +232,7 @@ pub(super) fn is_open(messages: &[Responding<'_>], timeline: &ActionTimeline, ac
     counts.any(|count| count >= MIN_HINTS && !is_known(count))
 }
 
-/// Returns the messages that responded to the last request, and the number of bits that did.
+/// Returns the messages that responded to the last request, and the number of responding bits.
 pub(super) fn seen(capture: &Capture, timeline: &ActionTimeline) -> (Vec<MessageKey>, usize) {
     let end = capture.span().map_or(MonoTime::ZERO, |(_, end)| end);
     let (mut messages, mut bits) = (Vec::new(), 0);
@@ -271,7 +271,7 @@ fn responding_bits(quiet: &QuietBits<'_>, track: &FrameTrack) -> Option<Vec<(u16
     (!found.is_empty() && found.len() <= MAX_RESPONDING).then_some(found)
 }
 
-/// Returns the typical responses to all actions; `None` when a side has none.
+/// Returns the typical responses to all actions; `None` if a side has none.
 pub(super) fn typical(responses: &Responses, timeline: &ActionTimeline) -> Option<[Typical; 3]> {
     let [left, right, hazard] = DriverAction::ALL.map(|action| responses.typical(timeline, action));
     let unknown = Typical { response: None, count: 0, of: timeline.count(DriverAction::Hazard) };
@@ -312,8 +312,8 @@ fn enumerated(
     }
     let signal = message.signal(layout);
     let bits = signal.bits();
-    // A bit that shows an action in another manner, or none of them, belongs to another signal: a button
-    // beside a stalk.
+    // A bit that shows an action in another manner, or shows none, belongs to another signal, such as a
+    // button next to a stalk.
     let shown =
         if left.shape == ResponseShape::Momentary { &DriverAction::ALL[..2] } else { &DriverAction::ALL[..] };
     let mut others = message.bits.iter().filter(|(bit, _)| bits.contains(bit));
@@ -336,7 +336,7 @@ fn enumerated(
             drawbacks.extend((strange > 0).then_some(Drawback::OtherValues(strange)));
             TurnForm::Enumerated { signal, off: responses.idle, left: left.value, right: right.value, both }
         }
-        // A part of a stalk's values may take a half press for a full one.
+        // With part of a stalk's bits, a half press may look like a full press.
         ResponseShape::Momentary if drawbacks.iter().any(|drawback| matches!(drawback, Drawback::Cut(_))) => {
             return None;
         }
@@ -351,8 +351,7 @@ fn enumerated(
     Some(SignalCandidate { form, shape: left.shape, followed, drawbacks, times })
 }
 
-/// Builds a stalk with the half presses that were seen on the way to a full press, or that ended an
-/// indication.
+/// Builds a stalk with the half presses that were observed before a full press, or that ended an indication.
 fn stalk(
     signal: FoundSignal,
     responses: &Responses,
@@ -368,7 +367,7 @@ fn stalk(
         let mut values = values.map(|(_, value)| *value);
         values.find(|value| !full.contains(value) && !on_the_way.contains(&Some(*value)))
     };
-    // The left half ends an indication to the right.
+    // The left half press ends an indication to the right.
     let half = [
         on_the_way[0].or_else(|| ending(DriverAction::Right)),
         on_the_way[1].or_else(|| ending(DriverAction::Left)),
@@ -392,7 +391,7 @@ fn is_full(value: u64, left: SignalResponse, right: SignalResponse) -> bool {
 }
 
 /// Returns the candidates of two bits in one message, one for each side. Both are evaluated together, so that
-/// a driver who corrects a wrong side is understood.
+/// a driver's correction of a wrong side is recognised.
 fn pairs(message: &Responding<'_>, timeline: &ActionTimeline) -> Vec<SignalCandidate<TurnForm>> {
     let follows = |action| {
         let bits = message.bits.iter().filter(move |(_, responses)| responses.responds(timeline, action));
@@ -427,7 +426,7 @@ fn pair(
     };
     let lamps = left.shape == ResponseShape::Flashing;
     let mut drawbacks = message.drawbacks(&bits, responses.idle, left.shape);
-    // While one side is on, the other one is at rest.
+    // While one side is on, the other is at rest.
     let strange = responses.strange(timeline, &[left_on, right_on]);
     drawbacks.extend((strange > 0).then_some(Drawback::OtherValues(strange)));
     drawbacks.extend(lamps.then_some(Drawback::Flashes));
@@ -468,7 +467,7 @@ pub(super) fn hazard(
                     drawbacks.push(Drawback::Momentary);
                     HazardForm::Button(switch)
                 }
-                // The lamp of the switch, which flashes: hazard lights are not derived from one lamp.
+                // The flashing lamp of the switch: hazard lights are not derived from one lamp.
                 ResponseShape::Flashing => continue,
             };
             let followed = followed(&typical);

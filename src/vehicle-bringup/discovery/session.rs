@@ -1,4 +1,4 @@
-//! The requests to the driver, one after the other, as a state machine without a clock.
+//! The sequence of requests to the driver, as a state machine without a clock.
 //!
 //! Call [`Session::poll`] with the current time until it returns `None`, then again at
 //! [`Session::next_deadline`]. After [`SessionStep::Evaluate`] call [`Session::evaluated`] with the actions
@@ -13,7 +13,7 @@ use gateway_base::time::MonoTime;
 /// Times and numbers of a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SessionSettings {
-    /// Time in which nothing is operated, at the beginning.
+    /// Initial time in which nothing is operated.
     pub quiet: Duration,
     /// Time for which the driver keeps an action.
     pub hold: Duration,
@@ -42,7 +42,7 @@ impl Default for SessionSettings {
 pub struct DriverRequest {
     /// What the driver does from now on.
     pub mark: DriverMark,
-    /// The action that comes next, after a rest; `None` when it is not known yet.
+    /// The next action, after a rest; `None` if it is not known yet.
     pub next: Option<DriverAction>,
     /// Time of the next step.
     pub until: MonoTime,
@@ -71,7 +71,7 @@ enum SessionState {
 pub struct Session {
     settings: SessionSettings,
     state: SessionState,
-    /// Actions that are still to be requested, the next one first.
+    /// Actions still to be requested, in order.
     queue: Vec<DriverAction>,
     requested: [usize; 3],
 }
@@ -116,7 +116,7 @@ impl Session {
     }
 
     /// Ends an evaluation. The `unsure` actions are repeated as far as the settings allow, the first one
-    /// after a rest. Returns the repeated ones.
+    /// after a rest. Returns the repeated actions.
     pub fn evaluated(&mut self, unsure: &[DriverAction], now: MonoTime) -> Vec<DriverAction> {
         let may_repeat =
             |action: &DriverAction| self.requested[*action as usize] < self.settings.max_requests;
@@ -138,7 +138,7 @@ impl Session {
         }
     }
 
-    /// Returns the number of requests so far, and including those known to follow.
+    /// Returns the number of requests so far, and this number plus the scheduled requests.
     pub fn progress(&self) -> (usize, usize) {
         let done = self.requested.iter().sum();
         (done, done + self.queue.len())

@@ -5,13 +5,13 @@ use super::response::{ResponseShape, Responses};
 use super::timeline::{DriverAction, EARLY};
 use can_signal::can::MAX_DATA;
 
-/// Number of responding bits from which a byte may be a checksum.
+/// Minimum number of responding bits for a byte that may be a checksum.
 pub(super) const MIN_CHECKSUM_BITS: usize = 3;
-/// Number of responding bits that the signals of one byte rarely have.
+/// Number of responding bits that the signals of one byte rarely reach.
 const MANY_BITS: usize = 5;
 
 /// Returns the bytes that are probably an unknown checksum: they change whenever anything in the message
-/// changes, while others do not or have fewer responding bits.
+/// changes, while other bytes do not or have fewer responding bits.
 pub(super) fn like_checksum(quiet: &QuietBits<'_>, bits: &[(u16, Responses)]) -> Vec<u16> {
     let mut bytes: Vec<u16> = bits.iter().map(|(bit, _)| bit / 8).collect();
     bytes.dedup();
@@ -27,7 +27,7 @@ pub(super) fn like_checksum(quiet: &QuietBits<'_>, bits: &[(u16, Responses)]) ->
         let is_often = match responding(*byte) {
             0..MIN_CHECKSUM_BITS => false,
             MIN_CHECKSUM_BITS..MANY_BITS => changes_always(*byte),
-            // Different contents have the same checksum at times.
+            // Different contents occasionally have the same checksum.
             MANY_BITS.. => changes(*byte) * 2 > all,
         };
         is_often
@@ -51,7 +51,7 @@ pub(super) fn restless(quiet: &QuietBits<'_>, bits: &[(u16, Responses)]) -> Vec<
 }
 
 /// Returns the bits that are on only while an action is requested, and at some presses of a momentary switch:
-/// a half press that the full one follows at once does not show in each of them.
+/// a half press directly followed by the full press does not appear in each of them.
 pub(super) fn companions(quiet: &QuietBits<'_>, bits: &[(u16, Responses)]) -> Vec<u16> {
     let timeline = quiet.timeline;
     let is_momentary = |(_, responses): &&(u16, Responses)| {

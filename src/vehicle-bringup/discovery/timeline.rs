@@ -7,7 +7,7 @@ use derive_more::Display;
 use can_signal::can::DriverMark;
 use gateway_base::time::MonoTime;
 
-/// An action of the driver that lights show.
+/// An action of the driver that the lights show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Display)]
 #[display("{}", self.mark())]
 pub enum DriverAction {
@@ -60,7 +60,7 @@ pub struct ActionTimeline {
     pub quiet: Vec<(MonoTime, MonoTime)>,
 }
 
-/// Time by which the driver may be early, since a countdown leads to the request.
+/// Time by which the driver may be early, since a countdown precedes the request.
 pub(super) const EARLY: Duration = Duration::from_millis(700);
 /// Time after the request to end an action in which an action may still begin.
 pub(super) const LATE: Duration = Duration::from_millis(200);

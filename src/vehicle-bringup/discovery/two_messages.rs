@@ -5,7 +5,7 @@ use super::response::{ResponseShape, Responses, SignalResponse, Typical};
 use super::search::{Responding, missed, switch, typical};
 use super::timeline::ActionTimeline;
 
-/// Returns the candidates with each side in a message of its own.
+/// Returns the candidates with the two sides in separate messages.
 pub(super) fn candidates(
     messages: &[Responding<'_>],
     timeline: &ActionTimeline,
@@ -49,7 +49,7 @@ fn sides<'a>(message: &'a Responding<'a>, timeline: &ActionTimeline) -> Vec<Side
     message.bits.iter().filter_map(side).collect()
 }
 
-/// Builds a candidate of two sides in different messages.
+/// Builds a candidate from two sides in different messages.
 fn apart(left: &SideBit<'_>, right: &SideBit<'_>) -> Option<SignalCandidate<TurnForm>> {
     if left.message.key == right.message.key || left.with_hazard != right.with_hazard {
         return None;

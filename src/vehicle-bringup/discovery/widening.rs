@@ -1,11 +1,12 @@
-//! Bits beside a signal that are set only while the whole signal is, as in "not available" of SAE J1939.
+//! Bits next to a signal that are set only while the whole signal is set, as for "not available" in SAE
+//! J1939.
 
 use super::candidate::{FoundSignal, HazardForm, Switch, TurnForm, bits_of, sawtooth};
 use super::search::Responding;
 use can_signal::can::MAX_DATA;
 use can_signal::dbc::codec::{ByteOrder, Layout};
 
-/// A widened signal, with the number of bits added below.
+/// A widened signal, with the number of bits added at its low end.
 struct Widened {
     layout: Layout,
     below: u16,
@@ -23,7 +24,7 @@ pub(super) fn widen_turn(messages: &[Responding<'_>], form: &mut TurnForm) {
             widen(messages, signal, &[], values);
         }
         TurnForm::Pair { left, right, .. } => {
-            // A bit between both may belong to either: it goes to the one that has no other.
+            // A bit between both may belong to either: it is added to the side that has no other.
             let (mut first, mut second) = (*left, *right);
             widen_switch(messages, &mut first, Some(second.signal));
             widen_switch(messages, &mut second, Some(first.signal));
@@ -37,7 +38,7 @@ pub(super) fn widen_turn(messages: &[Responding<'_>], form: &mut TurnForm) {
     }
 }
 
-/// Widens the signal of hazard lights that have their own.
+/// Widens the separate signal of the hazard lights.
 pub(super) fn widen_hazard(messages: &[Responding<'_>], form: &mut HazardForm) {
     if let HazardForm::Signal(switch) | HazardForm::Button(switch) = form {
         widen_switch(messages, switch, None);
@@ -57,7 +58,7 @@ fn widen<'v>(
     values: impl IntoIterator<Item = &'v mut u64>,
 ) {
     let message = messages.iter().find(|message| message.key == signal.message);
-    // Of a signal that rests with all bits set the neighbours' bits say nothing.
+    // If a signal rests with all bits set, the neighbouring bits are inconclusive.
     let message = message.filter(|message| !signal.bits().iter().all(|bit| message.quiet.is_idle_set(*bit)));
     if let Some(Widened { layout, below }) =
         message.and_then(|message| widened(message, signal.layout, taken))
@@ -67,8 +68,8 @@ fn widen<'v>(
     }
 }
 
-/// Returns the signal with its neighbours, in its byte order or, within a byte, in the order that adds more;
-/// `None` when no neighbour belongs to it.
+/// Returns the signal with its neighbours, in its byte order or, within a byte, in the order that adds more
+/// bits; `None` if no neighbour belongs to it.
 fn widened(message: &Responding<'_>, layout: Layout, taken: &[u16]) -> Option<Widened> {
     let is_in_a_byte = layout.start % 8 + layout.length <= 8;
     let intel = |position: u16| position;

@@ -20,8 +20,7 @@ pub struct ProfileEvidence {
     pub messages: Vec<MessageEvidence>,
     /// States of each turn source, in the order of the binding.
     pub turn: Vec<StateHistory>,
-    /// States of each hazard source, in the order of the binding; without frames where both turn sides show
-    /// it.
+    /// States of each hazard source, in the order of the binding; without frames if both turn sides show it.
     pub hazard: Vec<StateHistory>,
     /// States of the requirements of the profile.
     requirements: RequirementStates,
@@ -32,7 +31,7 @@ pub struct ProfileEvidence {
 impl ProfileEvidence {
     /// Creates the evidence before any frame; `databases` has one entry for each bus.
     pub fn new(lights: &LightsBinding, v2i: &SignalTable, databases: &[&Database]) -> Self {
-        // A message with both is one message.
+        // A message of both tables is listed once.
         let others = v2i.messages.iter().filter(|message| !lights.table.messages.contains(message));
         let messages = lights.table.messages.iter().chain(others).map(|bound| {
             let database = databases.get(usize::from(bound.bus.0));
@@ -51,13 +50,12 @@ impl ProfileEvidence {
         }
     }
 
-    /// Returns the binding that the evidence is for.
+    /// Returns the binding to which the evidence belongs.
     pub fn lights(&self) -> &LightsBinding {
         &self.lights
     }
 
-    /// Returns the first requirement of the profile that is not met, those that are contradicted before
-    /// others.
+    /// Returns the first unmet requirement of the profile, contradicted requirements first.
     pub fn unmet(&self) -> Option<Unmet> {
         self.requirements.unmet()
     }
@@ -114,7 +112,7 @@ impl ProfileEvidence {
         }
     }
 
-    /// Returns true if any turn source has shown a state.
+    /// Returns true if any turn source has shown this state.
     pub fn has_seen_turn(&self, state: TurnCode) -> bool {
         self.turn.iter().any(|states| states.has_seen(state))
     }

@@ -17,11 +17,11 @@ use gateway_core::vehicle_lights::state::TurnCode;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Severity {
-    /// It is only a hint; nothing is wrong.
+    /// A hint only; nothing is wrong.
     Note,
-    /// It should be examined before the drive.
+    /// To be examined before the drive.
     Warning,
-    /// The profile does not belong to these frames, or cannot work.
+    /// The profile does not match these frames, or cannot work.
     Error,
 }
 
@@ -58,12 +58,12 @@ pub enum FindingKind {
         explained: u32,
         /// Number of all identifiers on the bus.
         identifiers: u32,
-        /// Smallest number for a bus of the platform.
+        /// Minimum number for a bus of the platform.
         expected: u32,
     },
     /// A requirement of the profile is contradicted, or the recording does not meet it.
     Unmet(Unmet),
-    /// Frames have another length than the DBC says.
+    /// Frames have a length other than in the DBC.
     WrongLength {
         /// Position of the message.
         message: usize,
@@ -72,28 +72,28 @@ pub enum FindingKind {
         /// Length of the first of them, bytes.
         length: usize,
     },
-    /// Frames come less often than the profile says.
+    /// Frames are less frequent than the profile states.
     TooSlow {
         /// Position of the message.
         message: usize,
         /// Usual gap between frames.
         median: Duration,
     },
-    /// Frames come at less than half of the period of the DBC.
+    /// Frames are more than twice as frequent as the DBC states.
     Faster {
         /// Position of the message.
         message: usize,
         /// Usual gap between frames.
         median: Duration,
     },
-    /// Counter or checksum of the profile do not hold for most frames.
+    /// Counter or checksum of the profile fail for most frames.
     IntegrityFails {
         /// Position of the message.
         message: usize,
         /// Number of frames for which they do not hold.
         frames: u64,
     },
-    /// The DBC names a counter that holds and that the profile does not use.
+    /// The DBC names a counter that holds, and the profile does not use it.
     UnusedCounter {
         /// Position of the message.
         message: usize,
@@ -101,10 +101,10 @@ pub enum FindingKind {
         signal: String,
         /// Number of frames that follow it.
         frames: u64,
-        /// Largest step that a profile should tolerate.
+        /// Maximum step that a profile should tolerate.
         max_step: u32,
     },
-    /// The DBC names a checksum that holds and that the profile does not use.
+    /// The DBC names a checksum that holds, and the profile does not use it.
     UnusedChecksum {
         /// Position of the message.
         message: usize,
@@ -133,7 +133,7 @@ pub enum FindingKind {
     },
     /// No state ever changed, so that the recording confirms nothing.
     NothingChanged {
-        /// Each source with the state that it showed all the time; empty if no source showed a defined state.
+        /// Each source with its constant state; empty if no source showed a defined state.
         states: Vec<(SourceIndex, TurnCode)>,
     },
     /// A state was never shown.
@@ -176,7 +176,7 @@ pub fn findings(evidence: &ProfileEvidence) -> Vec<ProfileFinding> {
     findings
 }
 
-/// Returns a finding if a bus is not one of the platform that it is compared with.
+/// Returns a finding if a bus does not belong to the compared platform.
 pub fn other_platform(platform: PlatformMatch<'_>) -> Option<ProfileFinding> {
     let PlatformMatch { list, explained, identifiers } = platform;
     platform.is_of_other_platform().then(|| ProfileFinding {
@@ -240,7 +240,8 @@ fn of_states(source: SourceIndex, states: &StateHistory, is_lamp: bool, findings
     }
 }
 
-/// Adds states that were never shown. Without any change of state, only a checksum confirms a profile.
+/// Adds findings for states that were never shown. Without any change of state, only a checksum confirms a
+/// profile.
 fn coverage(evidence: &ProfileEvidence, findings: &mut Vec<ProfileFinding>) {
     let lights = evidence.lights();
     let mut push = |severity, kind| findings.push(ProfileFinding { severity, kind });
@@ -270,7 +271,7 @@ fn coverage(evidence: &ProfileEvidence, findings: &mut Vec<ProfileFinding>) {
     }
 }
 
-/// Returns the state that each source shows, without sources that have shown none.
+/// Returns the state of each source, without sources that have shown none.
 fn shown_states(evidence: &ProfileEvidence) -> Vec<(SourceIndex, TurnCode)> {
     let turn = evidence.turn.iter().enumerate().map(|(index, states)| (SourceIndex::Turn(index), states));
     let hazard =

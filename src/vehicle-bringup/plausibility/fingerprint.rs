@@ -1,9 +1,9 @@
-//! The platform of a bus by its identifiers: the share of them that a public list of the platform's messages
-//! explains.
+//! Recognises the platform of a bus by its identifiers: the share of them found in a public list of the
+//! platform's messages.
 //!
-//! One identifier with its usual length means little, since different makes use the same ones; how many of
-//! the whole bus are in a list means much. The limits were chosen with public recordings, and
-//! `docs/identify.md` has their margins.
+//! One identifier with its usual length means little, since different makes use the same ones; the share of
+//! the whole bus that is in a list means much. The limits were chosen from public recordings;
+//! `docs/identify.md` documents their margins.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,28 +11,28 @@ use can_signal::can::{CanId, Frame};
 
 /// Smallest number of different identifiers from which a bus has a fingerprint.
 pub const MIN_IDENTIFIERS: u32 = 12;
-/// Smallest share of the identifiers that a list of the bus's own platform explains, percent.
+/// Minimum share of the identifiers found in a list of the bus's own platform, percent.
 const MIN_PERCENT: u32 = 15;
-/// Smallest ratio of that share to the share that chance explains.
+/// Minimum ratio of that share to the share expected by chance.
 const MIN_RATIO_TO_CHANCE: u32 = 2;
-/// Fraction of a list, one in so many, from which on a bus is not of another platform, even if the list is
-/// short.
+/// A bus is not of another platform if it has at least one in this many of a list's identifiers, even if the
+/// list is short.
 const RECEIVED_FRACTION: u32 = 5;
-/// Smallest distance of the explained identifiers from their number by chance, standard deviations, that
-/// names a platform.
+/// Minimum difference between the explained identifiers and their number by chance, standard deviations, for
+/// naming a platform.
 const MIN_DEVIATIONS: f64 = 10.0;
-/// Smallest assumed chance that a list has an identifier, so that a short list names nothing by three or
-/// four.
+/// Minimum assumed probability that a list has an identifier, so that three or four matches with a short list
+/// name no platform.
 const MIN_CHANCE: f64 = 0.01;
 /// Number of identifiers of 11 bits.
 const STANDARD_IDENTIFIERS: u32 = 2048;
-/// Largest number of different identifiers that are kept of a bus; more are ignored.
+/// Maximum number of different identifiers of a bus; more are ignored.
 const MAX_IDENTIFIERS: usize = 8192;
 
 /// Public list of the messages on a bus of a platform.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PlatformList {
-    /// Name of the DBC that the list was made of, without its extension, e.g. `hyundai_can_generated`.
+    /// Name of the DBC from which the list was made, without its extension, e.g. `hyundai_can_generated`.
     pub name: String,
     /// Make, e.g. `Hyundai`. Lists of one make do not exclude each other.
     pub make: String,
@@ -48,7 +48,7 @@ impl PlatformList {
         count(self.messages.iter().filter(|(id, _)| matches!(id, CanId::Standard(_))))
     }
 
-    /// Returns the probability that the list has a random identifier of 11 bits.
+    /// Returns the probability that the list contains a random identifier of 11 bits.
     fn chance(&self) -> f64 {
         f64::from(self.standard()) / f64::from(STANDARD_IDENTIFIERS)
     }
@@ -61,14 +61,14 @@ fn count(items: impl Iterator) -> u32 {
 /// The identifiers that were received on a bus, each with its usual length.
 #[derive(Debug, Clone, Default)]
 pub struct Fingerprint {
-    /// Those of 11 bits, by number up to the largest.
+    /// Identifiers of 11 bits, indexed by number up to the largest.
     standard: Vec<Option<UsualLength>>,
     extended: BTreeMap<u32, UsualLength>,
-    /// Number of all.
+    /// Number of all identifiers.
     count: usize,
 }
 
-/// Length of most frames: each other length takes one vote from it.
+/// Length of most frames; each frame with another length reduces its count by one.
 #[derive(Debug, Clone, Copy)]
 struct UsualLength {
     bytes: usize,
@@ -76,7 +76,7 @@ struct UsualLength {
 }
 
 impl Fingerprint {
-    /// Adds the next frame of the bus. Returns true if its identifier was not kept before.
+    /// Adds the next frame of the bus. Returns true if its identifier is new.
     pub fn frame(&mut self, frame: &Frame) -> bool {
         let bytes = frame.data().len();
         let known = match frame.id() {
@@ -95,7 +95,7 @@ impl Fingerprint {
         false
     }
 
-    /// Adds an identifier that is not kept, unless there are too many.
+    /// Adds a new identifier, unless there are too many.
     fn add(&mut self, id: CanId, bytes: usize) {
         if self.count >= MAX_IDENTIFIERS {
             return;
@@ -143,8 +143,8 @@ impl Fingerprint {
         matches.max_by(|one, other| one.deviations().total_cmp(&other.deviations()))
     }
 
-    /// Names the platform whose list explains far more identifiers than chance does, with other lists of the
-    /// same make that explain as many; empty if none does.
+    /// Returns the platform whose list explains far more identifiers than chance does, with other lists of
+    /// the same make that explain as many; empty if there is none.
     pub fn platforms<'a>(&self, lists: &'a [PlatformList]) -> Vec<PlatformMatch<'a>> {
         let Some(best) = self.compare_best(lists).filter(PlatformMatch::names_platform) else {
             return Vec::new();
@@ -156,7 +156,7 @@ impl Fingerprint {
     }
 }
 
-/// How many identifiers of a bus are in the list of a platform.
+/// Number of identifiers of a bus that are in the list of a platform.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlatformMatch<'a> {
     /// The list.
@@ -168,7 +168,7 @@ pub struct PlatformMatch<'a> {
 }
 
 impl PlatformMatch<'_> {
-    /// Returns the smallest number of explained identifiers for a bus of the platform.
+    /// Returns the minimum number of explained identifiers for a bus of the platform.
     pub fn min_explained(&self) -> u32 {
         let by_share = (MIN_PERCENT * self.identifiers).div_ceil(100);
         let by_chance = MIN_RATIO_TO_CHANCE * self.list.standard() * self.identifiers;
@@ -180,24 +180,25 @@ impl PlatformMatch<'_> {
         self.list.chance() * f64::from(self.identifiers)
     }
 
-    /// Returns true if the bus may well be one of the platform.
+    /// Returns true if the bus may well belong to the platform.
     pub fn is_of_platform(&self) -> bool {
         self.explained >= self.min_explained()
     }
 
-    /// Returns true if the bus is one of another platform: neither has it many identifiers of the list, nor
-    /// the list many of the bus.
+    /// Returns true if the bus belongs to another platform: few of its identifiers are in the list, and few
+    /// identifiers of the list are on the bus.
     pub fn is_of_other_platform(&self) -> bool {
         let is_unlisted = RECEIVED_FRACTION * self.explained < count(self.list.messages.iter());
         !self.is_of_platform() && is_unlisted
     }
 
-    /// Returns true if chance does not explain that so many identifiers are in the list.
+    /// Returns true if chance does not explain the number of identifiers in the list.
     fn names_platform(&self) -> bool {
         self.is_of_platform() && self.deviations() >= MIN_DEVIATIONS
     }
 
-    /// Returns the distance of the explained identifiers from their number by chance, in standard deviations.
+    /// Returns the difference between the explained identifiers and their number by chance, in standard
+    /// deviations.
     fn deviations(&self) -> f64 {
         let chance = self.list.chance().max(MIN_CHANCE);
         let expected = chance * f64::from(self.identifiers);

@@ -1,4 +1,4 @@
-//! How well a profile fits frames of an unknown vehicle.
+//! Measures how well a profile fits frames of an unknown vehicle.
 
 use std::time::Duration;
 
@@ -16,7 +16,7 @@ pub enum FitVerdict {
     No,
     /// Nothing contradicts the profile, but only identifiers that other vehicles also use support it.
     Possible,
-    /// Rules, behaviour, rhythm or platform of the profile hold, more of them than chance explains.
+    /// Rules, behaviour, rhythm or platform of the profile hold, to a greater extent than chance explains.
     Fits,
 }
 
@@ -44,7 +44,7 @@ pub enum Support {
         /// Position of the message.
         message: usize,
     },
-    /// A side was on and off as with a driver.
+    /// A side was on and off as when operated by a driver.
     Sides {
         /// True if left was on.
         left: bool,
@@ -53,7 +53,7 @@ pub enum Support {
     },
     /// The state changed, and the profile names every value.
     NamedValues,
-    /// The bus is one of the profile's platform.
+    /// The bus belongs to the profile's platform.
     Platform {
         /// Title of the list.
         title: String,
@@ -62,7 +62,7 @@ pub enum Support {
         /// Number of all identifiers on the bus.
         identifiers: u32,
     },
-    /// A message that proves the bus alive was received.
+    /// A heartbeat message of the bus was received.
     Heartbeat {
         /// Identifiers of the message.
         ids: IdMatch,
@@ -80,7 +80,7 @@ pub struct Fit {
     pub support: Vec<Support>,
     /// Findings that contradict it.
     pub against: Vec<ProfileFinding>,
-    /// Number of its messages that were received, and of all its messages.
+    /// Number of its received messages, and of all its messages.
     pub received: (usize, usize),
 }
 
@@ -98,12 +98,12 @@ impl Support {
     }
 }
 
-/// Points from which a profile fits: a period alone is not enough, with the platform it is.
+/// Points from which a profile fits: a period alone is not enough, but with the platform it is.
 const FITTING: u32 = 20;
 
-/// Judges a profile; `None` when none of its messages was received. `heartbeats` has its heartbeat messages
-/// that were received. `platform` is the best match of its lists, or `None` if the profile names none or the
-/// bus has too few identifiers.
+/// Judges a profile; `None` when none of its messages was received. `heartbeats` are its received heartbeat
+/// messages. `platform` is the best match of its lists, or `None` if the profile names none or the bus has
+/// too few identifiers.
 pub fn fit(
     evidence: &ProfileEvidence,
     heartbeats: &[IdMatch],
@@ -147,7 +147,7 @@ pub fn fit(
     } else {
         FitVerdict::Possible
     };
-    // Each fault that does not refute it alone makes it less likely.
+    // Each fault that alone does not refute it makes it less likely.
     let faults = u32::try_from(against.len()).unwrap_or(u32::MAX);
     let score = score.saturating_sub(faults.saturating_mul(3));
     Some(Fit { verdict, score, support, against, received: (received, evidence.messages.len()) })
@@ -170,7 +170,7 @@ fn of_message((message, evidence): (usize, &MessageEvidence)) -> Vec<Support> {
     support
 }
 
-/// Returns true for a finding on the frames themselves, not on missing evidence.
+/// Returns true for a finding on the frames themselves, rather than on missing evidence.
 fn speaks_against(finding: &ProfileFinding) -> bool {
     match finding.kind {
         FindingKind::WrongLength { .. }

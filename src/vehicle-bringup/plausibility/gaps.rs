@@ -8,7 +8,7 @@ use gateway_base::time::MonoTime;
 /// Number of classes for each doubling of a gap.
 const CLASSES_PER_OCTAVE: f64 = 16.0;
 
-/// The distribution of the gaps between frames, in classes of 4 %, whatever their number.
+/// The distribution of the gaps between frames, in classes of 4 %; constant memory for any number of frames.
 #[derive(Debug, Clone, Default)]
 pub struct GapDistribution {
     last: Option<MonoTime>,
@@ -34,7 +34,7 @@ impl GapDistribution {
         *sum += gap;
     }
 
-    /// Returns the median gap; `None` without a gap, or when all frames have the same stamp.
+    /// Returns the median gap; `None` without a gap, or if all frames have the same stamp.
     pub fn median(&self) -> Option<Duration> {
         let mut before = 0;
         for (count, sum) in self.classes.values() {

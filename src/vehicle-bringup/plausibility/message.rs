@@ -1,4 +1,4 @@
-//! Evidence of the frames of one bound message.
+//! Evidence from the frames of one bound message.
 
 use std::time::Duration;
 
@@ -23,11 +23,11 @@ pub struct MessageEvidence {
     pub length: usize,
     /// Period by the DBC; `None` = unknown.
     pub cycle: Option<Duration>,
-    /// Number of frames received, of the first sender alone.
+    /// Number of frames received, from the first sender only.
     pub frames: u64,
-    /// The first sender of a message that may have several.
+    /// The first sender of a message that may have several senders.
     sender: Option<u8>,
-    /// Number of frames of another length, and the length of the first of them.
+    /// Number of frames of another length, and the first such length.
     pub wrong_length: (u64, usize),
     /// Times between the frames.
     pub gaps: GapDistribution,
@@ -47,7 +47,7 @@ pub enum Proof {
     Holds {
         /// Number of frames for which it holds.
         frames: u64,
-        /// True with a checksum, which no other message has by chance.
+        /// True with a checksum, which other messages never fulfil by chance.
         checksum: bool,
     },
     /// The rule does not hold for most frames.
@@ -113,9 +113,10 @@ impl MessageEvidence {
             + counts.wrong_data_id
             + counts.counter_out_of_range
             + counts.wrong_sequence;
-        // Duplicates are normal in small numbers; a counter that stands still is none.
+        // A few duplicates are normal; a counter that stands still is not.
         let fails = broken + counts.repeated;
-        // A frame after a gap has an intact checksum, and proves no more of a counter than the first.
+        // A frame after a gap has an intact checksum, and proves no more about a counter than the first
+        // frame.
         let judged = counts.trusted + fails;
         if judged < MIN_FRAMES {
             Proof::Open
@@ -128,14 +129,14 @@ impl MessageEvidence {
         }
     }
 
-    /// Returns a counter of the DBC that the profile does not use and these frames follow: its signal, the
-    /// number of frames, and the largest step to tolerate.
+    /// Returns a counter of the DBC that these frames follow and the profile does not use: its signal, the
+    /// number of frames, and the maximum step to tolerate.
     pub fn unused_counter(&self) -> Option<(&str, u64, u32)> {
         self.unused_counter.as_ref()?.holds()
     }
 
-    /// Returns a checksum of the DBC that the profile does not use and all these frames have: its signal, the
-    /// number of frames, and the rule.
+    /// Returns a checksum of the DBC that holds for all these frames and that the profile does not use: its
+    /// signal, the number of frames, and the rule.
     pub fn unused_checksum(&self) -> Option<(String, u64, FoundChecksum)> {
         self.unused_checksum.as_ref()?.holds()
     }
@@ -168,11 +169,11 @@ impl MessageEvidence {
 /// Relation of the usual gap between the frames of a message to the profile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rhythm {
-    /// Nothing is described, or there are too few frames.
+    /// No period is described, or there are too few frames.
     Open,
     /// The period of the DBC.
     AsDescribed,
-    /// Less than half of the period of the DBC, as of a message that is sent on change as well.
+    /// Less than half of the period of the DBC, as for a message that is also sent on change.
     Faster,
     /// More than twice the period of the DBC.
     Slower,

@@ -1,10 +1,10 @@
 //! Judges whether frames fit a vehicle profile: lengths, periods, counters and checksums, values, and whether
-//! a driver behaves as they show.
+//! the states are plausible for a driver.
 //!
-//! [`ProfileEvidence`](evidence::ProfileEvidence) takes frames one by one and keeps counts only, so that a
-//! recording of any length is judged in one pass and constant memory. From it come
-//! [`ProfileFinding`](finding::ProfileFinding)s for a profile that is checked, and a [`Fit`](fit::Fit) for
-//! one that is searched.
+//! [`ProfileEvidence`](evidence::ProfileEvidence) accepts frames one by one and keeps counts only, so that a
+//! recording of any length is judged in one pass and constant memory. The results are
+//! [`ProfileFinding`](finding::ProfileFinding)s when a profile is checked, and a [`Fit`](fit::Fit) when a
+//! profile is searched.
 
 pub mod evidence;
 pub mod finding;

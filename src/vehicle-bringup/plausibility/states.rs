@@ -5,11 +5,11 @@ use std::time::Duration;
 use gateway_base::time::MonoTime;
 use gateway_core::vehicle_lights::state::TurnCode;
 
-/// Shortest state that a driver or a flashing lamp causes.
+/// Minimum duration of a state caused by a driver or a flashing lamp.
 const SHORTEST_STATE: Duration = Duration::from_millis(80);
-/// The longest time that a lamp of a flashing indicator stays lit or dark.
+/// Maximum time for which a lamp of a flashing indicator stays lit or dark.
 const LONGEST_FLASH: Duration = Duration::from_millis(700);
-/// The smallest number of changes that show a rhythm.
+/// Minimum number of changes that show a rhythm.
 const MIN_CHANGES: u64 = 10;
 
 /// State that a source shows in a frame.
@@ -36,9 +36,9 @@ pub struct StateHistory {
     pub changes: u64,
     /// Changes after less than [`SHORTEST_STATE`].
     hasty: u64,
-    /// Changes between 80 and 700 ms after the one before.
+    /// Changes between 80 and 700 ms after the previous one.
     flashes: u64,
-    /// Changes from one side to the other without a state between.
+    /// Changes from one side to the other without a state in between.
     crossings: u64,
 }
 
@@ -82,7 +82,7 @@ impl StateHistory {
         self.crossings += u64::from(sides.contains(&before) && sides.contains(&state));
     }
 
-    /// Returns the defined state that was shown last; `None` before the first one.
+    /// Returns the last defined state; `None` before the first one.
     pub fn current_state(&self) -> Option<TurnCode> {
         self.current.map(|(state, _)| state)
     }
@@ -111,7 +111,8 @@ impl StateHistory {
 mod tests {
     use super::*;
 
-    /// States of 0 (off), 1 (left), 2 (right) and so on, each for so many milliseconds.
+    /// Returns the history of states 0 (off), 1 (left), 2 (right) and so on, each for a number of
+    /// milliseconds.
     fn states(shown: impl IntoIterator<Item = (TurnCode, u64)>) -> StateHistory {
         let (mut states, mut now) = (StateHistory::default(), 0);
         for (state, millis) in shown {

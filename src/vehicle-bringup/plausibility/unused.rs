@@ -12,13 +12,13 @@ use can_signal::validation::integrity::search::{FoundChecksum, find_checksum};
 
 /// Number of frames from which a rule counts as proven.
 const PROVEN_FRAMES: u64 = 20;
-/// Steps of a counter that are tolerated: up to three lost frames.
+/// Tolerated steps of a counter: up to three lost frames.
 const MAX_STEP: u32 = 4;
-/// Parts of the names that counters have in DBCs, in lower case.
+/// Parts of counters' names in DBCs, in lower case.
 const COUNTER_NAMES: [&str; 5] = ["counter", "cnt", "alive", "rolling", "ctr"];
-/// Parts of the names that checksums have in DBCs, in lower case.
+/// Parts of checksums' names in DBCs, in lower case.
 const CHECKSUM_NAMES: [&str; 4] = ["checksum", "chksum", "crc", "chk"];
-/// Number of different frames in which a rule is searched; it must then hold for all others.
+/// Number of different frames used to search for a rule, which must then hold for all others.
 const SEARCHED: usize = 64;
 
 /// A counter that the DBC names.
@@ -32,7 +32,7 @@ pub(super) struct UnusedCounter {
 }
 
 impl UnusedCounter {
-    /// Returns the first signal of a message that has the name of a counter.
+    /// Returns the first signal of a message with a counter's name.
     pub(super) fn of(message: &Message) -> Option<Self> {
         message.signals.iter().find_map(|signal| {
             let is_named = has_name(&signal.name, &COUNTER_NAMES) || signal.name.ends_with("_BZ");
@@ -89,7 +89,7 @@ pub(super) struct UnusedChecksum {
 }
 
 impl UnusedChecksum {
-    /// Returns the first signal of a message that has the name of a checksum.
+    /// Returns the first signal of a message with a checksum's name.
     pub(super) fn of(message: &Message) -> Option<Self> {
         let named = message.signals.iter().find(|signal| has_name(&signal.name, &CHECKSUM_NAMES))?;
         Some(Self {

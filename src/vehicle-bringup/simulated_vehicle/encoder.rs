@@ -20,7 +20,7 @@ pub(super) struct ReportedState {
     pub(super) lit: Sides,
     pub(super) stalk: StalkPosition,
     pub(super) button: bool,
-    /// Quality of the reports of all this.
+    /// Quality with which all of this is reported.
     pub(super) quality: Meaning<()>,
     /// Defective bulbs, which fault signals report.
     pub(super) broken: Sides,
@@ -110,7 +110,7 @@ impl SignalContent {
     fn value(&self, state: &ReportedState) -> SignalValue {
         let hazard = state.code == TurnCode::Both;
         match self.subject {
-            // A signal without a value for hazard reports off meanwhile.
+            // A signal without a value for hazard reports off while the hazard lights are on.
             ReportedSubject::Turn if hazard && !self.knows(SignalValue::Turn(TurnCode::Both)) => {
                 SignalValue::Turn(TurnCode::Off)
             }
@@ -148,7 +148,7 @@ impl SignalContent {
         }
     }
 
-    /// Returns the first value that the signal has, or the last one if it has none.
+    /// Returns the first value that the signal supports, or the last one if it supports none.
     fn known(&self, values: impl Iterator<Item = SignalValue>) -> SignalValue {
         let mut last = SignalValue::On(false);
         for value in values {
@@ -170,8 +170,8 @@ impl SignalContent {
     }
 }
 
-/// Returns what a signal may say of a gear, best first: a gearbox may have no park, and a signal only some of
-/// the gears.
+/// Returns the values that a signal may report for a gear, best first: a gearbox may have no park, and a
+/// signal only some of the gears.
 fn gear_codes(gear: Gear) -> impl Iterator<Item = SignalValue> {
     let neutral = (gear == Gear::Park).then_some(Gear::Neutral);
     let forward = Gear::all().filter(|gear| gear.direction() == Some(1.0));
@@ -181,7 +181,7 @@ fn gear_codes(gear: Gear) -> impl Iterator<Item = SignalValue> {
     std::iter::once(GearCode::Engaged(gear)).chain(others).map(SignalValue::Gear)
 }
 
-/// Returns what a signal may say of a motion, best first.
+/// Returns the values that a signal may report for a motion, best first.
 fn motions(motion: MotionState) -> impl Iterator<Item = SignalValue> {
     let is_backward = motion.speed_mps < 0.0 || motion.speed_mps == 0.0 && motion.gear == Gear::Reverse;
     let direction = if is_backward { Motion::Backward } else { Motion::Forward };
@@ -196,7 +196,7 @@ pub(super) struct SignalEncoder {
     contents: Vec<SignalContent>,
     /// The quantity that it carries, whose value takes precedence.
     quantity: Option<(MeasuredQuantity, QuantityPart)>,
-    /// Raw values with a meaning, and the first ones without.
+    /// Raw values with a meaning, and the first few without.
     candidates: Vec<i128>,
 }
 
@@ -218,7 +218,7 @@ impl SignalEncoder {
         self.candidates.extend(undefined);
     }
 
-    /// Adds a quantity. A signal of several carries the first.
+    /// Adds a quantity. A signal with several quantities carries the first.
     pub(super) fn measure(&mut self, quantity: &MeasuredQuantity, part: QuantityPart) {
         self.quantity.get_or_insert_with(|| (quantity.clone(), part));
     }
@@ -240,8 +240,8 @@ impl SignalEncoder {
         self.contents.iter().any(|content| content.subject.has_quality() && has_value(content))
     }
 
-    /// Returns the raw value that reports the state of all contents or, if there is none, of the first
-    /// content that has one; `None` when no content has one.
+    /// Returns the raw value that reports the state for all contents or, failing that, for the first content
+    /// that has one; `None` if no content has one.
     pub(super) fn raw(&self, state: &ReportedState) -> Option<i128> {
         if let Some((quantity, part)) = &self.quantity {
             return Some(quantity.raw(&state.readings, *part));

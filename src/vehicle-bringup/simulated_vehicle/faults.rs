@@ -10,7 +10,7 @@ pub(super) struct ActiveFaults {
     /// Frame faults with the message they affect (`None` = all), the newest last.
     frames: Vec<(FrameFault, Option<String>)>,
     pub(super) false_report: Option<TurnCode>,
-    /// Meaning that the reports have instead of the state.
+    /// Meaning that the reports have in place of the state.
     pub(super) quality: Option<Meaning<()>>,
     pub(super) broken: Sides,
     pub(super) ignores_commands: bool,
@@ -26,7 +26,7 @@ pub(super) struct FrameFaults {
 }
 
 impl ActiveFaults {
-    /// Adds a fault. A bus-off affects more than the vehicle and is left to the caller.
+    /// Adds a fault. A bus-off also affects other participants, and is left to the caller.
     pub(super) fn add(&mut self, fault: SimulatedFault) {
         match fault {
             SimulatedFault::Frames(fault, message) => {

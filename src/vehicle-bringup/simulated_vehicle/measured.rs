@@ -1,4 +1,4 @@
-//! Raw values of a linear signal: the quantity of the profile from the sender's side.
+//! Raw values of a linear signal: the profile's quantity from the sender's side.
 
 use super::motion::{Dimensions, Readings};
 use can_signal::validation::meaning::Meaning;
@@ -35,7 +35,7 @@ impl Readings {
     }
 }
 
-/// A quantity with the reading that it sends.
+/// A quantity with the reading that is sent.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct MeasuredQuantity {
     pub(super) quantity: Quantity,
@@ -99,8 +99,8 @@ impl MeasuredQuantity {
         }
     }
 
-    /// Returns the raw value of a part: of the valid values the one that, with the other part, is closest to
-    /// the reading.
+    /// Returns the raw value of a part: the valid value that, together with the other part, is closest to the
+    /// reading.
     pub(super) fn raw(&self, readings: &Readings, part: QuantityPart) -> i128 {
         let value = self.value(readings);
         let exact = (value - self.quantity.offset) / self.quantity.factor;

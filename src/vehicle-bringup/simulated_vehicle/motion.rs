@@ -1,4 +1,4 @@
-//! How the vehicle moves: a bicycle model whose speed and steering change at limited rates.
+//! Motion of the vehicle: a bicycle model whose speed and steering change at limited rates.
 
 use std::time::Duration;
 
@@ -12,16 +12,16 @@ pub const ACCELERATION_MPS2: f64 = 2.0;
 pub const EMERGENCY_MPS2: f64 = 8.0;
 /// Rate at which the front wheels turn, rad/s.
 pub const STEERING_RADPS: f64 = 0.4;
-/// How far and how often the front wheels sway while the vehicle moves, rad and s: no driver holds them
-/// still, and checks for frozen sensors know it.
+/// Amplitude and period of the sway of the front wheels while the vehicle moves, rad and s: no driver holds
+/// them still, and checks for frozen sensors rely on it.
 const SWAY: (f64, f64) = (0.002, 1.7);
 
-/// Dimensions of the vehicle: the configured ones, and defaults of a mid-size car for the others.
+/// Dimensions of the vehicle as configured, with defaults of a mid-size car.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dimensions {
-    /// From axle to axle, m.
+    /// Distance between the axles, m.
     pub wheel_base_m: f64,
-    /// Distance of the rear wheels, m.
+    /// Distance between the rear wheels, m.
     pub wheel_tread_m: f64,
     /// Rolling radius of the wheels, m.
     pub(super) wheel_radius_m: f64,
@@ -59,7 +59,7 @@ pub struct MotionState {
     pub gear: Gear,
 }
 
-/// What the sensors of the vehicle measure at one moment.
+/// Values measured by the vehicle's sensors at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Readings {
     pub(super) motion: MotionState,
@@ -71,7 +71,7 @@ pub(super) struct Readings {
     pub(super) steering_wheel_rad: f64,
 }
 
-/// A value that moves to another one at a constant rate.
+/// A value that changes to another at a constant rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Ramp {
     from: f64,
@@ -102,7 +102,7 @@ impl Ramp {
     }
 }
 
-/// A vehicle that drives.
+/// State of a moving vehicle.
 #[derive(Debug, Clone)]
 pub(super) struct VehicleMotion {
     dimensions: Dimensions,
@@ -120,7 +120,7 @@ impl VehicleMotion {
     /// Engages a gear.
     ///
     /// # Errors
-    /// The reason why a moving vehicle keeps its gear.
+    /// Returns the reason why a moving vehicle keeps its gear.
     pub(super) fn engage(&mut self, gear: Gear, now: MonoTime) -> Result<(), &'static str> {
         let speed_mps = self.speed_mps.at(now);
         let fits = match gear.direction() {
@@ -131,7 +131,7 @@ impl VehicleMotion {
             return Err("the vehicle moves, and keeps its gear");
         }
         self.gear = gear;
-        // Nothing drives it any longer in neutral, where it rolls on.
+        // In neutral it rolls on without propulsion.
         self.speed_mps.change(speed_mps, 0.0, now);
         Ok(())
     }
@@ -139,7 +139,7 @@ impl VehicleMotion {
     /// Accelerates or slows down to a speed in the direction of the gear.
     ///
     /// # Errors
-    /// The reason why the engine cannot move the vehicle.
+    /// Returns the reason why the engine cannot move the vehicle.
     pub(super) fn drive(&mut self, speed_mps: f64, now: MonoTime) -> Result<(), &'static str> {
         let direction = match self.gear.direction() {
             Some(direction) => direction,
@@ -155,13 +155,14 @@ impl VehicleMotion {
         self.speed_mps.change(0.0, EMERGENCY_MPS2, now);
     }
 
-    /// Turns the front wheels to an angle, left positive, as far as they turn.
+    /// Turns the front wheels to an angle, left positive, within their limit.
     pub(super) fn steer(&mut self, tire_rad: f64, now: MonoTime) {
         let limit = self.dimensions.max_tire_rad;
         self.tire_rad.change(tire_rad.clamp(-limit, limit), STEERING_RADPS, now);
     }
 
-    /// Moves as given within a time: with the gear of the speed, and the steering of the heading rate.
+    /// Moves at the given speed and heading rate, reached within a time: with the gear for the speed and the
+    /// steering angle for the heading rate.
     pub(super) fn follow(
         &mut self,
         speed_mps: f64,
@@ -183,14 +184,14 @@ impl VehicleMotion {
         let speed_mps = self.speed_mps.at(now);
         let (sway_rad, period_s) = SWAY;
         let phase = now.since(MonoTime::ZERO).as_secs_f64() / period_s * std::f64::consts::TAU;
-        // Slow motion has less of it.
+        // The sway is smaller in slow motion.
         let sway_rad = sway_rad * speed_mps.abs().min(1.0) * phase.sin();
         let tire_rad = self.tire_rad.at(now) + sway_rad;
         let heading_rate_radps = speed_mps * tire_rad.tan() / self.dimensions.wheel_base_m;
         MotionState { speed_mps, tire_rad, heading_rate_radps, gear: self.gear }
     }
 
-    /// Returns what the sensors measure at `now`.
+    /// Returns the values measured by the sensors at `now`.
     pub(super) fn readings(&self, now: MonoTime) -> Readings {
         let motion = self.state(now);
         let side_mps = motion.heading_rate_radps * self.dimensions.wheel_tread_m / 2.0;
@@ -210,7 +211,7 @@ impl VehicleMotion {
     }
 }
 
-/// Returns the angle of the steering wheel that has this angle of the front wheels.
+/// Returns the angle of the steering wheel for this angle of the front wheels.
 fn steering_wheel_rad(wheel_to_tire: &WheelToTire, tire_rad: f64, speed_mps: f64) -> f64 {
     match wheel_to_tire {
         WheelToTire::Ratio(ratio) => tire_rad * ratio,

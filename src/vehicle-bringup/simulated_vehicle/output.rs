@@ -64,7 +64,7 @@ pub enum VehicleEvent {
         /// True if the right lamps are lit.
         right: bool,
     },
-    /// The vehicle has no signal for a request, or cannot perform it now; text for the reason.
+    /// The vehicle has no signal for a request, or cannot perform it now; contains the reason.
     NotPossible(&'static str),
     /// The controllers went bus-off (`true`) or were restarted (`false`).
     BusOff(bool),

@@ -17,7 +17,7 @@ use gateway_core::vehicle_lights::state::HazardCode;
 use gateway_core::vehicle_status::binding::StatusBinding;
 use gateway_core::vehicle_status::settings::VehicleGeometry;
 
-/// Longest period of a message that shows lamps and of one with an unknown period.
+/// Maximum period of a message that shows lamps, and of a message with an unknown period.
 const MAX_PERIOD: Duration = Duration::from_millis(100);
 const MIN_PERIOD: Duration = Duration::from_millis(10);
 
@@ -51,9 +51,9 @@ pub(super) struct PlannedMessage {
     pub(super) id: CanId,
     pub(super) length: usize,
     pub(super) format: Option<FrameFormat>,
-    /// Period in the DBC; `None` = it has none.
+    /// Period in the DBC; `None` if it has none.
     cycle: Option<Duration>,
-    /// Time between two frames without a change; `None` = sent on change only.
+    /// Time between two frames without a change; `None` if sent on change only.
     pub(super) period: Option<Duration>,
     /// True if a change is sent immediately.
     pub(super) on_change: bool,
@@ -194,7 +194,7 @@ impl Draft<'_> {
         Ok(())
     }
 
-    /// Adds the condition of a source. Where sources exclude each other, the first of them applies.
+    /// Adds the condition of a source. If sources exclude each other, the first of them applies.
     fn condition(&mut self, table: &SignalTable, condition: Option<&Role<bool>>) -> Result<(), PlanError> {
         let Some(role) = condition else { return Ok(()) };
         self.add(table, role, ReportedSubject::Condition, SignalValue::On)
@@ -227,7 +227,7 @@ impl Draft<'_> {
         Ok(())
     }
 
-    /// Returns the encoder of a signal, whose message is planned if it is not yet.
+    /// Returns the encoder of a signal, and plans its message if necessary.
     pub(super) fn encoder(
         &mut self,
         table: &SignalTable,
@@ -254,7 +254,7 @@ impl Draft<'_> {
         }
     }
 
-    /// Returns the position of a message, which is added when it is not planned yet.
+    /// Returns the position of a message, and plans it if necessary.
     fn message(
         &mut self,
         bus: BusIndex,
@@ -266,7 +266,7 @@ impl Draft<'_> {
         let same = |message: &PlannedMessage| (message.bus, message.id) == (bus, id);
         if let Some(at) = self.messages.iter().position(same) {
             let message = &mut self.messages[at];
-            // Another flow may need it more often.
+            // Another flow may need a shorter period.
             let needed = period(timing, message.cycle);
             message.period = message.period.into_iter().chain(needed).min();
             message.on_change |= timing.is_event();
@@ -317,8 +317,8 @@ impl PlannedMessage {
     }
 }
 
-/// Returns the period of the DBC if it keeps the message valid with a margin, otherwise one that does; `None`
-/// for a message without a timeout.
+/// Returns the period of the DBC if it keeps the message valid with a margin, otherwise a period that does;
+/// `None` for a message without a timeout.
 fn period(timing: Timing, cycle: Option<Duration>) -> Option<Duration> {
     let timeout = timing.timeout()?;
     let known = cycle.filter(|cycle| *cycle >= MIN_PERIOD && *cycle <= timeout / 3);

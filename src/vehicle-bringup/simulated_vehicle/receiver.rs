@@ -95,7 +95,7 @@ impl CommandReceiver {
     }
 }
 
-/// Request of a frame, and whether it presses a button.
+/// Returns the request of a frame, and whether it presses a button.
 fn read(message: &CommandMessage, data: &[u8; MAX_DATA]) -> (LightsRequest, bool) {
     if message.enable.as_ref().is_some_and(|enable| !enable.on.matches(data)) {
         return (LightsRequest::default(), false);

@@ -25,12 +25,12 @@ pub enum SimulationRequest {
     Gear(Gear),
     /// The vehicle accelerates or slows down to a speed in the direction of its gear.
     Speed {
-        /// Not negative, m/s.
+        /// Speed, m/s, not negative.
         speed_mps: f64,
     },
     /// The front wheels turn to an angle.
     Steer {
-        /// Left positive, rad.
+        /// Angle, rad, left positive.
         tire_rad: f64,
     },
     /// The driver brakes as hard as possible, to a standstill.
@@ -48,14 +48,14 @@ pub enum SimulationRequest {
     Clear,
 }
 
-/// A fault that lasts until it is cleared. A message has its name in the DBC; `None` = all messages.
+/// A fault that lasts until it is cleared. A message is given by its DBC name; `None` = all messages.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SimulatedFault {
     /// Frames of one message or of all messages are disturbed.
     Frames(FrameFault, Option<String>),
     /// Reports differ from the lamps.
     FalseReport(TurnCode),
-    /// Reports have a value with this meaning instead of the state.
+    /// Reports have a value with this meaning in place of the state.
     Report(Meaning<()>),
     /// A bulb of this side is defective.
     Bulb(Turn),
@@ -91,7 +91,7 @@ pub enum RequestError {
     Argument {
         /// Beginning of the request.
         request: &'static str,
-        /// Arguments that are possible here.
+        /// Possible arguments.
         expected: String,
         /// The argument in backticks, or `nothing`.
         found: String,
@@ -109,7 +109,7 @@ pub const REQUESTS: &str = "stalk left|right|off, tap left|right, hazard on|off|
 pub const FAULTS: &str = "drop [P] [MESSAGE], corrupt [P] [MESSAGE], freeze-counter [MESSAGE], \
     freeze-contents [MESSAGE], false-report off|left|right|hazard, report not_available|fault|undefined, bulb left|right, \
     ignore-commands, bus-off SECONDS, silent";
-/// Longest bus-off and latest time of a request in seconds.
+/// Maximum bus-off duration and time of a request, seconds.
 const MAX_S: f64 = 86_400.0;
 /// Highest speed, m/s.
 const MAX_MPS: f64 = 70.0;

@@ -1,4 +1,4 @@
-//! The signals of the vehicle's status in the plan.
+//! Adds the vehicle status signals to the plan.
 
 use super::encoder::{ReportedSubject, SignalValue};
 use super::measured::{Measured, MeasuredQuantity, QuantityPart};
@@ -24,7 +24,7 @@ const READY: &[ControlMode] = &[
 ];
 
 impl Draft<'_> {
-    /// Adds everything that the profile reads of the status, each source with its own signals.
+    /// Adds all status signals that the profile reads, each source with its own signals.
     pub(super) fn status(
         &mut self,
         status: &StatusBinding,

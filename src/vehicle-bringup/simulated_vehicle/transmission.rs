@@ -12,7 +12,7 @@ use can_signal::can::{Frame, MAX_DATA};
 use can_signal::validation::integrity::Protection;
 use gateway_base::time::MonoTime;
 
-/// Least time between two frames that are sent on change.
+/// Minimum time between two frames that are sent on change.
 const MIN_SEND_INTERVAL: Duration = Duration::from_millis(10);
 
 #[derive(Debug, Clone)]

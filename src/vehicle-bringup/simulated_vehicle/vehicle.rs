@@ -67,7 +67,7 @@ pub struct SimulatedVehicle {
     random: Pcg32,
     /// Origin of the request that the lights follow.
     who: Who,
-    /// Request that takes effect after the reaction time, and when it does.
+    /// Request that takes effect after the reaction time, with the time of its effect.
     pending: Option<((TurnCode, Who), MonoTime)>,
     bus_off_until: Option<MonoTime>,
     buses: Vec<BusIndex>,
@@ -126,8 +126,8 @@ impl SimulatedVehicle {
         self.scheduled.insert(position.unwrap_or(self.scheduled.len()), (at, request));
     }
 
-    /// Moves as given within a time, in place of earlier requests: forward with drive, backward with reverse.
-    /// Call [`Self::settle`] afterwards.
+    /// Moves at the given speed and heading rate, reached within a time, in place of earlier requests:
+    /// forward in drive, backward in reverse. Call [`Self::settle`] afterwards.
     pub fn follow(&mut self, speed_mps: f64, heading_rate_radps: f64, within: Duration, now: MonoTime) {
         self.motion.follow(speed_mps, heading_rate_radps, within, now);
     }
@@ -251,7 +251,7 @@ impl SimulatedVehicle {
         self.faults.is_silent || self.bus_off_until.is_some()
     }
 
-    /// Combines the requests of all command messages as far as the control mode permits them.
+    /// Combines the requests of all command messages, as far as the control mode permits them.
     fn follow_commands(&mut self) {
         let grants = self.driver.mode.grants();
         let mut request = LightsRequest::default();
