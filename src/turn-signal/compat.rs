@@ -28,8 +28,8 @@ impl DeciderCompat {
 }
 
 /// Switches for each behaviour of the behavior path planner that improved mode does not have. `W1` to `W10`
-/// and `W18` to `W23` are labels of docs/spec/turn-signal-decider.md, "Improved and upstream-compatible
-/// mode".
+/// and `W18` to `W23` are labels of
+/// docs/spec/turn-signal-decider.md, "Improved and upstream-compatible mode".
 #[allow(clippy::struct_excessive_bools)] // independent switches
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DeciderQuirks {
@@ -42,12 +42,12 @@ pub struct DeciderQuirks {
     /// W3: a front exactly at a required start is neither before it nor inside
     /// (docs/spec/turn-signal-decider.md, "Pairwise rule").
     pub required_start_belongs_to_nothing: bool,
-    /// W4: an earlier signal returns after a later one (docs/spec/turn-signal-decider.md,
-    /// "Finished manoeuvres").
+    /// W4: an earlier signal returns after a later one
+    /// (docs/spec/turn-signal-decider.md, "Finished manoeuvres").
     pub finished_manoeuvres_return: bool,
     /// W5, W6: a record without a command replaces an active record, and a missing record takes part with its
-    /// points at the origin of the map (docs/spec/turn-signal-decider.md, "Joining records" and "Side
-    /// shift").
+    /// points at the origin of the map (docs/spec/turn-signal-decider.md, "Joining records" and
+    /// "Side shift").
     pub empty_records_take_part: bool,
     /// W7: each lanelet of a split turn or roundabout entry counts alone
     /// (docs/spec/turn-signal-decider.md, "Intersection turns" and "Roundabout entry").
@@ -75,8 +75,8 @@ pub struct DeciderQuirks {
     /// (docs/spec/turn-signal-decider.md, "Joining records").
     pub last_manoeuvre_replaces: bool,
     /// W20: among stacked roads, and on a path that comes by twice, the first match counts; height and the
-    /// vehicle's previous position are ignored (docs/spec/turn-signal-decider.md, "Roads on top of each
-    /// other").
+    /// vehicle's previous position are ignored
+    /// (docs/spec/turn-signal-decider.md, "Roads on top of each other").
     pub ignores_height_and_continuity: bool,
     /// W21: a manoeuvre whose required section lies within another required section is signalled before it
     /// begins, against the direction of steering; if two begin together, one of them is signalled for an

@@ -1,5 +1,5 @@
-//! Converts planning factors and the planned path to manoeuvres (docs/spec/turn-signal-decider.md,
-//! "Manoeuvres from planning factors").
+//! Converts planning factors and the planned path to manoeuvres
+//! (docs/spec/turn-signal-decider.md, "Manoeuvres from planning factors").
 //!
 //! Upstream's modules know more than they publish. The rest is taken from the planned path and the road; the
 //! documentation of each builder names its approximations.

@@ -209,8 +209,8 @@ pub(super) fn next_in_queue(path_frame: &PathFrame<'_>, records: Vec<Section>) -
     records.into_iter().find(|record| record.distances(path_frame).required_end_m >= 0.0).or(last)
 }
 
-/// The next turn while it is signalled, as in Autoware's planning factor (docs/spec/turn-signal-decider.md,
-/// "Next-turn output").
+/// The next turn while it is signalled, as in Autoware's planning factor
+/// (docs/spec/turn-signal-decider.md, "Next-turn output").
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TurnAhead {
     /// The side of the turn.

@@ -1,6 +1,6 @@
-//! Junctions that offer a side which the route does not take (docs/spec/turn-signal-decider.md, "Junctions
-//! that are not taken"): before such a junction, other drivers would mistake the signal of a later turn to
-//! that side for a turn there.
+//! Junctions that offer a side which the route does not take
+//! (docs/spec/turn-signal-decider.md, "Junctions that are not taken"): before such a junction, other drivers
+//! would mistake the signal of a later turn to that side for a turn there.
 
 use std::fmt;
 use std::sync::Arc;

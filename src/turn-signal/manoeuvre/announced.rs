@@ -1,5 +1,5 @@
-//! Announced manoeuvres, recognised from one cycle to the next (docs/spec/turn-signal-decider.md, "Identity
-//! of manoeuvres").
+//! Announced manoeuvres, recognised from one cycle to the next
+//! (docs/spec/turn-signal-decider.md, "Identity of manoeuvres").
 
 use crate::side::Side;
 use crate::subject::ManoeuvreKind;
