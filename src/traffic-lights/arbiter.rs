@@ -1,8 +1,8 @@
 //! Merges the reports of camera and network as `autoware_traffic_light_arbiter` does
 //! (docs/spec/traffic-lights.md, "Arbiter").
 //!
-//! The arbiter has output only after an input. It keeps the network's groups one by one, each with the stamp
-//! of its message, and the camera's last message as a whole. Only groups that changed are merged again.
+//! The arbiter has an output only after an input. It keeps the network's groups separately, each with the
+//! stamp of its message, and the camera's last message as a whole. Only changed groups are merged again.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -44,19 +44,20 @@ pub struct Arbiter {
     /// The groups of the map by relation id; true for a group of pedestrians.
     map: BTreeMap<i64, bool>,
     perception: Option<ArbiterStamp>,
-    /// The time by which its age is judged; `None` when only stamps of the network show that it lags.
+    /// The time by which the age of the camera's message is judged; `None` if only the network's stamps can
+    /// show that it lags.
     clock: Option<ArbiterStamp>,
     perceived: Perceived,
     network: Network,
-    /// Relation ids of groups that changed since they were merged.
+    /// Relation ids of groups that have changed since the last merge.
     changed: BTreeSet<i64>,
-    /// True when perception counted at the last merge.
+    /// True if perception counted at the last merge.
     was_timely: bool,
     merged: Groups,
 }
 
 impl Arbiter {
-    /// Creates an arbiter for the groups of a map. It has received nothing.
+    /// Creates an arbiter for the groups of a map, without any input.
     pub fn new(settings: ArbiterSettings, map: &LightMap) -> Self {
         Self {
             settings,
@@ -80,14 +81,14 @@ impl Arbiter {
     }
 
     /// Sets the time by which the camera's last message is judged from now on: while the message lags behind
-    /// it by more than the tolerance, it does not count, whatever the network sends.
+    /// it by more than the tolerance, it is ignored, whatever the network sends.
     pub fn set_clock(&mut self, clock: ArbiterStamp) {
         self.clock = Some(clock);
     }
 
-    /// Takes a message of the camera, which replaces the one before. Returns the merged groups: ascending by
-    /// relation id, once each; their elements ascending by the number that ROS gives their shape, one for
-    /// each shape. They are shared with earlier results as long as nothing changed.
+    /// Processes a message of the camera, which replaces the previous one. Returns the merged groups in
+    /// ascending order of relation id, each once; their elements are in ascending order of the ROS number of
+    /// their shape, one for each shape. Results are shared with earlier results while nothing changes.
     pub fn perception(&mut self, stamp: ArbiterStamp, groups: &[Arc<GroupState>]) -> Groups {
         self.perception = Some(stamp);
         self.perceived.take(groups, &mut self.changed);
@@ -95,9 +96,9 @@ impl Arbiter {
         self.merge()
     }
 
-    /// Takes a message of the network at `clock`. Each of its groups replaces the one before. Returns the
-    /// merged groups like [`Self::perception`]; `None` when the stamp is too far from the clock, so that the
-    /// message is ignored.
+    /// Processes a message of the network received at `clock`. Each of its groups replaces the previous state
+    /// of that group. Returns the merged groups like [`Self::perception`]; `None` if the stamp is too far
+    /// from the clock, so that the message is ignored.
     pub fn external(
         &mut self,
         stamp: ArbiterStamp,
@@ -121,7 +122,7 @@ impl Arbiter {
         newest <= stamp || newest.distance(stamp) <= self.settings.perception_time_tolerance
     }
 
-    /// Merges the groups that changed. Groups that the map does not have are left out.
+    /// Merges the changed groups. Groups that are not on the map are left out.
     fn merge(&mut self) -> Groups {
         let mut changed = std::mem::take(&mut self.changed);
         let is_timely = self.is_timely();

@@ -34,20 +34,20 @@ pub struct Architecture {
     generation: Generation,
 }
 
-/// Generations by their messages, with the ones that only upstream accepts.
+/// Generations by their messages, including those that only upstream accepts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Generation {
     /// `awf/universe` without a date.
     Undated,
-    /// Sorts before the first supported one.
+    /// Sorts before the first supported generation.
     Older,
     Signals,
-    /// Sorts between the two.
+    /// Sorts between the two supported generations.
     Between,
     Groups,
 }
 
-/// The reason why an architecture, or a topic of it, is refused.
+/// The reason why an architecture, or one of its topics, is refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ArchitectureError {
     /// The text is not of the form `awf/universe/<yyyymmdd>`.
@@ -55,7 +55,7 @@ pub enum ArchitectureError {
         "architecture `{0}` is not of the form `{PREFIX}<yyyymmdd>`; use `{PREFIX}20240605`, for example"
     )]
     Malformed(String),
-    /// No messages are known for the date.
+    /// The messages for the date are unknown.
     #[error("architecture `{0}` is not supported; use `{PREFIX}20230906`, or `{PREFIX}20240605` or later")]
     Unsupported(String),
     /// A semantic error of upstream.
@@ -67,8 +67,8 @@ pub enum ArchitectureError {
 }
 
 impl Architecture {
-    /// Reads an architecture: by its date, or in upstream mode by the order of texts (Q18), which takes any
-    /// text and refuses topics instead.
+    /// Parses an architecture by its date, or in upstream mode by string order (Q18), which accepts any text
+    /// and refuses topics instead.
     pub fn parse(text: &str, quirks: impl Into<LightQuirks>) -> Result<Self, ArchitectureError> {
         let generation = if quirks.into().sorts_architectures { sorted(text) } else { dated(text)? };
         Ok(Self { text: text.to_owned(), generation })
@@ -105,7 +105,7 @@ fn dated(text: &str) -> Result<Generation, ArchitectureError> {
     }
 }
 
-/// `yyyymmdd` as a number, if it can be a day.
+/// Parses `yyyymmdd` as a number, if it can be a date.
 fn date(digits: &str) -> Option<u32> {
     let is_date = digits.len() == 8 && digits.bytes().all(|byte| byte.is_ascii_digit());
     let date: u32 = digits.parse().ok().filter(|_| is_date)?;

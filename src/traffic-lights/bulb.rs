@@ -1,7 +1,7 @@
-//! One lamp of a traffic light as it may look, and sets of them
+//! One lamp of a traffic light with its appearance, and sets of lamps
 //! (docs/spec/traffic-lights.md, "Bulbs and their numbers").
 //!
-//! The numbers here are the model's own; how ROS numbers them stands with the messages.
+//! The numbers here are the model's own; the ROS numbers are defined with the messages.
 
 use std::fmt;
 
@@ -77,7 +77,7 @@ impl BulbStatus {
     /// All statuses, in the order of their numbers.
     pub const ALL: [Self; 4] = [Self::SolidOn, Self::SolidOff, Self::Flashing, Self::Unknown];
 
-    /// Returns whether the lamp is on, at least at times.
+    /// Returns whether the lamp is on, at least intermittently.
     pub const fn is_lit(self) -> bool {
         matches!(self, Self::SolidOn | Self::Flashing)
     }
@@ -126,7 +126,7 @@ impl Bulb {
         (self.color as u32) << 24 | (self.status as u32) << 16 | self.shape as u32
     }
 
-    /// Its bit in a [`BulbSet`]: bulbs are numbered in the order of their keys.
+    /// Returns its bit in a [`BulbSet`]: bulbs are numbered in the order of their keys.
     fn position(self) -> usize {
         let shape = BulbShape::ALL.iter().position(|shape| *shape == self.shape).unwrap_or_default();
         (self.color as usize * BulbStatus::ALL.len() + self.status as usize) * BulbShape::ALL.len() + shape
@@ -139,8 +139,8 @@ impl Bulb {
     }
 }
 
-/// A set of bulbs in the order of their keys. It is small enough to be copied: one bit for each of the 220
-/// possible bulbs.
+/// A set of bulbs in the order of their keys. It is cheap to copy: one bit for each of the 220 possible
+/// bulbs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct BulbSet([u64; 4]);
 
@@ -148,7 +148,7 @@ impl BulbSet {
     /// No bulb: dark, or not reported.
     pub const EMPTY: Self = Self([0; 4]);
 
-    /// Adds a bulb; does nothing when the set has it already.
+    /// Adds a bulb; does nothing if the set already contains it.
     pub fn insert(&mut self, bulb: Bulb) {
         let position = bulb.position();
         self.0[position / 64] |= 1 << (position % 64);

@@ -1,15 +1,15 @@
-//! Counts of lights for diagnostics, kept up to date with each change.
+//! Counts of lights for diagnostics, updated with each change.
 
 use super::bulb::{BulbSet, BulbStatus, Color};
 
 /// Counts of the lights of a store.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct BulbCounts {
-    /// Lights that were ever touched, or are detected.
+    /// Lights that were ever changed, or are detected.
     pub(super) lights: u32,
     /// Lights without a lit bulb.
     pub(super) dark: u32,
-    /// Lights with a colour or status that was not recognised.
+    /// Lights with an unrecognised colour or status.
     pub(super) unknown: u32,
     /// Lights that show red and green at once.
     pub(super) contradictory: u32,
@@ -29,7 +29,7 @@ impl BulbCounts {
         }
     }
 
-    /// Returns the sums of both.
+    /// Returns the sum of both.
     pub(super) fn plus(self, other: Self) -> Self {
         Self {
             lights: self.lights + other.lights,
@@ -44,7 +44,7 @@ impl BulbCounts {
             return;
         }
         let (from, to) = (Self::of(from), Self::of(to));
-        // It was counted, so nothing falls below zero.
+        // `from` was counted before, so the difference does not fall below zero.
         self.lights = self.lights + to.lights - from.lights;
         self.dark = self.dark + to.dark - from.dark;
         self.unknown = self.unknown + to.unknown - from.unknown;

@@ -1,4 +1,4 @@
-//! What the statuses of traffic lights say.
+//! Diagnostic messages of traffic lights.
 
 use gateway_base::diagnostics::{Section, messages};
 

@@ -1,5 +1,5 @@
-//! Changes of heads by number, so that the next message is made from the heads that changed since the last
-//! one.
+//! Numbered changes of heads, so that the next message is built from the heads that have changed since the
+//! last message.
 
 use std::collections::VecDeque;
 
@@ -10,13 +10,13 @@ use lanelet2_map::light_map::HeadIndex;
 pub(super) struct ChangeLog {
     /// The number of the last change, 0 before the first.
     pub(super) changes: u64,
-    /// The heads of the last changes, oldest first, at most as many as the map has heads.
+    /// The heads of the last changes, oldest first, limited to the number of heads on the map.
     latest: VecDeque<HeadIndex>,
     heads: u32,
 }
 
 impl ChangeLog {
-    /// Creates the log of a map with this number of heads; none has changed.
+    /// Creates the log for a map with this number of heads, without changes.
     pub(super) fn new(heads: usize) -> Self {
         Self { changes: 0, latest: VecDeque::new(), heads: u32::try_from(heads).unwrap_or(u32::MAX) }
     }
@@ -29,7 +29,7 @@ impl ChangeLog {
         }
     }
 
-    /// Returns the heads that changed after that change, latest first and maybe repeated; after too many
+    /// Returns the heads that have changed after `change`, latest first and possibly repeated; after too many
     /// changes, all heads of the map.
     pub(super) fn since(&self, change: u64) -> impl Iterator<Item = HeadIndex> + '_ {
         let count = usize::try_from(self.changes - change).unwrap_or(usize::MAX);

@@ -1,6 +1,6 @@
 //! Actions as text: `V2ITrafficSignalStateAction(34802, "red solidOn circle", 20)`
-//! (docs/spec/traffic-lights.md, "Actions and commands").
-//! They are the custom commands of a scenario, and a few more to be typed by hand.
+//! (docs/spec/traffic-lights.md, "Actions and commands"). They are the custom commands of a scenario, and a
+//! few additional commands for manual entry.
 
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -19,15 +19,15 @@ mod tests;
 /// Rates at which the V2I topics can be published, Hz.
 pub const RATES_HZ: RangeInclusive<f64> = 0.001..=1000.0;
 
-/// The reason why a text is not an action. Texts of the command are cut when they are very long.
+/// The reason why a text is not an action. Quoted parts of the command are shortened if they are very long.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CommandError {
-    /// The text before the first blank or parenthesis is not the name of one of these commands: it is for
-    /// somebody else, or lacks its `@v1`.
+    /// The text before the first blank or parenthesis is not the name of one of these commands: it belongs to
+    /// another receiver, or lacks its `@v1`.
     #[error("`{0}` is not a command for traffic lights; commands are {known}", known = commands())]
     NotOurs(String),
-    /// The text before the first blank or parenthesis is nearly the name of one of these commands. Upstream
-    /// mode takes it for somebody else's.
+    /// The text before the first blank or parenthesis is nearly the name of one of these commands. In
+    /// upstream mode it counts as another receiver's command.
     #[error("`{found}` is not a command; `{known}` is")]
     NearMiss {
         /// The name in the text.
@@ -48,7 +48,7 @@ pub enum CommandError {
     Count {
         /// Name of the command.
         name: &'static str,
-        /// The right number, as in `2 or 3 arguments`.
+        /// The expected number, as in `2 or 3 arguments`.
         expected: &'static str,
         /// The number of arguments in the text.
         actual: usize,
@@ -56,16 +56,16 @@ pub enum CommandError {
     /// An argument is not the id of a light.
     #[error(transparent)]
     Id(#[from] SignalIdError),
-    /// An id has more than the 32 bits that upstream has for it.
+    /// An id has more than the 32 bits that upstream reserves for it.
     #[error("{0} does not fit 32 bits, upstream's size of an id here")]
     LongId(i64),
-    /// An argument is not a state, or not one for this light.
+    /// An argument is not a state, or not a valid state for this light.
     #[error(transparent)]
     State(#[from] StateError),
-    /// The rate is not a number of [`RATES_HZ`].
+    /// The rate is not a number in [`RATES_HZ`].
     #[error("rate `{0}`: expected a number from {min} to {max} Hz", min = RATES_HZ.start(), max = RATES_HZ.end())]
     Rate(String),
-    /// The confidence is not a number from 0 to 1; upstream takes any number.
+    /// The confidence is not a number from 0 to 1; upstream accepts any number.
     #[error("confidence `{0}`: expected a number from 0 to 1")]
     Confidence(String),
     /// No controller has this name.
@@ -111,8 +111,8 @@ pub enum FormError {
     Surplus,
 }
 
-/// Reads an action. `controllers` are the controllers of the scenario; a target may name a channel where
-/// docs/spec/traffic-lights.md, "Signal ids", lets it, in upstream mode only where upstream does.
+/// Parses an action. `controllers` are the controllers of the scenario; a target may name a channel if
+/// docs/spec/traffic-lights.md, "Signal ids", allows it, in upstream mode only if upstream does.
 pub fn parse_command(
     text: &str,
     controllers: &[TrafficSignalController],
@@ -156,7 +156,7 @@ pub fn parse_command(
     }
 }
 
-/// The names of the commands, with the number of their arguments.
+/// The names of the commands, with their numbers of arguments.
 const COMMANDS: [(&str, &str); 11] = [
     ("TrafficSignalStateAction", "2 arguments"),
     ("TrafficSignalControllerAction", "2 arguments"),
@@ -209,7 +209,7 @@ fn enter_phase(
     Ok(Action::EnterPhase { controller: ControllerIndex(index), phase: phase.to_owned() })
 }
 
-/// Reads a target; for upstream, an id of the conventional channel's ground truth.
+/// Parses a target; in upstream mode, an id in the conventional channel's ground truth.
 fn target_in(quirks: LightQuirks, text: &str) -> Result<SignalTarget, SignalIdError> {
     if quirks.plain_ids {
         return Ok(SignalTarget { id: parse_id(text)?, store: StoreId::CONVENTIONAL });
@@ -227,8 +227,8 @@ fn parse_ids(arguments: &[&str]) -> Result<Vec<i64>, SignalIdError> {
     arguments.iter().map(|id| parse_id(id)).collect()
 }
 
-/// Returns the arguments between the parentheses after a name. A mistake comes with the text that begins with
-/// it.
+/// Returns the arguments between the parentheses after a name. A mistake is returned with the rest of the
+/// text, starting at the mistake.
 fn arguments(text: &str) -> Result<Vec<&str>, (FormError, &str)> {
     let text = text.trim_start_matches(is_blank);
     if text.is_empty() {
@@ -269,7 +269,7 @@ fn argument(text: &str) -> Result<(&str, &str), (FormError, &str)> {
     }
 }
 
-/// Returns the names for an error; the first ones when there are many.
+/// Returns the names for an error message; only the first ones if there are many.
 fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
     const MAX_NAMES: usize = 20;
     let mut names = names.map(|name| format!("`{}`", printable(name)));

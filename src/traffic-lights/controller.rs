@@ -1,7 +1,7 @@
-//! The phases of the controllers (docs/spec/traffic-lights.md, "Controllers and phases").
+//! The phases of controllers (docs/spec/traffic-lights.md, "Controllers and phases").
 //!
-//! A controller makes at most one transition in a frame. In improved mode a phase begins at the nominal end
-//! of the one before it, so that frames do not make the schedule slip (Q21); upstream's begins with the
+//! A controller makes at most one transition per frame. In improved mode a phase begins at the nominal end of
+//! the previous phase, so that frames do not delay the schedule (Q21); upstream's phases begin with the
 //! frame.
 
 use std::collections::BTreeSet;
@@ -17,7 +17,7 @@ pub(super) struct Controllers {
     quirks: LightQuirks,
     states: Vec<ControllerProgress>,
     /// For each controller, the time before which it has nothing to do, nanoseconds since the start of the
-    /// scenario; 0 when it may have.
+    /// scenario; 0 if it may have.
     idle_until: Vec<u64>,
     /// The controllers that may have something to do in the next frame.
     awake: BTreeSet<usize>,
@@ -29,16 +29,16 @@ pub(super) struct Controllers {
 
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct ControllerProgress {
-    /// Position of its phase; `None` before the first one.
+    /// Position of the current phase; `None` before the first one.
     pub(super) phase: Option<usize>,
     pub(super) start: ScenarioMoment,
-    /// The wall-clock time of that start.
+    /// The wall-clock time at the start of the phase.
     pub(super) start_wall: WallStamp,
     /// The moment after which it enters its first phase, set by the controller that it follows.
     begin: Option<ScenarioMoment>,
 }
 
-/// A frame, and the one before it.
+/// The current and the previous frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FrameTimes {
     pub(super) now: ScenarioMoment,
@@ -70,7 +70,7 @@ impl Controllers {
         self.states.get(controller.0)
     }
 
-    /// Returns the first controller from this one on that may have something to do in this frame.
+    /// Returns the first controller, starting with `from`, that may have something to do in this frame.
     pub(super) fn next_awake(&mut self, from: usize, frame: FrameTimes) -> Option<usize> {
         while let Some((until, index)) = self.asleep.first().copied().filter(|(at, _)| *at <= frame.now.nanos)
         {
@@ -80,7 +80,7 @@ impl Controllers {
         self.awake.range(from..).next().copied()
     }
 
-    /// Returns the transition of a controller in this frame; `None` when it stays in its phase.
+    /// Returns the transition of a controller in this frame; `None` if it stays in its phase.
     pub(super) fn due(
         &mut self,
         index: usize,
@@ -114,8 +114,7 @@ impl Controllers {
             }
             let start = self.nominal(begin, frame);
             let state = &self.states[index];
-            // Improved mode does not enter the first phase again when the cycle has reached it in the
-            // meantime.
+            // Improved mode does not re-enter the first phase if the cycle has already reached it.
             let has_begun =
                 !quirks.repeats_first_phase && state.phase == Some(0) && state.start.nanos >= begin.nanos;
             if !has_begun {
@@ -131,7 +130,7 @@ impl Controllers {
         })
     }
 
-    /// Enters a phase. Informs the followers when it is the first one.
+    /// Enters a phase. Notifies the followers if it is the first phase.
     pub(super) fn enter(&mut self, index: usize, to: Transition, start_wall: WallStamp) {
         if to.phase == 0 {
             self.inform(index, to.start);
@@ -141,7 +140,7 @@ impl Controllers {
         self.set_idle(index, 0);
     }
 
-    /// Returns the earliest time of the next transition, nanoseconds; 0 when upstream's clock decides.
+    /// Returns the earliest time of the next transition, nanoseconds; 0 if upstream's clock decides.
     fn next(&self, index: usize, controller: &TrafficSignalController) -> u64 {
         if self.quirks.slips_by_frames {
             return 0;
@@ -174,8 +173,8 @@ impl Controllers {
         }
     }
 
-    /// Returns the nominal time when this is the first frame after it; else frames were missed, and the
-    /// schedule starts again from this one.
+    /// Returns the nominal time if this is the first frame after it; otherwise frames were missed, and the
+    /// schedule restarts with this frame.
     fn nominal(&self, at: ScenarioMoment, frame: FrameTimes) -> ScenarioMoment {
         let is_new = frame.previous.is_none_or(|previous| at.nanos > previous.nanos);
         if is_new && at.nanos <= frame.now.nanos && !self.quirks.slips_by_frames { at } else { frame.now }

@@ -1,6 +1,6 @@
-//! Messages before they have a type (docs/spec/traffic-lights.md, "Message building").
+//! Messages independent of their type (docs/spec/traffic-lights.md, "Message building").
 //!
-//! They are converted to message types where those are defined, and never back.
+//! They are converted to message types where those are defined, never back.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -29,31 +29,31 @@ pub enum LightsTopic {
 /// One message, independent of its type.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Emission {
-    /// The topic that it is for.
+    /// The topic of the message.
     pub topic: LightsTopic,
     /// Stamp of the message or its header.
     pub stamp: WallStamp,
-    /// The list that is sent.
+    /// The list to send.
     pub content: LightsContent,
 }
 
-/// The list that an emission sends.
+/// The list of an emission.
 ///
-/// Its address in memory shows what changed: as long as nothing does, the emissions of a topic share one
-/// list, and a list shares each group that did not change with the next one.
+/// Its address in memory shows changes: while nothing changes, the emissions of a topic share one list, and
+/// successive lists share each unchanged group.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LightsContent {
     /// States of heads, ascending by way id.
     Lights(Arc<Vec<LightState>>),
-    /// States of groups, ascending by relation id. Upstream has one for each head of a group instead (Q17).
+    /// States of groups, ascending by relation id. Upstream sends one for each head of a group instead (Q17).
     Groups(Groups),
     /// Markers of lamps, ascending by way id.
     Markers(Arc<Vec<LampMarker>>),
-    /// Nothing but the stamp.
+    /// Only the stamp.
     Clock,
 }
 
-/// A list of groups, which messages share, as lists share groups.
+/// A list of groups; messages share lists, and lists share groups.
 pub type Groups = Arc<Vec<Arc<GroupState>>>;
 
 impl LightsContent {
@@ -72,7 +72,7 @@ impl LightsContent {
         Self::Markers(Arc::new(markers.into_iter().collect()))
     }
 
-    /// Returns whether both share one list. Equal lists need not be shared.
+    /// Returns whether both share one list. Equal lists are not necessarily shared.
     pub fn is_shared_with(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Lights(one), Self::Lights(other)) => Arc::ptr_eq(one, other),
@@ -89,9 +89,9 @@ impl LightsContent {
 pub struct LightState {
     /// Way id of the head.
     pub way_id: i64,
-    /// Its bulbs, empty when it is dark.
+    /// Bulbs of the head, empty if it is dark.
     pub bulbs: BulbSet,
-    /// Its confidence, 0 to 1; upstream takes any number.
+    /// Confidence, 0 to 1; upstream accepts any number.
     pub confidence: f64,
 }
 
@@ -100,9 +100,9 @@ pub struct LightState {
 pub struct GroupState {
     /// Id of the regulatory element.
     pub relation_id: i64,
-    /// Its bulbs, ascending by their keys.
+    /// Bulbs of the group, ascending by their keys.
     pub elements: Vec<GroupElement>,
-    /// Its future states, ascending by time.
+    /// Future states, ascending by time.
     pub predictions: Vec<Prediction>,
 }
 
@@ -118,13 +118,13 @@ pub struct GroupElement {
 /// A future state of a group.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prediction {
-    /// Time at which it begins.
+    /// Time at which the state begins.
     pub at: WallStamp,
-    /// Its bulbs; upstream may repeat one (Q10).
+    /// Bulbs of the state; upstream may repeat one (Q10).
     pub elements: Vec<GroupElement>,
     /// Reliability of the prediction, 0 to 1.
     pub reliability: f64,
-    /// Source of the information, as a rule a constant of `PredictedTrafficLightState`.
+    /// Source of the information, usually a constant of `PredictedTrafficLightState`.
     pub source: Cow<'static, str>,
 }
 
@@ -135,6 +135,6 @@ pub struct LampMarker {
     pub way_id: i64,
     /// Position and colour of the lamp.
     pub lamp: MapLamp,
-    /// True when a circle of that colour is among the head's bulbs.
+    /// True if a circle of that colour is among the head's bulbs.
     pub is_on: bool,
 }

@@ -1,7 +1,7 @@
 //! The engine of the traffic lights: inputs and times in, messages and events out.
 //!
-//! A frame evaluates the controllers, then the storyboard, then makes the camera's message. Messages of the
-//! other topics have periods of their own, which begin with the first frame
+//! A frame evaluates the controllers, then the storyboard, and then builds the camera's message. Messages of
+//! the other topics have their own periods, which begin with the first frame
 //! (docs/spec/traffic-lights.md, "Frames and rates").
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -28,8 +28,8 @@ use super::target::{LightChannel, StoreId, StoreLayer};
 use gateway_base::time::{MonoTime, Now, WallStamp};
 use lanelet2_map::light_map::LightMap;
 
-/// A publication and a frame closer than this are at the same time, and the frame comes first: both
-/// are rounded to nanoseconds, from different origins.
+/// A publication and a frame closer than this are simultaneous, and the frame comes first: both are rounded
+/// to nanoseconds, from different origins.
 const SAME_TIME_NANOS: u64 = 1_000;
 
 /// The settings of the engine.
@@ -37,32 +37,32 @@ const SAME_TIME_NANOS: u64 = 1_000;
 pub struct LightsSettings {
     /// The lights of the map.
     pub map: Arc<LightMap>,
-    /// The scenario to run. In improved mode `config` has refused ids that the map does not have.
+    /// The scenario to run. In improved mode `config` has already refused ids that are not on the map.
     pub scenario: Scenario,
     /// The rules of upstream to follow.
     pub quirks: LightQuirks,
-    /// Rate of the frames, and so of the camera topic.
+    /// Rate of the frames, and thus of the camera topic.
     pub frame_rate: Rate,
     /// Number of the first frame: 1 as in the simulator, or 0 for a frame at the very start.
     pub first_frame: u8,
-    /// Rate of the ground-truth topic, and of the markers, until an action changes it.
+    /// Rate of the ground-truth topic and of the markers, until an action changes it.
     pub ground_truth_rate: Rate,
     /// Rate of the V2I topics, until an action changes it.
     pub v2i_rate: Rate,
-    /// True when enabling a head for V2I copies its present state.
+    /// True if enabling a head for V2I copies its present state.
     pub copy_on_enable: bool,
-    /// True when a group is sent once for each of its lit heads (Q17), as upstream always does.
+    /// True if a group is sent once for each of its lit heads (Q17), as upstream always does.
     pub one_group_per_head: bool,
-    /// Age at which a V2I state from outside is removed; `None` when it holds until it is replaced.
+    /// Age at which an external V2I state is removed; `None` if it is valid until replaced.
     pub v2i_timeout: Option<Duration>,
-    /// The topics to make messages for, all but [`LightsTopic::Arbiter`].
+    /// The topics for which messages are built, all except [`LightsTopic::Arbiter`].
     pub topics: BTreeSet<LightsTopic>,
 }
 
 /// The observed state of a light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightObservation {
-    /// Its bulbs, empty when it is dark.
+    /// Bulbs of the light, empty if it is dark.
     pub bulbs: BulbSet,
     /// Confidence of the observation, 0 to 1.
     pub confidence: f64,
@@ -74,7 +74,7 @@ impl From<LightObservation> for ReceivedState {
     }
 }
 
-/// The engine: traffic lights of a map, with a scenario and inputs from outside.
+/// The engine: traffic lights of a map, with a scenario and external inputs.
 #[derive(Debug, Clone)]
 pub struct TrafficLights {
     pub(super) scenario: Arc<Scenario>,
@@ -94,11 +94,11 @@ pub struct TrafficLights {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct InputCounts {
     pub(super) rejected: u64,
-    /// Id of the light, `None` when it could not be read, and the time.
+    /// Id of the light, `None` if it could not be read, and the time.
     pub(super) last_rejected: Option<(Option<i64>, MonoTime)>,
 }
 
-/// A kind of deadline. Those at the same time are handled in this order.
+/// A kind of deadline. Simultaneous deadlines are handled in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Due {
     Expiry,
@@ -108,7 +108,7 @@ enum Due {
 }
 
 impl LightsSettings {
-    /// Creates settings with the default rates, copies and groups of a mode, and without topics.
+    /// Creates settings with the default rates, copying and grouping of a mode, without topics.
     pub fn new(map: Arc<LightMap>, scenario: Scenario, quirks: impl Into<LightQuirks>) -> Self {
         let quirks = quirks.into();
         Self {
@@ -127,7 +127,7 @@ impl LightsSettings {
     }
 
     /// Returns whether a running scenario can continue with these settings instead of `before`: lights,
-    /// scenario, rules, frames, topics and the way that states expire are the same.
+    /// scenario, rules, frames, topics and expiry are the same.
     pub fn is_same_run(&self, before: &Self) -> bool {
         let expire = self.v2i_timeout.is_some() == before.v2i_timeout.is_some();
         let changeable = Self {
@@ -143,7 +143,7 @@ impl LightsSettings {
 }
 
 impl TrafficLights {
-    /// Starts the scenario: does its init actions; the first frame is not yet due.
+    /// Starts the scenario and performs its init actions; the first frame is not yet due.
     pub fn new(settings: LightsSettings, now: Now) -> Self {
         let LightsSettings { map, scenario, quirks, .. } = settings;
         let predictions = Predictions::new(scenario.controllers.len(), map.heads().len(), quirks);
@@ -185,8 +185,8 @@ impl TrafficLights {
         }
     }
 
-    /// Continues with other settings, except for the ones that only a new scenario takes: see
-    /// [`LightsSettings::is_same_run`]. A rate that an action has changed stays unless its setting differs.
+    /// Continues with other settings, except for those that require a new scenario: see
+    /// [`LightsSettings::is_same_run`]. A rate changed by an action stays unless its setting differs.
     pub fn reconfigure(&mut self, before: &LightsSettings, settings: &LightsSettings, now: Now) {
         self.move_to(now);
         let nanos = self.nanos(now.mono);
@@ -204,7 +204,7 @@ impl TrafficLights {
         self.outbox.reconfigure(settings.one_group_per_head);
     }
 
-    /// Returns the rules of upstream that it follows.
+    /// Returns the rules of upstream in effect.
     pub fn quirks(&self) -> LightQuirks {
         self.scenario_state.quirks
     }
@@ -214,8 +214,8 @@ impl TrafficLights {
         &self.scenario.controllers
     }
 
-    /// Does an action of a command, after everything that is due by now. A refused action changes nothing,
-    /// but in upstream mode a state is applied up to its mistake.
+    /// Performs the action of a command, after everything that is due by now. A refused action changes
+    /// nothing, except that in upstream mode a state is applied up to its mistake.
     pub fn apply(&mut self, action: &Action, now: Now) -> Result<(), ActionRefusal> {
         self.move_to(now);
         let scenario = Arc::clone(&self.scenario);
@@ -267,7 +267,7 @@ impl TrafficLights {
         &self.scenario
     }
 
-    /// Returns the four stores of the lights.
+    /// Returns the four stores of light states.
     pub fn stores(&self) -> &Stores {
         self.scenario_state.lights.stores()
     }
@@ -277,13 +277,13 @@ impl TrafficLights {
         self.scenario_state.controllers.state(controller)?.phase
     }
 
-    /// Returns the states of a store, ascending by id: of the heads that were ever touched, by way id, or of
-    /// detected lights, by way id; for upstream by the id as it was written.
+    /// Returns the states of a store, ascending by id: of all heads ever changed, by way id, or of detected
+    /// lights, by way id; in upstream mode by the id as written.
     pub fn states(&self, store: StoreId) -> BTreeMap<i64, LightObservation> {
         self.iter_states(store).collect()
     }
 
-    /// Returns the states like [`Self::states`], but one by one.
+    /// Returns the same states as [`Self::states`], as an iterator.
     pub(super) fn iter_states(&self, store: StoreId) -> impl Iterator<Item = (i64, LightObservation)> {
         let (map, truth, detected) =
             (self.stores().map(), self.stores().truth(store.channel), self.stores().detected(store.channel));
@@ -297,7 +297,7 @@ impl TrafficLights {
         truth.chain(detected.filter_map(move |(id, entry)| state(id, &entry.light)))
     }
 
-    /// Returns the number of frames and messages that were skipped after gaps.
+    /// Returns the number of frames and messages skipped after gaps.
     pub fn skipped(&self) -> u64 {
         self.skipped
     }
@@ -314,13 +314,13 @@ impl TrafficLights {
         self.scenario_state.controllers.state(controller)
     }
 
-    /// Nanoseconds since the start of the scenario.
+    /// Returns nanoseconds since the start of the scenario.
     pub(super) fn nanos(&self, at: MonoTime) -> u64 {
         u64::try_from(at.since(self.origin).as_nanos()).unwrap_or(u64::MAX)
     }
 
-    /// Handles everything that is due and makes this the present moment. Upstream's clock moves by frames
-    /// only.
+    /// Handles everything that is due, and sets the present moment. Upstream's clock advances only with
+    /// frames.
     pub(super) fn move_to(&mut self, now: Now) {
         self.advance(now);
         self.scenario_state.now.nanos = self.scenario_state.now.nanos.max(self.nanos(now.mono));

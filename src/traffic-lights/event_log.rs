@@ -14,19 +14,19 @@ pub struct LoggedEvent {
     pub event: ScenarioEvent,
 }
 
-/// An event of the scenario. Acts, events and phases are given by their positions in it.
+/// An event of the scenario. Acts, events and phases are given by their positions in the scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ScenarioEvent {
     /// A controller entered a phase.
     PhaseEntered {
-        /// The controller that entered it.
+        /// The controller that entered the phase.
         controller: ControllerIndex,
         /// Position of the phase in the controller's cycle.
         phase: usize,
     },
     /// The act at this position has begun.
     ActStarted(usize),
-    /// The act at this position ended: its events were all done, or its stop trigger fired.
+    /// The act at this position ended: all its events were complete, or its stop trigger fired.
     ActEnded(usize),
     /// An event began; its actions follow.
     EventStarted {
@@ -35,16 +35,16 @@ pub enum ScenarioEvent {
         /// Position of the event in the act.
         event: usize,
     },
-    /// An action was done.
+    /// An action was performed.
     ActionDone(ActionSource),
-    /// The scenario is over: its controllers and events have stopped.
+    /// The scenario has ended; its controllers and events have stopped.
     Ended(ScenarioOutcome),
 }
 
 /// The source of an action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ActionSource {
-    /// An init action, done before the first frame, by its position.
+    /// An init action, performed before the first frame, by its position.
     Init(usize),
     /// An action of an event.
     Event {
@@ -62,12 +62,12 @@ pub enum ActionSource {
 /// The end of a scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ScenarioOutcome {
-    /// An `exitSuccess` action ended it.
+    /// An `exitSuccess` action ended the scenario.
     Success,
-    /// An `exitFailure` action ended it.
+    /// An `exitFailure` action ended the scenario.
     Failure,
-    /// Its stop trigger fired.
+    /// The stop trigger of the scenario fired.
     Stopped,
-    /// It could not be carried out further.
+    /// The scenario could not continue.
     Fault(ActionRefusal),
 }

@@ -24,7 +24,7 @@ pub(super) struct Expiry {
 struct Watch {
     /// Time of expiry, nanoseconds since the start of the scenario.
     at: u64,
-    /// Number of the write that must still be the last one then.
+    /// Number of the write that must still be the last one at that time.
     written: u64,
 }
 
@@ -47,7 +47,8 @@ impl Expiry {
         self.order.first().map(|(at, _)| *at)
     }
 
-    /// Takes the light that expires next, with the number of the write by which it was received.
+    /// Removes and returns the light that expires next, with the number of the write by which it was
+    /// received.
     pub(super) fn take(&mut self) -> Option<(Key, u64)> {
         let (_, key) = self.order.pop_first()?;
         let watch = self.watched.remove(&key)?;
@@ -55,7 +56,7 @@ impl Expiry {
         Some((key, watch.written))
     }
 
-    /// Returns the number of lights that expired and were not received since.
+    /// Returns the number of expired lights that were not received again.
     pub(super) fn expired(&self) -> usize {
         self.expired.len()
     }

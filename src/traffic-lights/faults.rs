@@ -1,8 +1,8 @@
-//! Faults on purpose, as a pipeline or link makes them on a channel
+//! Injected faults of a channel, as caused by a pipeline or link
 //! (docs/spec/traffic-lights.md, "Faults on purpose").
 //!
 //! All faults are off by default. The same seed and the same inputs give the same faults. Each kind of fault
-//! has its own draws for each group and message, so that neither the other kinds nor the other groups change
+//! has its own random draws for each group and message, so that neither other kinds nor other groups affect
 //! them.
 
 use std::collections::VecDeque;
@@ -22,7 +22,7 @@ mod tests;
 
 pub use settings::{Confusion, FaultError, FaultSettings, Spells};
 
-/// The faults of a channel at work.
+/// The active faults of a channel.
 #[derive(Debug, Clone)]
 pub struct ChannelFaults {
     settings: FaultSettings,
@@ -37,7 +37,7 @@ pub struct ChannelFaults {
 }
 
 impl ChannelFaults {
-    /// Creates the faults of a channel that has sent nothing.
+    /// Creates the faults of a channel without messages.
     pub fn new(settings: FaultSettings) -> Result<Self, FaultError> {
         settings.check()?;
         let draws = Draws::new(settings.seed);
@@ -50,7 +50,7 @@ impl ChannelFaults {
         &self.settings
     }
 
-    /// Takes a message that is sent at `now`. [`ChannelFaults::poll`] returns it when it arrives, if it does.
+    /// Processes a message sent at `now`. [`ChannelFaults::poll`] returns it on arrival, unless it is lost.
     pub fn send(&mut self, emission: Emission, now: MonoTime) {
         let message = self.sent;
         self.sent = self.sent.wrapping_add(1);
@@ -71,8 +71,7 @@ impl ChannelFaults {
         self.delayed.push_back((arrival, emission));
     }
 
-    /// Returns the next message that has arrived by `now`, in the order of sending. Call it until it returns
-    /// `None`.
+    /// Returns the next message that has arrived by `now`, in sending order. Call it until it returns `None`.
     pub fn poll(&mut self, now: MonoTime) -> Option<Emission> {
         self.next_deadline().filter(|arrival| *arrival <= now)?;
         self.delayed.pop_front().map(|(_, emission)| emission)
@@ -83,7 +82,7 @@ impl ChannelFaults {
         self.delayed.front().map(|(arrival, _)| *arrival)
     }
 
-    /// Returns the message, or while the sender is frozen the last one before.
+    /// Returns the message or, while the sender is frozen, the last message before.
     fn frozen(&mut self, emission: Emission, message: u64) -> Emission {
         let is_frozen = self.freeze.goes_on(self.draws, self.settings.freeze, DrawKind::Freeze, 0, message);
         match &self.last {

@@ -1,5 +1,5 @@
-//! The whole traffic-light flow: states of a V2X unit go into the engine, its messages through the faults on
-//! purpose, and the messages that arrive go to the arbiter. Time is the gateway's, or a simulator's.
+//! The whole traffic-light flow: states of a V2X unit enter the engine, its messages pass the injected
+//! faults, and arriving messages go to the arbiter. The time is the gateway's or a simulator's.
 
 use std::collections::VecDeque;
 
@@ -22,22 +22,21 @@ use gateway_base::time::{MonoTime, Now, WallStamp};
 pub struct LightsFlowSettings {
     /// Settings of the engine.
     pub lights: LightsSettings,
-    /// Faults on purpose of the camera topic.
+    /// Injected faults of the camera topic.
     pub camera_faults: Option<ChannelFaults>,
-    /// Faults on purpose of the V2I topics.
+    /// Injected faults of the V2I topics.
     pub v2i_faults: Option<ChannelFaults>,
-    /// Settings of the arbiter; `None` when there is no merged topic.
+    /// Settings of the arbiter; `None` if there is no merged topic.
     pub arbiter: Option<ArbiterSettings>,
-    /// True when the arbiter merges [`TrafficLightInput::Camera`] instead of the messages of the camera
-    /// topic.
+    /// True if the arbiter merges [`TrafficLightInput::Camera`] instead of the messages of the camera topic.
     pub external_camera: bool,
-    /// True when [`TrafficLightInput::Clock`] gives the time of scenario, faults and messages: nothing
-    /// happens before the first one.
+    /// True if [`TrafficLightInput::Clock`] gives the time of scenario, faults and messages: nothing happens
+    /// before the first one.
     pub use_sim_time: bool,
 }
 
 impl LightsFlowSettings {
-    /// Creates settings with the engine alone, in the gateway's time.
+    /// Creates settings with only the engine, in the gateway's time.
     pub fn new(lights: LightsSettings) -> Self {
         Self {
             lights,
@@ -50,9 +49,9 @@ impl LightsFlowSettings {
     }
 }
 
-/// The traffic lights with faults on purpose and arbiter.
+/// The traffic lights with injected faults and arbiter.
 ///
-/// Give it inputs, call [`Self::settle`] after them and at [`Self::next_deadline`], then take the outputs:
+/// Pass inputs, call [`Self::settle`] after them and at [`Self::next_deadline`], then poll the outputs:
 ///
 /// ```
 /// # use std::sync::Arc;
@@ -76,15 +75,15 @@ pub struct TrafficLightFlow {
     run: LightsRun,
     /// The settings of a run.
     settings: Box<LightsFlowSettings>,
-    /// The clock of a simulator; `None` when the gateway's own time counts.
+    /// The clock of a simulator; `None` if the gateway's own time is used.
     clock: Option<SimulatedClock>,
     ready: VecDeque<TrafficLightOutput>,
-    /// The number of commands since start that were not understood or could not be done.
+    /// Number of commands since the start that were invalid or could not be performed.
     pub(super) refused: u64,
     news: bool,
 }
 
-/// Everything that begins again with the clock.
+/// State that restarts with the clock.
 #[derive(Debug, Clone)]
 struct LightsRun {
     engine: TrafficLights,
@@ -125,7 +124,7 @@ impl LightsRun {
 }
 
 impl TrafficLightFlow {
-    /// Starts the scenario: does its init actions, before the first frame.
+    /// Starts the scenario and performs its init actions, before the first frame.
     pub fn new(settings: LightsFlowSettings, now: Now) -> Self {
         Self {
             clock: settings.use_sim_time.then(SimulatedClock::default),
@@ -138,7 +137,7 @@ impl TrafficLightFlow {
     }
 
     /// Continues with other settings. The scenario continues if its lights, rules and topics are the same;
-    /// otherwise it starts again. Returns true when a run begins: give it all states of the V2X unit. Call
+    /// otherwise it restarts. Returns true if a new run begins: then pass all states of the V2X unit. Call
     /// [`Self::settle`] afterwards.
     pub fn reconfigure(&mut self, settings: LightsFlowSettings, now: Now) -> bool {
         self.news = true;
@@ -153,9 +152,9 @@ impl TrafficLightFlow {
         !is_same_run
     }
 
-    /// Writes the states of a V2X unit that have changed, or all of them for a run that begins: by way or
-    /// relation id, `None` to remove one. They do not expire: who receives them knows their age. Call
-    /// [`Self::settle`] afterwards.
+    /// Writes the changed states of a V2X unit, or all states for a new run: by way or relation id, `None` to
+    /// remove one. They do not expire, since their receiver knows their age. Call [`Self::settle`]
+    /// afterwards.
     pub fn set_unit_states(
         &mut self,
         states: impl IntoIterator<Item = (i64, Option<LightObservation>)>,
@@ -166,20 +165,20 @@ impl TrafficLightFlow {
         }
     }
 
-    /// Takes an input. Returns true when a run begins with it: give it all states of the V2X unit. Call
-    /// [`Self::settle`] afterwards.
+    /// Processes an input. Returns true if a new run begins with it: then pass all states of the V2X unit.
+    /// Call [`Self::settle`] afterwards.
     pub fn handle_input(&mut self, input: TrafficLightInput, now: Now) -> bool {
         if let TrafficLightInput::Clock(stamp) = input {
             return self.handle_clock(stamp, now);
         }
         let Some(now) = self.time(now) else {
-            // States come again, commands do not.
+            // States are sent again, commands are not.
             self.refused += u64::from(matches!(input, TrafficLightInput::Command(_)));
             return false;
         };
         match input {
             TrafficLightInput::States { store, states, rejected, .. } => {
-                // Diagnostics show the last rejected state: one with an id rather than an unreadable one.
+                // Diagnostics show the last rejected state, preferably one with an id.
                 self.run.engine.count_rejected(store.channel, rejected, now);
                 let refused = self.run.engine.set_states(store, states, true, now);
                 self.news |= refused > 0 || rejected > 0;
@@ -207,7 +206,7 @@ impl TrafficLightFlow {
         self.clock.as_ref().map_or(Some(now), SimulatedClock::now)
     }
 
-    /// Takes the time of a simulator. Returns true when a run begins with it.
+    /// Processes the time of a simulator. Returns true if a new run begins with it.
     fn handle_clock(&mut self, stamp: WallStamp, now: Now) -> bool {
         let Some(clock) = &mut self.clock else { return false };
         let was_silent = clock.is_silent(now.mono);
@@ -220,7 +219,7 @@ impl TrafficLightFlow {
         start.is_some()
     }
 
-    /// Does the action of a command. Returns false when the command is not understood, or cannot be done.
+    /// Performs the action of a command. Returns false if the command is invalid, or cannot be performed.
     fn perform(&mut self, text: &str, now: Now) -> bool {
         match parse_command(text, self.run.engine.controllers(), self.run.engine.quirks()) {
             Ok(action) => self.run.engine.apply(&action, now).is_ok(),
@@ -231,7 +230,7 @@ impl TrafficLightFlow {
         }
     }
 
-    /// Brings everything up to now. Returns true when the diagnostics have changed.
+    /// Handles everything that is due by now. Returns true if the diagnostics have changed.
     pub fn settle(&mut self, now: Now) -> bool {
         self.news |= self.clock.as_ref().is_some_and(|clock| clock.is_silent(now.mono));
         let Some(now) = self.time(now) else { return std::mem::take(&mut self.news) };
@@ -264,8 +263,8 @@ impl TrafficLightFlow {
         self.ready.pop_front()
     }
 
-    /// Returns the next time at which [`Self::settle`] has something to do. With a simulated clock its
-    /// messages are what a run waits for.
+    /// Returns the next time at which [`Self::settle`] has something to do. With a simulated clock, a run
+    /// only waits for its messages.
     pub fn next_deadline(&self, now: MonoTime) -> MonoTime {
         match &self.clock {
             Some(clock) => clock.next_deadline(now).unwrap_or(MonoTime::MAX),
@@ -301,14 +300,14 @@ impl TrafficLightFlow {
         statuses
     }
 
-    /// Returns the first of the delayed messages that has arrived by now.
+    /// Returns the first delayed message that has arrived by now.
     fn next_arrival(&mut self, now: MonoTime) -> Option<Emission> {
         let delayed = [&mut self.run.camera, &mut self.run.v2i].into_iter().flatten();
         let due = delayed.filter_map(|faults| Some((faults.next_deadline()?, faults)));
         due.min_by_key(|(at, _)| *at)?.1.poll(now)
     }
 
-    /// Returns the arbiter at this time. A camera pipeline may stop, which our own camera topic does not.
+    /// Returns the arbiter at this time. An external camera pipeline may stop, unlike our own camera topic.
     fn arbiter(&mut self, now: Now) -> Option<&mut Arbiter> {
         let may_stop = self.settings.external_camera && !self.run.engine.quirks().keeps_last_camera;
         let arbiter = self.run.arbiter.as_mut()?;
@@ -318,7 +317,7 @@ impl TrafficLightFlow {
         Some(arbiter)
     }
 
-    /// Sends a message that has arrived, and what the arbiter makes of it, with the same stamp.
+    /// Sends an arrived message, and the arbiter's output for it with the same stamp.
     fn arrived(&mut self, emission: Emission, now: Now) {
         let is_replaced = self.settings.external_camera && emission.topic == LightsTopic::Camera;
         let arbiter = self.arbiter(now).filter(|_| !is_replaced);
@@ -336,8 +335,8 @@ impl TrafficLightFlow {
     }
 }
 
-/// Returns the groups that the arbiter merges from a message; `None` when the message is not for it, or
-/// causes no output.
+/// Returns the groups that the arbiter merges from a message; `None` if the message is not for the arbiter,
+/// or causes no output.
 fn merge(arbiter: &mut Arbiter, emission: &Emission, clock: WallStamp) -> Option<Groups> {
     let LightsContent::Groups(groups) = &emission.content else { return None };
     let stamp = ArbiterStamp(emission.stamp.as_nanos());

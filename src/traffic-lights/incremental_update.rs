@@ -1,4 +1,4 @@
-//! Lists brought up to date: changed items are replaced, the others stay.
+//! Updates lists in place: changed items are replaced, the others stay.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -28,8 +28,8 @@ impl Item for LampMarker {
     }
 }
 
-/// Replaces the items of each id in `changes`, ids ascending; an id without items disappears. The list stays
-/// the same one if nothing differs, and is copied only if it is shared.
+/// Replaces the items of each id in `changes`, ids ascending; an id without items is removed. The list
+/// remains the same object if nothing differs, and is copied only if it is shared.
 pub(super) fn update<T: Item>(list: &mut Arc<Vec<T>>, mut changes: Vec<(i64, Vec<T>)>) {
     changes.retain(|(id, items)| list.get(range(list, *id)) != Some(items.as_slice()));
     if changes.is_empty() {
@@ -63,7 +63,7 @@ fn merged<T: Item>(mut list: &[T], changes: Vec<(i64, Vec<T>)>) -> Vec<T> {
     merged
 }
 
-/// Returns the positions of the items of an id; an empty range where they would be inserted.
+/// Returns the positions of the items of an id; if there are none, an empty range at the insertion point.
 fn range<T: Item>(list: &[T], id: i64) -> Range<usize> {
     let first = list.partition_point(|item| item.id() < id);
     let count = list.iter().skip(first).take_while(|item| item.id() == id).count();

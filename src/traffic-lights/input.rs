@@ -1,4 +1,4 @@
-//! Inputs of the traffic lights, beside the states of a V2X unit.
+//! Inputs of the traffic lights, except the states of a V2X unit.
 
 use super::emission::Groups;
 use super::received::ReceivedState;
@@ -10,13 +10,13 @@ use gateway_base::time::WallStamp;
 pub enum TrafficLightInput {
     /// States of lights for a store.
     States {
-        /// The store that they are written to.
+        /// The store to which they are written.
         store: StoreId,
         /// The sender's stamp, which has no effect.
         stamp: WallStamp,
         /// States by way or relation id; `None` removes one.
         states: Vec<(i64, Option<ReceivedState>)>,
-        /// Number of further states and predictions that could not be read.
+        /// Number of further states and predictions that were unreadable.
         rejected: u32,
     },
     /// Groups of a camera pipeline, for the arbiter.
@@ -25,7 +25,7 @@ pub enum TrafficLightInput {
         stamp: WallStamp,
         /// The groups of the message.
         groups: Groups,
-        /// Number of further groups that could not be read.
+        /// Number of further groups that were unreadable.
         rejected: u32,
     },
     /// The time of a simulator.

@@ -27,8 +27,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The lights of a map are read by `lanelet2_map`. This crate knows neither CAN nor the vehicle and its turn
-//! signals: `gateway_core` runs it beside them, and gives it the states of a V2X unit.
+//! `lanelet2_map` reads the lights of a map. This crate knows neither CAN nor the vehicle and its turn
+//! signals: `gateway_core` runs it next to them, and passes it the states of a V2X unit.
 
 pub mod arbiter;
 pub mod architecture;

@@ -1,5 +1,5 @@
-//! Lists of lights from the stores: truth, detections over truth, received states of groups, groups, markers
-//! (docs/spec/traffic-lights.md, "Message building", "Received states" and "Markers").
+//! Builds lists of lights from the stores: truth, detections over truth, received states of groups, groups,
+//! markers (docs/spec/traffic-lights.md, "Message building", "Received states" and "Markers").
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -26,7 +26,7 @@ struct HeadReport<'a> {
     is_detected: bool,
 }
 
-/// The part of the reports of its heads that a group is made of.
+/// The part of the heads' reports used for a group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum HeadReports {
     All,
@@ -44,7 +44,7 @@ impl HeadReports {
     }
 }
 
-/// Returns the ground truth of a channel for these heads, by way id; an untouched head has no item.
+/// Returns the ground truth of a channel for these heads, by way id; unchanged heads have no item.
 pub(super) fn lights(
     stores: &Stores,
     channel: LightChannel,
@@ -119,7 +119,7 @@ pub(super) fn groups_by_head(
     groups.into_iter().map(Arc::new).collect()
 }
 
-/// Makes upper diagonal arrows unknown shapes, since upstream has no number for them (Q7).
+/// Replaces upper diagonal arrows by unknown shapes, since upstream has no number for them (Q7).
 fn forget_upper_diagonals(groups: &mut [GroupState]) {
     for GroupState { elements, predictions, .. } in groups {
         let predicted = predictions.iter_mut().flat_map(|prediction| &mut prediction.elements);
@@ -131,8 +131,8 @@ fn forget_upper_diagonals(groups: &mut [GroupState]) {
     }
 }
 
-/// Returns a marker for each lamp of these heads, by way id; an untouched head has no item. The lamps show
-/// the ground truth of the first of the channels in which the head was touched.
+/// Returns a marker for each lamp of these heads, by way id; unchanged heads have no item. The lamps show the
+/// ground truth of the first channel in which the head was ever changed.
 pub(super) fn markers(
     stores: &Stores,
     channels: &[LightChannel],
@@ -159,8 +159,7 @@ fn known<'a>(stores: &'a Stores, heads: &'a BTreeSet<HeadIndex>) -> impl Iterato
     heads.iter().filter_map(|index| Some((*index, stores.map().at(*index)?)))
 }
 
-/// Returns the state that was received for a group, if it is sent, and which reports of its heads are sent
-/// with it.
+/// Returns the received state of a group, if it is sent, and the reports of its heads that are sent with it.
 fn received(
     stores: &Stores,
     channel: LightChannel,
@@ -175,7 +174,7 @@ fn received(
     }
     let Some(truth) = state(StoreLayer::GroundTruth) else { return (None, HeadReports::All) };
     let mut heads = stores.map().group(relation_id).into_iter().flat_map(|group| &group.heads);
-    // It stands for the truth of each head, and a detection hides truth.
+    // It replaces the truth of each head, and a detection hides truth.
     let is_shown = heads.any(|index| {
         let head = stores.map().at(*index);
         head.is_none_or(|head| stores.detected(channel).light(head.way_id).bulbs.is_none())
@@ -183,7 +182,7 @@ fn received(
     (is_shown.then_some(truth), HeadReports::Detected)
 }
 
-/// Returns the group that shows a received state alone, without an id.
+/// Returns a group that contains only a received state, without an id.
 fn of_received(state: &ReceivedState) -> GroupState {
     let element = |bulb| GroupElement { bulb, confidence: state.confidence };
     let elements = state.bulbs.iter().map(element).collect();
@@ -191,7 +190,7 @@ fn of_received(state: &ReceivedState) -> GroupState {
 }
 
 /// Returns the group of a relation: its received state, and the bulbs of all its heads that are sent with it,
-/// each with the highest confidence of those that show it. `None` when the group is dark.
+/// each bulb with its highest confidence. `None` if the group is dark.
 fn merged(
     stores: &Stores,
     channel: LightChannel,
@@ -233,7 +232,7 @@ fn merged(
     Some(GroupState { relation_id, elements, predictions })
 }
 
-/// Returns the union of the predictions of several heads: ascending by time, each bulb once at a time.
+/// Returns the union of the predictions of several heads: ascending by time, each bulb once per time.
 fn union<'a>(lists: impl Iterator<Item = &'a [Predicted]>) -> Vec<Prediction> {
     let mut all = Vec::new();
     for predicted in lists.flatten() {
@@ -256,7 +255,7 @@ fn prediction(predicted: &Predicted) -> Prediction {
     }
 }
 
-/// Returns the detected state of a head, else its ground truth.
+/// Returns the detected state of a head, otherwise its ground truth.
 fn report<'a>(
     stores: &Stores,
     channel: LightChannel,
@@ -270,8 +269,8 @@ fn report<'a>(
     light.bulbs.map(|bulbs| HeadReport { head: index, relation_ids, bulbs, confidence, is_detected })
 }
 
-/// Returns the reports of upstream: all truth, then each detection instead of the entry whose way id is its
-/// key, else at the end. Keys are compared with ids cut to 32 bits (Q3, Q6).
+/// Returns the reports of upstream: all truth, then each detection in place of the entry with its key as way
+/// id, otherwise at the end. Keys are compared with ids truncated to 32 bits (Q3, Q6).
 fn upstream_reports(stores: &Stores, channel: LightChannel) -> Vec<HeadReport<'_>> {
     let mut reports = Vec::new();
     let mut indices = BTreeMap::new();
@@ -301,7 +300,7 @@ fn upstream_reports(stores: &Stores, channel: LightChannel) -> Vec<HeadReport<'_
     reports
 }
 
-/// Returns the id as it is sent: upstream cuts it to 32 bits (Q6).
+/// Returns the id as sent: upstream truncates it to 32 bits (Q6).
 #[allow(clippy::cast_possible_truncation)] // that is what is reproduced
 fn sent_id(id: i64, quirks: LightQuirks) -> i64 {
     if quirks.cuts_ids { i64::from(id as i32) } else { id }

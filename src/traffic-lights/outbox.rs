@@ -1,4 +1,4 @@
-//! Messages waiting to be sent, and the list of each topic, brought up to date with what changed.
+//! Messages waiting to be sent, and the list of each topic, updated with changes.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use lanelet2_map::light_map::HeadIndex;
 #[cfg(test)]
 mod properties;
 
-/// Emissions kept until they are polled; older ones are lost.
+/// Maximum number of emissions kept until they are polled; older ones are lost.
 const MAX_WAITING: usize = 1_024;
 
 /// The messages to be sent, and the present list of each topic.
@@ -32,7 +32,7 @@ pub(super) struct Outbox {
 
 #[derive(Debug, Clone)]
 struct TopicList<T> {
-    /// The last change of each source that is in the list.
+    /// The last change of each source that is included in the list.
     changes: [u64; 4],
     list: Arc<Vec<T>>,
 }
@@ -53,7 +53,7 @@ impl Outbox {
         }
     }
 
-    /// Makes new lists if their form changes; waiting messages are still sent.
+    /// Rebuilds the lists if their form changes; waiting messages are still sent.
     pub(super) fn reconfigure(&mut self, one_group_per_head: bool) {
         if self.one_group_per_head != one_group_per_head {
             *self = Self { waiting: std::mem::take(&mut self.waiting), ..Self::new(one_group_per_head) };
@@ -82,8 +82,8 @@ impl Outbox {
         self.send(LightsTopic::V2i, stamp, LightsContent::Groups(groups));
     }
 
-    /// Upstream draws each channel with its own timer, over the markers of the other; improved mode draws
-    /// both with the timer of the conventional channel (Q19).
+    /// Upstream draws each channel with its own timer, over the markers of the other channel; improved mode
+    /// draws both with the timer of the conventional channel (Q19).
     pub(super) fn send_markers(&mut self, stores: &Stores, timer: LightChannel, stamp: WallStamp) {
         let channels = match (timer, stores.quirks().draws_each_channel) {
             (LightChannel::Conventional, false) => &LightChannel::ALL[..],
@@ -136,8 +136,8 @@ impl TopicList<Arc<GroupState>> {
 }
 
 impl<T: Item> TopicList<T> {
-    /// Brings the list up to date. `make` makes the items of heads, by ascending id: of the changed heads, or
-    /// of all heads when items are not sorted by their ids.
+    /// Updates the list. `make` builds the items of heads, by ascending id: of the changed heads, or of all
+    /// heads if items are not sorted by their ids.
     fn update(
         &mut self,
         sources: Sources<'_>,
@@ -154,7 +154,7 @@ impl<T: Item> TopicList<T> {
                 update(&mut self.list, made);
             } else {
                 let list: Vec<T> = made.into_iter().flat_map(|(_, items)| items).collect();
-                // A change that was undone leaves the same list.
+                // A change that was undone leaves the list unchanged.
                 if *self.list != list {
                     self.list = Arc::new(list);
                 }

@@ -8,6 +8,6 @@ use super::emission::Emission;
 pub enum TrafficLightOutput {
     /// A message to publish.
     Publish(Emission),
-    /// A command that was not understood. Diagnostics count it; the error is for the log.
+    /// A command that was invalid. Diagnostics count it; the error is for the log.
     CommandRefused(CommandError),
 }

@@ -1,13 +1,13 @@
 //! Timers of frames and publications (docs/spec/traffic-lights.md, "Frames and rates").
 //!
-//! Times here are nanoseconds since the start of the scenario. Each is computed from its number, so
-//! no error adds up.
+//! Times here are nanoseconds since the start of the scenario. Each is computed from its number, so no error
+//! accumulates.
 
 use std::time::Duration;
 
 use super::quirks::LightQuirks;
 
-/// The number of frames or ticks that are caught up after a gap; older ones are skipped.
+/// Maximum number of frames or ticks that are caught up after a gap; older ones are skipped.
 const CATCH_UP: u64 = 256;
 const MICRO_HZ_NANOS: u128 = 1_000_000_000_000_000;
 
@@ -23,7 +23,7 @@ impl Rate {
     /// 30 Hz, the default rate of frames and of the ground truth.
     pub const THIRTY_HZ: Self = Self { micro_hz: 30_000_000 };
 
-    /// Returns the rate of a number of hertz; `None` when it is not from 0.001 to 1000.
+    /// Returns the rate for a number of hertz; `None` if it is not from 0.001 to 1000.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // the range was checked
     pub fn from_hz(hz: f64) -> Option<Self> {
         (0.001..=1_000.0).contains(&hz).then(|| Self { micro_hz: (hz * 1e6).round() as u64 })
@@ -35,7 +35,8 @@ impl Rate {
         self.micro_hz as f64 / 1e6
     }
 
-    /// Returns the time of tick `number`, nanoseconds after tick 0, rounded to the nearest; saturates.
+    /// Returns the time of tick `number`, nanoseconds after tick 0, rounded to the nearest nanosecond;
+    /// saturates.
     pub fn nanos(self, number: u64) -> u64 {
         let rate = u128::from(self.micro_hz);
         u64::try_from((u128::from(number) * MICRO_HZ_NANOS + rate / 2) / rate).unwrap_or(u64::MAX)
@@ -44,17 +45,18 @@ impl Rate {
     fn number_at(self, nanos: u64) -> u64 {
         let number = u128::from(nanos) * u128::from(self.micro_hz) / MICRO_HZ_NANOS;
         let number = u64::try_from(number).unwrap_or(u64::MAX);
-        // Rounding may have put the next one at or before this time.
+        // Rounding may have moved the next tick to or before this time.
         if self.nanos(number.saturating_add(1)) <= nanos { number + 1 } else { number }
     }
 
-    /// Returns the tick to continue with at a time when `next` is due: `next`, or a later one after a gap.
+    /// Returns the tick to continue with at time `nanos`, if tick `next` is due: `next`, or a later tick
+    /// after a gap.
     fn caught_up(self, next: u64, nanos: u64) -> u64 {
         next.max(self.number_at(nanos).saturating_add(1).saturating_sub(CATCH_UP))
     }
 }
 
-/// A timer of publications. It does not run until it is started, and first ticks one period later.
+/// A timer of publications. It must be started, and first ticks one period later.
 #[derive(Debug, Clone)]
 pub(super) struct PeriodicTimer {
     pub(super) rate: Rate,
@@ -69,7 +71,7 @@ impl PeriodicTimer {
         Self { rate, origin: None, next: 1 }
     }
 
-    /// Starts the timer unless it runs already.
+    /// Starts the timer unless it is already running.
     pub(super) fn start(&mut self, at: u64) {
         self.origin.get_or_insert(at);
     }
@@ -78,7 +80,7 @@ impl PeriodicTimer {
         *self = Self { rate, origin: Some(at), next: 1 };
     }
 
-    /// Returns the time of the next tick; `None` when the timer does not run.
+    /// Returns the time of the next tick; `None` if the timer is not running.
     pub(super) fn next(&self) -> Option<u64> {
         self.origin.map(|origin| origin.saturating_add(self.rate.nanos(self.next)))
     }
@@ -87,7 +89,7 @@ impl PeriodicTimer {
         self.next = self.next.saturating_add(1);
     }
 
-    /// Skips ticks that were due too long ago. Returns their number.
+    /// Skips ticks that are overdue by too much. Returns their number.
     pub(super) fn skip(&mut self, now: u64) -> u64 {
         let Some(origin) = self.origin else { return 0 };
         let next = self.rate.caught_up(self.next, now.saturating_sub(origin));
@@ -95,7 +97,7 @@ impl PeriodicTimer {
     }
 }
 
-/// A moment of the scenario, exact and as upstream counts it.
+/// A moment of the scenario, exact and on upstream's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct ScenarioMoment {
     /// Nanoseconds since the start of the scenario.
@@ -142,7 +144,7 @@ impl FrameClock {
         self.timer.rate.nanos(self.timer.next)
     }
 
-    /// Records that the next frame is handled. Returns its moment.
+    /// Records that the next frame was handled. Returns its moment.
     pub(super) fn tick(&mut self) -> ScenarioMoment {
         let moment = ScenarioMoment { nanos: self.next(), seconds: self.next_seconds };
         self.timer.tick();
@@ -150,7 +152,7 @@ impl FrameClock {
         moment
     }
 
-    /// Skips frames that were due too long ago. Returns their number. Upstream's clock does not count them.
+    /// Skips frames that are overdue by too much. Returns their number. Upstream's clock does not count them.
     pub(super) fn skip(&mut self, now: u64) -> u64 {
         self.timer.skip(now)
     }

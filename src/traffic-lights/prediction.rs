@@ -1,7 +1,7 @@
 //! Predictions of future phases for V2I (docs/spec/traffic-lights.md, "Predictions").
 //!
-//! Improved mode predicts the states that will be sent: a head's V2I states, a detection before the truth, or
-//! the copied conventional state. Upstream has quirks of its own, kept apart below (Q5, Q10, Q11).
+//! Improved mode predicts the states that will be sent: a head's V2I states, a detection in preference to
+//! truth, or the copied conventional state. Upstream has its own quirks, separated below (Q5, Q10, Q11).
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -19,13 +19,13 @@ use gateway_base::time::WallStamp;
 use lanelet2_map::light_map::HeadIndex;
 
 const PHASES_AHEAD: usize = 6;
-/// Predictions of one head within this time are one.
+/// Predictions of one head within this time of each other are merged.
 const SAME_TIME: Duration = Duration::from_millis(10);
 
 #[derive(Debug, Clone)]
 pub(super) struct Predictions {
     quirks: LightQuirks,
-    /// The predictions of each head, and the position of the controller that made them.
+    /// The predictions of each head, with the position of the controller from which they result.
     by_head: BTreeMap<HeadIndex, (usize, Vec<Predicted>)>,
     /// The heads of the last predictions of each controller.
     by_controller: Vec<Vec<HeadIndex>>,
@@ -36,7 +36,7 @@ pub(super) struct Predictions {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Predicted {
     pub(super) at: WallStamp,
-    /// Its bulbs in the order of their keys; upstream may repeat one.
+    /// Bulbs in the order of their keys; upstream may repeat one.
     pub(super) bulbs: Vec<Bulb>,
 }
 
@@ -60,8 +60,8 @@ impl Predictions {
         self.by_head.clear();
     }
 
-    /// Replaces the predictions of a controller: they are made from the phases after its present one.
-    /// Upstream forgets the predictions of the other controllers too.
+    /// Replaces the predictions of a controller, based on the phases after its present one. Upstream also
+    /// discards the predictions of the other controllers.
     pub(super) fn renew(
         &mut self,
         index: usize,
@@ -83,7 +83,7 @@ impl Predictions {
         let predict = if self.quirks.predicts_single_bulbs { predict_upstream } else { predict };
         let mut found = ByHead::new();
         let outcome = predict(controller, phase, (state.start_wall, duration), lights, &mut found);
-        // Upstream keeps the predictions before a mistake.
+        // Upstream keeps the predictions computed before a mistake.
         if outcome.is_err() && !self.quirks.predicts_single_bulbs {
             return outcome;
         }
@@ -96,7 +96,7 @@ impl Predictions {
     }
 }
 
-/// Predicts the phases after one, which has this start and duration.
+/// Predicts the phases after the given phase, which has this start and duration.
 fn predict(
     controller: &TrafficSignalController,
     phase: usize,
@@ -109,7 +109,7 @@ fn predict(
     let mut left = phases.next().map(|phase| states(phase, lights)).transpose()?.unwrap_or_default();
     for visited in phases.take(PHASES_AHEAD) {
         let entered = states(visited, lights)?;
-        // Leaving a phase clears what it names.
+        // Leaving a phase clears the lights that it names.
         known.extend(left.keys().map(|head| (*head, BulbSet::EMPTY)));
         known.extend(entered.iter().map(|(head, bulbs)| (*head, *bulbs)));
         left = entered;
@@ -149,7 +149,7 @@ fn states(phase: &Phase, lights: &SyncedStores) -> Result<BTreeMap<HeadIndex, Bu
     Ok(copied)
 }
 
-/// Predicts the phases after one by the rules of upstream.
+/// Predicts the phases after the given phase by the rules of upstream.
 fn predict_upstream(
     controller: &TrafficSignalController,
     phase: usize,
@@ -181,7 +181,7 @@ fn predict_upstream(
     Ok(())
 }
 
-/// Returns the V2I entries of a phase by their ids as written, and the conventional ones of ids that have
+/// Returns the V2I entries of a phase by their ids as written, and the conventional entries of ids that have
 /// none and belong to enabled heads, for truth and detections.
 fn upstream_states<'a>(phase: &'a Phase, lights: &SyncedStores) -> BTreeMap<i64, Vec<&'a StateText>> {
     let of = |channel| phase.entries.iter().filter(move |entry| entry.target.store.channel == channel);
@@ -200,7 +200,7 @@ fn upstream_states<'a>(phase: &'a Phase, lights: &SyncedStores) -> BTreeMap<i64,
     states
 }
 
-/// Adds bulbs to the prediction at a time, or as a new prediction.
+/// Adds bulbs to the prediction for a time, or creates a new prediction.
 pub(super) fn add(list: &mut Vec<Predicted>, at: WallStamp, bulbs: impl IntoIterator<Item = Bulb>) {
     let same = |known: &&mut Predicted| {
         Duration::from_nanos(known.at.as_nanos().abs_diff(at.as_nanos())) <= SAME_TIME

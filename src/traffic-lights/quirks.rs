@@ -1,8 +1,8 @@
-//! The rules of upstream that differ from ours, one by one.
+//! The rules of upstream that differ from improved mode, one by one.
 
 use crate::compat::Compat;
 
-/// Makes the rules and the mode that sets all of them at once.
+/// Defines the rules, and the constructor from a mode, which sets all of them at once.
 macro_rules! light_quirks {
     ($($(#[$doc:meta])* $quirk:ident,)*) => {
         /// Rules of `scenario_simulator_v2` that differ from ours, each with its label and the title of its

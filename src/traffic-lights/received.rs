@@ -1,6 +1,6 @@
-//! States that are received for groups over v2i (docs/spec/traffic-lights.md, "Received states").
+//! States received for groups over V2I (docs/spec/traffic-lights.md, "Received states").
 //!
-//! What a network reports belongs to a movement, so to one group: groups that share heads do not change each
+//! A report of a network concerns a movement, and thus one group: groups that share heads do not affect each
 //! other.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -14,29 +14,29 @@ use super::target::StoreLayer;
 use gateway_base::time::WallStamp;
 use lanelet2_map::light_map::HeadIndex;
 
-/// The number of predictions that are kept of a group, the earliest ones.
+/// Maximum number of predictions kept for a group: the earliest ones.
 pub const MAX_PREDICTIONS: usize = 16;
-/// The largest number of bulbs in a prediction.
+/// Maximum number of bulbs in a prediction.
 const MAX_BULBS: usize = 8;
-/// The length of the longest source of a prediction, bytes.
+/// Maximum length of the source of a prediction, bytes.
 const MAX_SOURCE_BYTES: usize = 64;
-/// The farthest predicted time.
+/// Maximum time between now and a predicted time.
 const MAX_AHEAD: Duration = Duration::from_secs(3_600);
 
 /// A state received for a light or group.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReceivedState {
-    /// Its bulbs, at least one.
+    /// Bulbs of the state, at least one.
     pub bulbs: BulbSet,
     /// Confidence of the state, 0 to 1.
     pub confidence: f64,
-    /// Its future states as received; only groups of the v2i channel keep them.
+    /// Future states as received; kept only for groups of the V2I channel.
     pub predictions: Vec<Prediction>,
 }
 
 impl ReceivedState {
-    /// Removes predictions that are unfit, past, or too many, and sorts the others by time. Returns the
-    /// number of unfit and superfluous ones.
+    /// Removes invalid, past and surplus predictions, and sorts the others by time. Returns the number of
+    /// invalid and surplus predictions.
     pub(super) fn keep_fit_predictions(&mut self, now: WallStamp) -> usize {
         let latest = now.after(MAX_AHEAD).as_nanos();
         let mut rejected = 0;
@@ -72,7 +72,7 @@ type Key = (StoreLayer, i64);
 #[derive(Debug, Clone)]
 pub(super) struct ReceivedGroups {
     groups: BTreeMap<Key, ReceivedGroup>,
-    /// The groups with predictions, by the time of their first one, nanoseconds since 1970.
+    /// The groups with predictions, by the time of their first prediction, nanoseconds since 1970.
     predicted: BTreeSet<(i64, Key)>,
     counts: [BulbCounts; 2],
     /// The changes of groups, by their heads.
@@ -82,12 +82,12 @@ pub(super) struct ReceivedGroups {
 #[derive(Debug, Clone)]
 struct ReceivedGroup {
     state: ReceivedState,
-    /// Number of the last change of its bulbs or confidence.
+    /// Number of the last change of bulbs or confidence.
     change: u64,
 }
 
 impl ReceivedGroups {
-    /// Creates the states for a map with this number of heads; none was received.
+    /// Creates an empty set of states for a map with this number of heads.
     pub(super) fn new(heads: usize) -> Self {
         Self {
             groups: BTreeMap::new(),
@@ -108,7 +108,7 @@ impl ReceivedGroups {
         groups.map(|((_, relation_id), group)| (*relation_id, &group.state))
     }
 
-    /// Returns the bulbs of these groups that changed last; `None` when none of them has a state.
+    /// Returns the most recently changed bulbs of these groups; `None` if none of them has a state.
     pub(super) fn latest(&self, layer: StoreLayer, relation_ids: &[i64]) -> Option<BulbSet> {
         let groups = relation_ids.iter().filter_map(|id| self.groups.get(&(layer, *id)));
         groups.max_by_key(|group| group.change).map(|group| group.state.bulbs)
@@ -118,7 +118,8 @@ impl ReceivedGroups {
         self.counts[layer as usize]
     }
 
-    /// Replaces the state of a group with these heads, `None` to remove it. Its predictions are fit.
+    /// Replaces the state of a group with these heads; `None` removes it. The predictions must already be
+    /// checked.
     pub(super) fn set(&mut self, key: Key, state: Option<ReceivedState>, heads: &[HeadIndex]) {
         let before = self.groups.get(&key);
         if before.map(|group| &group.state) == state.as_ref() {
@@ -148,7 +149,7 @@ impl ReceivedGroups {
         }
     }
 
-    /// Removes the predictions that have come to their time; `heads` returns the heads of a group.
+    /// Removes the predictions whose time has come; `heads` returns the heads of a group.
     pub(super) fn drop_past_predictions<'m>(
         &mut self,
         now: WallStamp,

@@ -2,9 +2,9 @@
 
 /// The reason why an action or a phase cannot be carried out.
 ///
-/// An input from outside is refused with it and changes nothing. In a scenario it ends the scenario: improved
-/// mode finds it when it reads the scenario, upstream when it carries the scenario out
-/// (docs/spec/traffic-lights.md, "State text", "Ids and groups" and "Actions and commands").
+/// An external input is then refused and changes nothing. In a scenario it ends the scenario: improved mode
+/// detects it when reading the scenario, upstream when running it (docs/spec/traffic-lights.md, "State text",
+/// "Ids and groups" and "Actions and commands").
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ActionRefusal {
     /// The id is neither a head nor a group of the map.
@@ -13,7 +13,7 @@ pub enum ActionRefusal {
     /// The state text has a mistake.
     #[error("the state \"{text}\" cannot be read: {mistake}")]
     State {
-        /// The text as it was written.
+        /// The text as written.
         text: String,
         /// The mistake, as text.
         mistake: String,
@@ -26,7 +26,7 @@ pub enum ActionRefusal {
     UnknownPhase {
         /// Name of the controller.
         controller: String,
-        /// The name that was not found.
+        /// The unknown name.
         phase: String,
     },
     /// A rate that is not from 0.001 to 1000 Hz.

@@ -17,13 +17,13 @@ pub struct Scenario {
     pub controllers: Vec<TrafficSignalController>,
     /// The declared parameters and variables.
     pub variables: Vec<Variable>,
-    /// Actions that are done once, before the first frame.
+    /// Actions performed once, before the first frame.
     pub init: Vec<Action>,
     /// The acts in the order of the document.
     pub acts: Vec<Act>,
     /// The stories to which conditions refer.
     pub stories: Vec<Story>,
-    /// The trigger that ends the scenario; `None` when only an action does.
+    /// The trigger that ends the scenario; `None` if only an action ends it.
     pub stop: Option<Trigger>,
 }
 
@@ -34,29 +34,29 @@ pub struct ControllerIndex(pub usize);
 /// A controller of phases (OpenSCENARIO `TrafficSignalController`).
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrafficSignalController {
-    /// Its name. It need not be unique; the first controller of a name is meant.
+    /// Its name. It need not be unique; the first controller with a name counts.
     pub name: String,
-    /// The controller that it follows; `None` when it runs by itself.
+    /// The controller that it follows; `None` if it runs independently.
     pub reference: Option<Reference>,
-    /// The phases of its cycle, none or more.
+    /// The phases of its cycle; may be empty.
     pub phases: Vec<Phase>,
 }
 
-/// The controller that another one follows.
+/// The leader of a following controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reference {
     /// The controller that is followed.
     pub controller: ControllerIndex,
-    /// Time from the start of its first phase to the start of the follower's.
+    /// Time from the start of the leader's first phase to the start of the follower's.
     pub delay: Duration,
 }
 
 /// One phase of a controller.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Phase {
-    /// Its name. It need not be unique; the first phase of a name is meant.
+    /// Its name. It need not be unique; the first phase with a name counts.
     pub name: String,
-    /// Its duration; `None` when it lasts until an action ends it.
+    /// Its duration; `None` if it lasts until an action ends it.
     pub duration: Option<Duration>,
     /// The states that it sets, in the order of the document.
     pub entries: Vec<PhaseEntry>,
@@ -65,56 +65,56 @@ pub struct Phase {
 /// A state that a phase sets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PhaseEntry {
-    /// The light or group that is set, and in which store.
+    /// The light or group to set, with its store.
     pub target: SignalTarget,
-    /// The state that it is set to.
+    /// The new state.
     pub state: StateText,
 }
 
-/// A state as it was written and as it is understood.
+/// A state as text, and its interpretation.
 ///
-/// Upstream reads the text only when it is applied, bulb by bulb (Q20). So a text may have a mistake here in
-/// upstream mode; improved mode refuses it when it is read.
+/// Upstream parses the text only when applying it, bulb by bulb (Q20). So in upstream mode a text may contain
+/// a mistake; improved mode refuses it when reading it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StateText {
-    /// The text as it was written.
+    /// The text as written.
     pub text: String,
     /// Its bulbs, up to the first mistake.
     pub bulbs: BulbSet,
-    /// The first mistake in it, as text; `None` when it has none.
+    /// The first mistake in it, as text; `None` if there is none.
     pub mistake: Option<String>,
-    /// Its bulb by the single-bulb parser, which upstream uses for predictions and conditions; `None` when
-    /// that parser refuses it.
+    /// The result of the single-bulb parser, which upstream uses for predictions and conditions; `None` if
+    /// that parser refuses the text.
     pub single: Option<Bulb>,
 }
 
-/// Acts with a name.
+/// Named acts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Story {
-    /// Its name, unique within the scenario or a path of names.
+    /// Name of the story, unique within the scenario, or a path of names.
     pub name: String,
     /// The positions of its acts.
     pub acts: Range<usize>,
 }
 
-/// Events of an act with a name: a maneuver, or a group of maneuvers. It runs while its act runs, until all
-/// of its events are complete.
+/// Named events of an act: a maneuver, or a group of maneuvers. It runs while its act runs, until all of its
+/// events are complete.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EventGroup {
-    /// Its name, unique within the scenario or a path of names.
+    /// Name of the group, unique within the scenario, or a path of names.
     pub name: String,
-    /// The positions of its events in the act.
+    /// The positions of the events in the act.
     pub events: Range<usize>,
 }
 
-/// Events that can happen while it runs.
+/// Events that can happen while the act runs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Act {
-    /// Its name, or a path of names.
+    /// Name of the act, or a path of names.
     pub name: String,
-    /// The trigger that starts it; `None` when it starts at the first frame.
+    /// The trigger that starts it; `None` if it starts at the first frame.
     pub start: Option<Trigger>,
-    /// The trigger that stops it; `None` when nothing does.
+    /// The trigger that stops it; `None` if there is none.
     pub stop: Option<Trigger>,
     /// Its events in the order of the document.
     pub events: Vec<Event>,
@@ -122,22 +122,22 @@ pub struct Act {
     pub groups: Vec<EventGroup>,
 }
 
-/// Actions that are done when a trigger fires.
+/// Actions performed when a trigger fires.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Event {
-    /// Its name, unique within the scenario or a path of names.
+    /// Name of the event, unique within the scenario, or a path of names.
     pub name: String,
-    /// The trigger that starts it; `None` when it starts with its act.
+    /// The trigger that starts it; `None` if it starts with its act.
     pub start: Option<Trigger>,
-    /// Number of times that it can happen, at least 1.
+    /// Maximum number of executions, at least 1.
     pub max_executions: u32,
     /// Names of the actions, in the same order as `actions`.
     pub action_names: Vec<String>,
-    /// The actions, all done in one frame.
+    /// The actions, all performed in one frame.
     pub actions: Vec<Action>,
 }
 
-/// Groups of conditions. It fires when all conditions of one of its groups are true; without groups, never.
+/// Groups of conditions. It fires if all conditions of one of its groups are true; without groups, never.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Trigger {
     /// The groups, each with its conditions.
@@ -149,9 +149,9 @@ pub struct Trigger {
 pub struct Condition {
     /// Its name in the document; may be empty.
     pub name: String,
-    /// The test whose value counts.
+    /// The test that provides the value.
     pub test: Test,
-    /// The change of that value that makes it true.
+    /// The change of the value that makes the condition true.
     pub edge: Edge,
     /// Time by which the value is delayed.
     pub delay: Duration,
@@ -169,7 +169,7 @@ pub enum Edge {
     Falling,
     /// A change in either direction.
     RisingOrFalling,
-    /// The value itself, which stays true once it was true: an extension of upstream.
+    /// The value itself, latched once it is true: an extension of upstream.
     Sticky,
 }
 
@@ -185,11 +185,11 @@ pub enum Test {
     },
     /// `TrafficSignalCondition`: the state of a light or of all heads of a group.
     State {
-        /// The light or group; for upstream in the ground truth of the conventional channel only.
+        /// The light or group; in upstream mode only in the ground truth of the conventional channel.
         target: SignalTarget,
-        /// The expected state; `None` when dark is expected (`none` or empty).
+        /// The expected state; `None` if dark is expected (`none` or empty).
         state: Option<StateText>,
-        /// True when the light must have these bulbs and no others; else it may have others (Q9).
+        /// True if the light must have exactly these bulbs; otherwise further bulbs are allowed (Q9).
         exact: bool,
     },
     /// `TrafficSignalControllerCondition`: the current phase's name.
@@ -238,7 +238,7 @@ pub enum Rule {
 /// frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ElementState {
-    /// It has not started, or waits for its next execution.
+    /// It has not started, or is waiting for its next execution.
     Standby,
     /// It is being executed.
     Running,
@@ -250,7 +250,7 @@ pub enum ElementState {
     EndTransition,
     /// It was stopped in this frame.
     StopTransition,
-    /// It was skipped in this frame: never, since all actions complete at once.
+    /// It was skipped in this frame: this never happens, since all actions complete at once.
     SkipTransition,
 }
 
@@ -260,26 +260,25 @@ pub enum ElementState {
 pub enum Action {
     /// Replaces the state of the target: `TrafficSignalStateAction`.
     SetState {
-        /// The light or group that is set.
+        /// The light or group to set.
         target: SignalTarget,
-        /// The state that it gets.
+        /// The new state.
         state: StateText,
     },
     /// Makes a light or group dark, or no longer detected: `ClearTrafficSignal`.
     Clear(SignalTarget),
-    /// Enters a phase, whatever the present one is: `TrafficSignalControllerAction`.
+    /// Enters a phase, whatever the current phase is: `TrafficSignalControllerAction`.
     EnterPhase {
-        /// The controller that enters it.
+        /// The controller.
         controller: ControllerIndex,
-        /// Name of the phase. Improved mode checks it when it is read, upstream looks it up when it is
-        /// needed.
+        /// Name of the phase. Improved mode checks it when reading it, upstream when using it.
         phase: String,
     },
     /// Replaces the V2I ground truth: `V2ITrafficSignalStateAction`.
     SetV2iState {
         /// Way or relation id.
         id: i64,
-        /// The state that it gets.
+        /// The new state.
         state: StateText,
         /// New rate of the V2I topics, Hz, above zero; `None` keeps the present one.
         rate_hz: Option<f64>,
@@ -288,7 +287,7 @@ pub enum Action {
     SetV2iRate(f64),
     /// Sets the rate of the ground-truth topic and of the markers, Hz, above zero.
     SetGroundTruthRate(f64),
-    /// Begins to copy the ground truth of way or relation ids, at least one, to V2I:
+    /// Starts copying the ground truth of way or relation ids, at least one, to V2I:
     /// `EnableTrafficSignalV2IFeatureAction@v1`.
     EnableV2i(Vec<i64>),
     /// Stops copying the ground truth of way or relation ids, at least one, to V2I:
@@ -296,21 +295,21 @@ pub enum Action {
     DisableV2i(Vec<i64>),
     /// Sets a confidence: `PseudoTrafficSignalDetectorConfidenceSetAction@v1`.
     SetConfidence {
-        /// The light or group; for upstream in the ground truth of the conventional channel only.
+        /// The light or group; in upstream mode only in the ground truth of the conventional channel.
         target: SignalTarget,
-        /// The new confidence, 0 to 1; upstream takes any number.
+        /// The new confidence, 0 to 1; upstream accepts any number.
         confidence: f64,
     },
     /// Sets a variable: `SetAction` of a `ParameterAction` or `VariableAction`.
     SetVariable {
-        /// The variable that is set.
+        /// The variable to set.
         variable: VariableIndex,
         /// A value of the same kind.
         value: VariableValue,
     },
     /// Changes a variable: `ModifyAction` of a `ParameterAction` or `VariableAction`.
     ModifyVariable {
-        /// The variable that is changed; it is a number.
+        /// The numeric variable to change.
         variable: VariableIndex,
         /// The change of its value.
         by: Modification,
@@ -321,7 +320,7 @@ pub enum Action {
 }
 
 impl Action {
-    /// Returns the ids of the heads and groups that it acts on.
+    /// Returns the ids of the heads and groups that it affects.
     pub fn ids(&self) -> &[i64] {
         match self {
             Self::SetState { target, .. } | Self::Clear(target) | Self::SetConfidence { target, .. } => {
@@ -339,8 +338,8 @@ impl Action {
     }
 }
 
-/// Returns the cycle time of upstream, seconds: cut to a whole number after each addition. A sum that does
-/// not fit becomes the lowest integer, as on x86 (Q11).
+/// Returns the cycle time of upstream, seconds: truncated to a whole number after each addition. A sum out of
+/// range becomes the lowest integer, as on x86 (Q11).
 pub fn upstream_cycle_s(durations_s: impl Iterator<Item = f64>) -> i32 {
     durations_s.fold(0, |sum, seconds| {
         let sum = (f64::from(sum) + seconds).trunc();

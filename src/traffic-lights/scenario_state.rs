@@ -1,4 +1,4 @@
-//! The state that actions and phases change: lights, controllers, variables, predictions, rates.
+//! The state changed by actions and phases: lights, controllers, variables, predictions, rates.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
@@ -17,7 +17,7 @@ use super::variable::VariableValue;
 use gateway_base::time::WallStamp;
 use lanelet2_map::light_map::HeadIndex;
 
-/// Events kept until they are polled; older ones are lost.
+/// Maximum number of events kept until they are polled; older ones are lost.
 const MAX_EVENTS: usize = 16_384;
 
 #[derive(Debug, Clone)]
@@ -54,7 +54,7 @@ impl ScenarioState {
         Ok(())
     }
 
-    /// Does an action. In improved mode it does nothing at all when it is refused.
+    /// Performs an action. In improved mode, a refused action changes nothing.
     pub(super) fn perform(
         &mut self,
         scenario: &Scenario,
@@ -113,12 +113,12 @@ impl ScenarioState {
         Ok(())
     }
 
-    /// Ends the scenario; the first verdict counts.
+    /// Ends the scenario; only the first verdict counts.
     pub(super) fn end(&mut self, verdict: ScenarioOutcome) {
         if self.verdict.is_none() {
             self.verdict = Some(verdict.clone());
             self.log(ScenarioEvent::Ended(verdict));
-            // The predicted phases will not begin; upstream still predicts them.
+            // The predicted phases will not begin; upstream predicts them nevertheless.
             if !self.quirks.predicts_after_end {
                 self.predictions.clear();
             }
@@ -166,7 +166,7 @@ impl ScenarioState {
         self.renew_predictions(scenario)
     }
 
-    /// Returns the heads whose V2I state is explicit in a running phase.
+    /// Returns the heads with an explicit V2I state in a running phase.
     fn explicit_heads(&self, scenario: &Scenario) -> Result<BTreeSet<HeadIndex>, ActionRefusal> {
         let mut explicit = BTreeSet::new();
         for (index, controller) in scenario.controllers.iter().enumerate() {
@@ -179,7 +179,7 @@ impl ScenarioState {
         Ok(explicit)
     }
 
-    /// Predicts again when other heads are copied; upstream waits for the next phase (Q5).
+    /// Updates the predictions if other heads are copied; upstream waits for the next phase (Q5).
     fn renew_predictions(&mut self, scenario: &Scenario) -> Result<(), ActionRefusal> {
         if !self.quirks.renews_predictions_late && self.verdict.is_none() {
             for (index, controller) in scenario.controllers.iter().enumerate() {

@@ -7,7 +7,7 @@ use std::str::FromStr;
 use super::target::{LightChannel, SignalTarget, StoreId, StoreLayer};
 use super::text::{is_blank, printable};
 
-/// The reason why a text is not the id of a light, with the wrong part, cut when it is very long.
+/// The reason why a text is not the id of a light, with the faulty part, shortened if it is very long.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum SignalIdError {
     /// The text has more parts than an id and a channel.
@@ -21,13 +21,13 @@ pub enum SignalIdError {
     Channel(String),
 }
 
-/// Reads a way or relation id: the whole text, decimal, with or without a sign.
+/// Parses a way or relation id: the whole text, decimal, with an optional sign.
 pub fn parse_id(text: &str) -> Result<i64, SignalIdError> {
     text.parse().map_err(|_| SignalIdError::Id(printable(text)))
 }
 
 impl SignalTarget {
-    /// Reads `<id>` or `<id> <channel>`; the id alone means the ground truth of the conventional channel.
+    /// Parses `<id>` or `<id> <channel>`; the id alone means the ground truth of the conventional channel.
     pub fn parse(text: &str) -> Result<Self, SignalIdError> {
         let Some(end) = text.find(is_blank) else {
             return Ok(Self { id: parse_id(text)?, store: StoreId::CONVENTIONAL });
@@ -37,14 +37,14 @@ impl SignalTarget {
         if channel.contains(is_blank) {
             return Err(SignalIdError::Format(printable(text)));
         }
-        // An empty part is refused together with the blanks beside it.
+        // An empty part is shown in the error together with the adjacent blanks.
         let id = if id.is_empty() { text } else { id };
         let channel = if channel.is_empty() { rest } else { channel };
         Ok(Self { id: parse_id(id)?, store: channel.parse()? })
     }
 }
 
-/// Prints the form that [`SignalTarget::parse`] reads, without the default store.
+/// Writes the format that [`SignalTarget::parse`] reads, without the default store.
 impl fmt::Display for SignalTarget {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { id, store } = self;

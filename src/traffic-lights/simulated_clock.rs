@@ -1,32 +1,32 @@
 //! The clock of a simulator, which other nodes follow with `use_sim_time`
 //! (docs/spec/traffic-lights.md, "Simulated clock").
 //!
-//! Its messages are events: between two of them no time passes. It can stand still, run at any speed, and
-//! begin again when a recording is repeated.
+//! Its messages are events: no time passes between two of them. It can stand still, run at any speed, and
+//! restart when a recording is repeated.
 
 use std::time::Duration;
 
 use gateway_base::time::{MonoTime, Now, WallStamp, deadline_after};
 
-/// The largest step back that means an overtaken message rather than a new beginning.
+/// Maximum step back that counts as an overtaken message rather than a restart, nanoseconds.
 const MAX_OVERTAKEN_NANOS: i64 = 1_000_000_000;
-/// The time without messages, by the gateway's own clock, after which the clock is reported as silent.
+/// Time without messages, on the gateway's own clock, after which the clock is reported as silent.
 const SILENCE: Duration = Duration::from_secs(5);
 
-/// The clock of a simulator, as its messages give it.
+/// The clock of a simulator, from its messages.
 #[derive(Debug, Clone, Default)]
 pub(super) struct SimulatedClock {
     /// `None` before the first message.
     latest: Option<ClockState>,
-    /// The number of times that the clock began again.
+    /// Number of restarts of the clock.
     pub(super) restarts: u64,
-    /// The number of messages that were overtaken by a newer one, and so had no effect.
+    /// Number of messages that were ignored because a newer message had overtaken them.
     pub(super) overtaken: u64,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct ClockState {
-    /// The stamps of the first and of the newest message, nanoseconds.
+    /// Stamp of the first message since the last restart, nanoseconds.
     begin: i64,
     present: i64,
     /// The time at which the last message was received.
@@ -34,8 +34,8 @@ struct ClockState {
 }
 
 impl SimulatedClock {
-    /// Takes a message of the clock that was received at `now`. Returns true when time begins, or begins
-    /// again: what was before does not count.
+    /// Processes a message of the clock received at `now`. Returns true if time begins, or restarts: then all
+    /// earlier state is void.
     pub(super) fn handle(&mut self, stamp: WallStamp, now: MonoTime) -> bool {
         let stamp = stamp.as_nanos();
         match &mut self.latest {
@@ -53,7 +53,7 @@ impl SimulatedClock {
         }
     }
 
-    /// Returns the present time; `None` before the first message. Its monotonic part counts from the
+    /// Returns the present time; `None` before the first message. Its monotonic part is the time since the
     /// beginning.
     pub(super) fn now(&self) -> Option<Now> {
         let ClockState { begin, present, .. } = self.latest?;
@@ -61,13 +61,13 @@ impl SimulatedClock {
         Some(Now { mono, wall: WallStamp::from_nanos(present) })
     }
 
-    /// Returns whether messages have stopped. A clock that stands still sends them.
+    /// Returns whether messages have stopped. A clock that stands still continues to send them.
     pub(super) fn is_silent(&self, now: MonoTime) -> bool {
         self.latest.is_some_and(|latest| now.since(latest.received) > SILENCE)
     }
 
-    /// Returns the time at which it becomes silent if no message is received; `None` when it is, or before
-    /// the first message.
+    /// Returns the time at which it becomes silent unless a message is received; `None` if it is silent
+    /// already, or before the first message.
     pub(super) fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         self.latest.map(|latest| deadline_after(latest.received, SILENCE)).filter(|at| *at > now)
     }

@@ -1,4 +1,4 @@
-//! The present state of the traffic lights, for people and programs that watch the gateway.
+//! The present state of the traffic lights, for people and programs that monitor the gateway.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -8,9 +8,9 @@ use super::flow::TrafficLightFlow;
 use super::scenario::ControllerIndex;
 use super::target::{LightChannel, StoreId, StoreLayer};
 
-/// The number of lights that are listed of each store; a map can have thousands.
+/// Maximum number of lights listed for each store; a map can have thousands.
 pub const MAX_LISTED_LIGHTS: usize = 200;
-/// The number of controllers that are listed.
+/// Maximum number of controllers listed.
 const MAX_LISTED_CONTROLLERS: usize = 100;
 
 /// The traffic lights of both channels.
@@ -81,7 +81,7 @@ pub struct ControllerPhaseSnapshot {
 }
 
 impl TrafficLightsSnapshot {
-    /// The lights that are listed, each with a name that tells channel and layer: `11 conventional,
+    /// Returns the listed lights, each with a name that includes channel and layer: `11 conventional,
     /// detected`.
     pub fn named_lights(&self) -> impl Iterator<Item = (String, &LightSnapshot)> {
         self.channels.iter().flat_map(|channel| {
@@ -94,7 +94,7 @@ impl TrafficLightsSnapshot {
 }
 
 impl TrafficLightFlow {
-    /// The present state.
+    /// Returns the present state.
     pub fn snapshot(&self) -> TrafficLightsSnapshot {
         let engine = self.engine();
         let controllers = engine.controllers().iter().enumerate().take(MAX_LISTED_CONTROLLERS);

@@ -5,7 +5,7 @@ use super::scenario::StateText;
 use super::target::{StoreId, StoreLayer};
 use super::text::printable;
 
-/// The writer of a state. States received on topics or over CAN are not checked, so they are not listed here.
+/// The writer of a state. States received on topics or over CAN are not checked, so they are not included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum StateWriter {
     /// A phase of a controller.
@@ -25,7 +25,7 @@ pub enum StateError {
         /// The mistake, as text.
         mistake: String,
     },
-    /// The state is unknown, which ground truth never is.
+    /// The state is unknown, which is invalid for ground truth.
     #[error(
         "state `{text}`: `unknown` is what a pipeline reports, so it can be written to `{store}_detected` but \
          not to `{store}`",
@@ -34,13 +34,13 @@ pub enum StateError {
     Reserved {
         /// The text as it was written.
         text: String,
-        /// The store that it was to be written to.
+        /// The store to which it was to be written.
         store: StoreId,
     },
 }
 
-/// Refuses a state with a mistake, which upstream finds when it applies the state (Q20), and `unknown`
-/// anywhere in a state of a ground truth, which upstream allows to actions (Q8).
+/// Refuses a state with a mistake, which upstream detects when applying the state (Q20), and `unknown`
+/// anywhere in a state of a ground truth, which upstream permits in actions (Q8).
 pub fn check_state(
     store: StoreId,
     state: &StateText,
@@ -64,8 +64,8 @@ mod tests {
     use crate::compat::Compat;
     use crate::target::LightChannel;
 
-    /// docs/spec/traffic-lights.md, "Unknown states":
-    /// every row of its table but the last, for both channels.
+    /// docs/spec/traffic-lights.md, "Unknown states": every row of its table except the last, for both
+    /// channels.
     #[test]
     fn unknown_is_for_detected_states() {
         use Compat::{Improved, Upstream};

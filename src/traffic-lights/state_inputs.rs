@@ -1,4 +1,4 @@
-//! States from outside: written to the stores or kept for their group, counted, and removed when they are not
+//! External states: written to the stores or kept for their group, counted, and removed if they are not
 //! renewed (docs/spec/traffic-lights.md, "Inputs from outside" and "Received states").
 
 use super::engine::TrafficLights;
@@ -9,10 +9,10 @@ use super::target::{LightChannel, SignalTarget, StoreId};
 use gateway_base::time::Now;
 
 impl TrafficLights {
-    /// Writes received states, after all that is due by now: by way or relation id, `None` to remove one.
-    /// States of V2I expire after the timeout when `expires`; others hold until their sender removes them.
-    /// Returns the number of rejected states and predictions: of ids that the map does not have, or with
-    /// numbers that are unfit (docs/spec/traffic-lights.md, "Received states").
+    /// Writes received states, after everything that is due by now: by way or relation id, `None` to remove
+    /// one. If `expires`, V2I states expire after the timeout; others are valid until their sender removes
+    /// them. Returns the number of rejected states and predictions: with ids that are not on the map, or with
+    /// invalid numbers (docs/spec/traffic-lights.md, "Received states").
     pub fn set_states<S: Into<ReceivedState>>(
         &mut self,
         store: StoreId,
@@ -34,7 +34,7 @@ impl TrafficLights {
         rejected
     }
 
-    /// Counts inputs that could not be read.
+    /// Counts unreadable inputs.
     pub fn count_rejected(&mut self, channel: LightChannel, rejected: u32, now: Now) {
         if rejected > 0 {
             let counts = &mut self.counts[channel as usize];
@@ -43,8 +43,8 @@ impl TrafficLights {
         }
     }
 
-    /// Writes or removes a received state. Returns the number of things that are rejected: the state, or some
-    /// of its predictions.
+    /// Writes or removes a received state. Returns the number of rejected items: the state, or some of its
+    /// predictions.
     fn set_state(&mut self, target: SignalTarget, state: Option<ReceivedState>, expires: bool) -> usize {
         if state.as_ref().is_some_and(|state| !(0.0..=1.0).contains(&state.confidence)) {
             return 1;
@@ -67,8 +67,7 @@ impl TrafficLights {
         usize::from(!is_known)
     }
 
-    /// Keeps or removes the state that was received for a group of the map. Returns the number of things that
-    /// are rejected.
+    /// Stores or removes the received state of a group of the map. Returns the number of rejected items.
     fn set_group(&mut self, target: SignalTarget, mut state: Option<ReceivedState>, expires: bool) -> usize {
         let (now, layer) = (self.scenario_state.wall, target.store.layer);
         let rejected = state.as_mut().map_or(0, |state| state.keep_fit_predictions(now));
@@ -83,7 +82,7 @@ impl TrafficLights {
         rejected
     }
 
-    /// Starts the expiry of a light again, or ends it. Only V2I states expire.
+    /// Restarts the expiry of a light, or cancels it. Only V2I states expire.
     fn watch(&mut self, target: SignalTarget, expires: bool) {
         let Some(timeout) = self.v2i_timeout.filter(|_| target.store.channel == LightChannel::V2i) else {
             return;
@@ -100,7 +99,7 @@ impl TrafficLights {
         }
     }
 
-    /// Removes the state that expires next, unless something else was written since.
+    /// Removes the state that expires next, unless it was written since.
     pub(super) fn expire(&mut self) {
         let Some((key, written)) = self.expiry.take() else { return };
         let lights = &mut self.scenario_state.lights;
@@ -108,11 +107,11 @@ impl TrafficLights {
             Key::Light(layer, id) => {
                 let target = SignalTarget { id, store: StoreId { channel: LightChannel::V2i, layer } };
                 if lights.stores().written(target) == written {
-                    // The id was known when it was watched.
+                    // The id was known when its expiry was started.
                     let _known = lights.write(target, LightChange::Remove);
                 }
             }
-            // Nothing else writes it without another watch.
+            // Every write also restarts the expiry.
             Key::Group(layer, relation_id) => {
                 lights.stores_mut().receive(layer, relation_id, None);
             }

@@ -10,14 +10,14 @@ use super::target::{LightChannel, StoreId, StoreLayer};
 use gateway_base::diagnostics::{Level, MessagePart, Status};
 use gateway_base::time::MonoTime;
 
-/// The number of controllers that are listed.
+/// Maximum number of controllers listed.
 const MAX_LISTED: usize = 8;
-/// The time for which a rejected input is a warning.
+/// Time for which a rejected input is a warning.
 const REJECTED_LATELY: Duration = Duration::from_secs(10);
 
 impl TrafficLights {
-    /// One status for each channel and one for the scenario; `clock` is what is wrong with the simulated
-    /// clock.
+    /// Returns one status for each channel and one for the scenario; `clock` is the fault of the simulated
+    /// clock, if any.
     pub fn statuses(&self, clock: Option<MessagePart>, now: MonoTime) -> Vec<Status> {
         let channels = LightChannel::ALL.into_iter().map(|channel| self.channel_status(channel, now));
         channels.chain([self.scenario_status(clock, now)]).collect()

@@ -2,7 +2,7 @@
 //! (docs/spec/traffic-lights.md, "Objects", "Stores and channels" and "Clearing").
 //!
 //! Improved mode resolves an id as a group first, then as a head, and keeps one entry for each head. Upstream
-//! keeps a detection under the id as it was written (Q3) and makes a light of each id that it reads (Q15).
+//! keeps a detection under the id as written (Q3) and creates a light for each id that it reads (Q15).
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -20,9 +20,9 @@ use lanelet2_map::light_map::{HeadIndex, LightMap};
 /// The state of one light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Light {
-    /// Its bulbs, empty when it is dark; `None` when it was never touched, or is not detected.
+    /// Bulbs of the light, empty if it is dark; `None` if it was never changed, or is not detected.
     pub bulbs: Option<BulbSet>,
-    /// Its confidence, 0 to 1, kept when the light is cleared; upstream takes any number.
+    /// Confidence, 0 to 1, kept when the light is cleared; upstream accepts any number.
     pub confidence: f64,
     pub(super) written: u64,
 }
@@ -30,24 +30,24 @@ pub struct Light {
 /// A change of a light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LightChange {
-    /// Replaces the bulbs by these.
+    /// Replaces the bulbs.
     Set(BulbSet),
-    /// Adds these bulbs to its own.
+    /// Adds these bulbs.
     Add(BulbSet),
-    /// Makes it dark, or no longer detected; its confidence is kept.
+    /// Makes the light dark, or no longer detected; its confidence is kept.
     Clear,
-    /// Makes it untouched, as at the start.
+    /// Resets the light to its initial state.
     Remove,
-    /// Sets its confidence, and keeps the bulbs.
+    /// Sets the confidence, and keeps the bulbs.
     Confidence(f64),
 }
 
 /// An expected state of a light (docs/spec/traffic-lights.md, "Conditions and triggers").
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Expected {
-    /// No bulb, or in improved mode only `solidOff` ones (Q13).
+    /// No bulb, or in improved mode only bulbs with `solidOff` (Q13).
     Dark,
-    /// All of these bulbs, and maybe others.
+    /// All of these bulbs, and possibly others.
     Contains(BulbSet),
     /// These bulbs and no others.
     Exactly(BulbSet),
@@ -61,7 +61,7 @@ pub struct GroundTruth {
     pub(super) change_log: ChangeLog,
 }
 
-/// Detections of one channel, by way id of the head; for upstream by the id as it was written.
+/// Detections of one channel, by way id of the head; in upstream mode by the id as written.
 #[derive(Debug, Clone)]
 pub struct Detected {
     entries: BTreeMap<i64, DetectedLight>,
@@ -72,7 +72,7 @@ pub struct Detected {
 /// A detection of a head.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DetectedLight {
-    /// The head; for upstream the first one when the key is the id of a group.
+    /// The head; in upstream mode the first head if the key is the id of a group.
     pub head: HeadIndex,
     /// The detected state of the head.
     pub light: Light,
@@ -84,12 +84,12 @@ pub struct Stores {
     map: Arc<LightMap>,
     quirks: LightQuirks,
     channels: [(GroundTruth, Detected); 2],
-    /// What was received for groups over v2i.
+    /// States received for groups over V2I.
     received: ReceivedGroups,
     writes: u64,
 }
 
-/// Returns the heads of an id: all heads of the group, else the one head.
+/// Returns the heads of an id: all heads of the group, otherwise the one head.
 pub fn heads_of(map: &LightMap, id: i64) -> Result<impl Iterator<Item = HeadIndex> + '_, ActionRefusal> {
     let group = map.group(id);
     let head = if group.is_none() { map.head(id) } else { None };
@@ -102,7 +102,7 @@ pub fn heads_of(map: &LightMap, id: i64) -> Result<impl Iterator<Item = HeadInde
 impl Light {
     const UNTOUCHED: Self = Self { bulbs: None, confidence: 1.0, written: 0 };
 
-    /// Applies a change. Returns whether anything differs afterwards.
+    /// Applies a change. Returns whether this made a difference.
     fn apply(&mut self, change: LightChange, write: u64) -> bool {
         let before = (self.bulbs, self.confidence.to_bits());
         match change {
@@ -123,7 +123,7 @@ impl GroundTruth {
         self.lights.get(head.0 as usize)
     }
 
-    /// Returns the lights of all heads, ascending by way id, including untouched ones.
+    /// Returns the lights of all heads, ascending by way id, including unchanged ones.
     pub fn lights(&self) -> &[Light] {
         &self.lights
     }
@@ -145,7 +145,7 @@ impl GroundTruth {
 }
 
 impl Detected {
-    /// Returns the entries, ascending by key. An entry without bulbs only keeps a confidence.
+    /// Returns the entries, ascending by key. An entry without bulbs holds only a confidence.
     pub fn entries(&self) -> impl Iterator<Item = (i64, &DetectedLight)> {
         self.entries.iter().map(|(key, entry)| (*key, entry))
     }
@@ -166,7 +166,7 @@ impl Detected {
         let changed = match change {
             LightChange::Remove => self.entries.remove(&key).is_some(),
             LightChange::Clear if quirks.clears_confidence => self.entries.remove(&key).is_some(),
-            // Its confidence is kept.
+            // The confidence is kept.
             LightChange::Clear => self.entries.get_mut(&key).is_some_and(|entry| {
                 entry.light.written = write;
                 entry.light.bulbs.take().is_some()
@@ -186,7 +186,7 @@ impl Detected {
 }
 
 impl Stores {
-    /// Creates the stores of a map, in which no light was touched.
+    /// Creates the stores of a map, with all lights in their initial state.
     pub fn new(map: Arc<LightMap>, quirks: impl Into<LightQuirks>) -> Self {
         let (heads, counts) = (map.heads().len(), BulbCounts::default());
         let change_log = ChangeLog::new(heads);
@@ -202,7 +202,7 @@ impl Stores {
         &self.map
     }
 
-    /// Returns the rules of upstream that they follow.
+    /// Returns the rules of upstream in effect.
     pub fn quirks(&self) -> LightQuirks {
         self.quirks
     }
@@ -217,13 +217,13 @@ impl Stores {
         &self.channels[channel as usize].1
     }
 
-    /// Returns what was received for groups over v2i.
+    /// Returns the states received for groups over V2I.
     pub(super) fn received(&self) -> &ReceivedGroups {
         &self.received
     }
 
-    /// Replaces the received state of a group, `None` to remove it. Returns false when the map has no such
-    /// group, or the group has no heads.
+    /// Replaces the received state of a group; `None` removes it. Returns false if the map has no such group,
+    /// or the group has no heads.
     pub(super) fn receive(
         &mut self,
         layer: StoreLayer,
@@ -237,7 +237,7 @@ impl Stores {
         true
     }
 
-    /// Removes received predictions that have come to their time.
+    /// Removes received predictions whose time has come.
     pub(super) fn drop_past_predictions(&mut self, now: WallStamp) {
         let map = &self.map;
         let heads = |relation_id| map.group(relation_id).map_or(&[][..], |group| &group.heads);
@@ -256,21 +256,21 @@ impl Stores {
         }
     }
 
-    /// Returns the bulbs of a head in the ground truth of a channel; in v2i those that were received last for
-    /// a group with this head. `None` when the head was never touched.
+    /// Returns the bulbs of a head in the ground truth of a channel; for V2I, the bulbs received last for a
+    /// group with this head. `None` if the head was never changed.
     pub(super) fn shown(&self, channel: LightChannel, head: HeadIndex) -> Option<BulbSet> {
         let received = self.received_on(StoreId { channel, layer: StoreLayer::GroundTruth }, head);
         received.or_else(|| self.truth(channel).light(head)?.bulbs)
     }
 
-    /// Returns the bulbs that were received last for a group with this head.
+    /// Returns the bulbs received last for a group with this head.
     fn received_on(&self, StoreId { channel, layer }: StoreId, head: HeadIndex) -> Option<BulbSet> {
         let head = self.map.at(head).filter(|_| channel == LightChannel::V2i)?;
         self.received.latest(layer, &head.relation_ids)
     }
 
     /// Returns the id of the first light of a channel that shows red and green: the way id of a head, the
-    /// relation id of a group with a received state; for upstream the id as it was written.
+    /// relation id of a group with a received state; in upstream mode the id as written.
     pub(super) fn contradictory_light(&self, channel: LightChannel) -> Option<i64> {
         let (truth, detected) = (self.truth(channel), self.detected(channel));
         let is_contradictory = |light: &Light| light.bulbs.is_some_and(BulbSet::is_contradictory);
@@ -288,7 +288,7 @@ impl Stores {
         groups.find(|(_, state)| state.bulbs.is_contradictory()).map(|(id, _)| id)
     }
 
-    /// Returns the number of changes of a store so far: it differs whenever a light of the store does.
+    /// Returns the number of changes of a store so far, which differs whenever a light of the store differs.
     pub fn changes(&self, store: StoreId) -> u64 {
         match store.layer {
             StoreLayer::GroundTruth => self.truth(store.channel).change_log.changes,
@@ -296,7 +296,7 @@ impl Stores {
         }
     }
 
-    /// Changes all lights of a target. Returns whether anything differs afterwards; an unknown id is refused.
+    /// Changes all lights of a target. Returns whether this made a difference; an unknown id is refused.
     pub fn write(&mut self, target: SignalTarget, change: LightChange) -> Result<bool, ActionRefusal> {
         self.writes += 1;
         let Self { map, quirks, channels, writes, .. } = self;
@@ -327,7 +327,7 @@ impl Stores {
         self.channels[channel as usize].0.apply(head, change, self.writes, self.quirks);
     }
 
-    /// Compares all heads of a target with an expected state. Upstream makes lights of them.
+    /// Compares all heads of a target with an expected state. Upstream creates lights for them.
     pub fn matches(&mut self, target: SignalTarget, expected: Expected) -> Result<bool, ActionRefusal> {
         if self.quirks.touches_by_reading && target.store.layer == StoreLayer::GroundTruth {
             self.write(target, LightChange::Add(BulbSet::EMPTY))?;
@@ -340,7 +340,7 @@ impl Stores {
         }))
     }
 
-    /// Returns the number of the last write to the light of an id, or to the first one of a group; 0 when
+    /// Returns the number of the last write to the light with this id, or to the first light of a group; 0 if
     /// there is none.
     pub(super) fn written(&self, target: SignalTarget) -> u64 {
         let (truth, detected) = (self.truth(target.store.channel), self.detected(target.store.channel));
@@ -354,11 +354,11 @@ impl Stores {
         light.map_or(0, |light| light.written)
     }
 
-    /// Returns the bulbs of each head of a target, empty for a light that was never touched. A group shows
-    /// the state that was received for it, a head the state that was received last for one of its groups.
+    /// Returns the bulbs of each head of a target, empty for a light that was never changed. A group shows
+    /// the state received for it, a head the last state received for one of its groups.
     pub fn bulbs(&self, target: SignalTarget) -> Result<impl Iterator<Item = BulbSet> + '_, ActionRefusal> {
         let (truth, detected) = (self.truth(target.store.channel), self.detected(target.store.channel));
-        // Upstream's detections are under the id as written: one entry, even for a group.
+        // Upstream stores detections under the id as written: one entry, even for a group.
         let as_written = target.store.layer == StoreLayer::Detected && self.quirks.detects_by_written_id;
         let heads = heads_of(&self.map, target.id)?.take(if as_written { 1 } else { usize::MAX });
         let is_group = self.map.group(target.id).is_some();

@@ -1,8 +1,8 @@
 //! The storyboard: stories, acts and events with their triggers and states.
 //!
 //! Elements are evaluated in the order of the document. All actions complete at once, so an event starts,
-//! runs and ends within one frame. For every other element that frame lasts from then to the element's own
-//! next evaluation, so that its position in the document does not matter.
+//! runs and ends within one frame. For other elements, that frame lasts from this point to their own next
+//! evaluation, so that positions in the document do not matter.
 
 use super::event_log::{ActionSource, ScenarioEvent, ScenarioOutcome};
 use super::refusal::ActionRefusal;
@@ -101,7 +101,7 @@ impl Storyboard {
             if scenario_state.verdict.is_some() {
                 return Ok(());
             }
-            // An event has the same position in each frame, whether it was evaluated or not.
+            // An event has the same position in each frame, whether or not it was evaluated.
             self.board.now.position = first + triggers.events.len();
             self.board.end_stories(scenario);
         }
@@ -185,7 +185,7 @@ fn execute(
     Ok(())
 }
 
-/// Evaluates a trigger; `None` when there is no trigger.
+/// Evaluates a trigger; `None` if there is no trigger.
 fn fires(
     state: &mut Option<TriggerState>,
     trigger: Option<&Trigger>,
@@ -200,7 +200,7 @@ fn fires(
 }
 
 impl ElementBoard {
-    /// Returns whether an element of that name is in a state, or `remembers` that it was. An action has the
+    /// Returns whether the named element is in a state, or, with `remembers`, ever was. An action has the
     /// state of its event.
     fn element_is(&self, scenario: &Scenario, name: &str, state: ElementState, remembers: bool) -> bool {
         let is = |progress: &ElementProgress| {
@@ -275,7 +275,7 @@ impl ElementProgress {
         (self.state, self.ended) = (then, Some(now));
     }
 
-    /// Returns whether it is in a state for the element that is evaluated.
+    /// Returns whether the element is in a state, as seen by the element under evaluation.
     fn is(&self, state: ElementState, now: Evaluation) -> bool {
         let just = |transition: Option<Evaluation>| transition.is_some_and(|at| at.is_recent(now));
         match state {
@@ -289,7 +289,7 @@ impl ElementProgress {
         }
     }
 
-    /// Returns whether it has been in a state at any time.
+    /// Returns whether the element was ever in a state.
     fn has_been(&self, state: ElementState) -> bool {
         match state {
             ElementState::Standby => true,

@@ -1,4 +1,4 @@
-//! Copying ground truth of the conventional channel to V2I (docs/spec/traffic-lights.md, "Copying to V2I").
+//! Copies ground truth of the conventional channel to V2I (docs/spec/traffic-lights.md, "Copying to V2I").
 
 use std::collections::BTreeSet;
 
@@ -7,7 +7,7 @@ use super::store::{LightChange, Stores, heads_of};
 use super::target::{LightChannel, SignalTarget, StoreId};
 use lanelet2_map::light_map::HeadIndex;
 
-/// The stores, with the heads that are copied. All writes come through here, except in comparisons.
+/// The stores, with the set of copied heads. All writes pass through here, except in comparisons.
 #[derive(Debug, Clone)]
 pub(super) struct SyncedStores {
     stores: Stores,
@@ -24,8 +24,8 @@ impl SyncedStores {
         &self.stores
     }
 
-    /// Returns the stores for what is never copied: comparisons, with which upstream makes lights, and
-    /// received states.
+    /// Returns the stores for operations that are never copied: comparisons, in which upstream creates
+    /// lights, and received states.
     pub(super) fn stores_mut(&mut self) -> &mut Stores {
         &mut self.stores
     }
@@ -34,9 +34,8 @@ impl SyncedStores {
         self.enabled.get(head.0 as usize).is_some_and(|enabled| *enabled)
     }
 
-    /// Writes to a store, and to V2I where it is copied: in improved mode head by head, in upstream mode when
-    /// the id itself names an enabled head (Q2). Confidence is never copied. Returns whether anything
-    /// changed.
+    /// Writes to a store, and to V2I if copied: in improved mode head by head, in upstream mode if the id
+    /// itself names an enabled head (Q2). Confidence is never copied. Returns whether anything changed.
     pub(super) fn write(&mut self, target: SignalTarget, change: LightChange) -> Result<bool, ActionRefusal> {
         let changed = self.stores.write(target, change)?;
         if target.store == StoreId::CONVENTIONAL && !matches!(change, LightChange::Confidence(_)) {
@@ -54,8 +53,8 @@ impl SyncedStores {
         Ok(changed)
     }
 
-    /// Begins or ends copying. Returns the heads for which that is new. Improved mode refuses an unknown id
-    /// and does nothing then, upstream ignores it (Q14).
+    /// Starts or stops copying. Returns the heads for which this is a change. Improved mode refuses an
+    /// unknown id without any change, upstream ignores it (Q14).
     pub(super) fn enable(&mut self, ids: &[i64], enable: bool) -> Result<BTreeSet<HeadIndex>, ActionRefusal> {
         let mut heads = BTreeSet::new();
         for id in ids {
@@ -73,7 +72,7 @@ impl SyncedStores {
         Ok(heads)
     }
 
-    /// Copies the present state of a head; one that was never touched stays untouched.
+    /// Copies the present state of a head, unless the head was never changed.
     pub(super) fn copy_now(&mut self, head: HeadIndex) {
         let bulbs = self.stores.truth(LightChannel::Conventional).light(head).and_then(|light| light.bulbs);
         if let Some(bulbs) = bulbs {

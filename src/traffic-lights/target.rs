@@ -18,7 +18,7 @@ impl LightChannel {
     /// Both channels, in the order of their numbers.
     pub const ALL: [Self; 2] = [Self::Conventional, Self::V2i];
 
-    /// Returns the name in diagnostics, which is also the name of its ground truth.
+    /// Returns the name in diagnostics, which is also the name of the channel's ground truth.
     pub fn name(self) -> &'static str {
         StoreId { channel: self, layer: StoreLayer::GroundTruth }.name()
     }
@@ -45,7 +45,7 @@ pub struct StoreId {
 }
 
 impl StoreId {
-    /// Ground truth of the conventional channel, which an id without a channel means.
+    /// Ground truth of the conventional channel, the default for an id without a channel.
     pub const CONVENTIONAL: Self =
         Self { channel: LightChannel::Conventional, layer: StoreLayer::GroundTruth };
     /// Ground truth of the V2I channel.

@@ -1,9 +1,8 @@
 //! States as text: `red flashing, green right` (docs/spec/traffic-lights.md, "State text").
 //!
-//! One bulb is colour, status and shape in this order, each optional: a missing colour is green, a
-//! missing status solidOn, a missing shape circle. Blanks between these parts are optional as well, so
-//! the parts are taken off the front of the text one after the other. A list of bulbs has commas
-//! between them.
+//! A bulb consists of colour, status and shape in this order, each optional: a missing colour is green, a
+//! missing status solidOn, a missing shape circle. Blanks between these parts are optional as well, so the
+//! parts are removed from the front of the text one after the other. Bulbs in a list are separated by commas.
 
 use std::fmt;
 use std::str::FromStr;
@@ -51,13 +50,13 @@ const SHAPES: &[(&str, BulbShape)] = &[
     ("unknown", BulbShape::Unknown),
 ];
 
-/// The length to which a wrong text is cut in an error, characters.
+/// Maximum length of a faulty text in an error, characters.
 const MAX_EXCERPT: usize = 40;
 
 /// A mistake in a state text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TextError {
-    /// The unexpected part of the text, cut when it is very long.
+    /// The unexpected part of the text, shortened if it is very long.
     pub found: String,
     /// Its position in the whole text, in characters, from 1.
     pub column: usize,
@@ -68,19 +67,19 @@ pub struct TextError {
 /// The kind of a mistake in a state text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum TextErrorKind {
-    /// Expected a colour and nothing else.
+    /// The text is not exactly a colour.
     NotAColor,
-    /// Expected a status and nothing else.
+    /// The text is not exactly a status.
     NotAStatus,
-    /// Expected a shape and nothing else.
+    /// The text is not exactly a shape.
     NotAShape,
     /// Not a spelling of a colour, status or shape.
     NotAPart,
-    /// A part of a bulb that is out of order, or the second of its kind.
+    /// A part of a bulb that is out of order or repeated.
     Misplaced,
-    /// Expected the first letter of a bulb, in a list.
+    /// In a list, a bulb does not begin with a letter.
     NotABulb,
-    /// A bulb of one character, in a list.
+    /// In a list, a bulb has only one character.
     TooShort,
 }
 
@@ -114,7 +113,7 @@ impl fmt::Display for TextError {
 
 impl std::error::Error for TextError {}
 
-/// Names and reads a part of a bulb by the table of its spellings.
+/// Defines the name and the parser of a part of a bulb by the table of its spellings.
 macro_rules! spelled_part {
     ($part:ty, $spellings:ident, $mistake:ident) => {
         impl $part {
@@ -140,7 +139,7 @@ spelled_part!(Color, COLORS, NotAColor);
 spelled_part!(BulbStatus, STATUSES, NotAStatus);
 spelled_part!(BulbShape, SHAPES, NotAShape);
 
-/// Reads one bulb. Empty text is a bulb of defaults only.
+/// Parses one bulb. Empty text is a bulb with all defaults.
 pub fn parse_bulb(text: &str) -> Result<Bulb, TextError> {
     let (color, rest) = take(COLORS, text, Color::Green);
     let (status, rest) = take(STATUSES, rest.trim_start_matches(is_blank), BulbStatus::SolidOn);
@@ -149,7 +148,7 @@ pub fn parse_bulb(text: &str) -> Result<Bulb, TextError> {
     if rest.is_empty() { Ok(Bulb { color, status, shape }) } else { Err(unexpected_token(text, rest)) }
 }
 
-/// Reads a list of bulbs, all or none of them. Empty text is the empty set.
+/// Parses a list of bulbs, all or none of them. Empty text is the empty set.
 pub fn parse_bulbs(text: &str) -> Result<BulbSet, TextError> {
     match read_bulbs(text) {
         (bulbs, None) => Ok(bulbs),
@@ -157,8 +156,8 @@ pub fn parse_bulbs(text: &str) -> Result<BulbSet, TextError> {
     }
 }
 
-/// Reads a list of bulbs up to its first mistake, and that mistake: upstream applies the bulbs before it
-/// (Q20).
+/// Parses a list of bulbs up to its first mistake, and returns the mistake: upstream applies the bulbs before
+/// it (Q20).
 pub fn read_bulbs(text: &str) -> (BulbSet, Option<TextError>) {
     let mut bulbs = BulbSet::EMPTY;
     let mut rest = text;
@@ -178,7 +177,7 @@ pub fn read_bulbs(text: &str) -> (BulbSet, Option<TextError>) {
 }
 
 impl StateText {
-    /// Reads a state as a list and as a single bulb. It keeps a text with a mistake; `check_state` refuses
+    /// Parses a state as a list and as a single bulb. A text with a mistake is kept; `check_state` refuses
     /// it.
     pub fn new(text: &str) -> Self {
         let (bulbs, mistake) = read_bulbs(text);
@@ -191,12 +190,12 @@ impl StateText {
     }
 }
 
-/// Returns whether a character is white space of C, in ASCII.
+/// Returns whether a character is ASCII white space in C.
 pub(super) fn is_blank(char: char) -> bool {
     matches!(char, ' ' | '\t'..='\r')
 }
 
-/// Returns the beginning of a text that may be very long.
+/// Returns the beginning of a text, which may be very long.
 pub(super) fn excerpt(text: &str) -> String {
     let mut cut: String = text.chars().take(MAX_EXCERPT).collect();
     if cut.len() < text.len() {
@@ -210,7 +209,7 @@ pub(super) fn printable(text: &str) -> String {
     excerpt(text).escape_debug().to_string()
 }
 
-/// Reads the first bulb of a list that is not empty. Returns the rest after it and its comma too.
+/// Parses the first bulb of a list that is not empty. Also returns the rest after it and its comma.
 fn next_bulb(text: &str) -> Result<(Bulb, &str), TextError> {
     let end = text.find(|char| !is_token(char) && !is_blank(char)).unwrap_or(text.len());
     let (item, after) = text.split_at(end);
@@ -228,13 +227,13 @@ fn next_bulb(text: &str) -> Result<(Bulb, &str), TextError> {
     Ok((bulb, after.strip_prefix(',').unwrap_or(after).trim_start_matches(is_blank)))
 }
 
-/// Returns the mistake when a bulb cannot continue with `rest`, the end of `text`.
+/// Returns the mistake if a bulb cannot continue with `rest`, the end of `text`.
 fn unexpected_token(text: &str, rest: &str) -> TextError {
     let token = leading_token(rest);
     let known = COLORS.iter().map(|(name, _)| *name).chain(STATUSES.iter().map(|(name, _)| *name));
     let is_known = known.chain(SHAPES.iter().map(|(name, _)| *name)).any(|name| name == token);
     let (before, _) = text.split_at(text.len() - rest.len());
-    // A token that only begins like a known one is shown whole.
+    // A token that only begins like a known token is shown whole.
     let is_end_of_token = !is_known && !token.is_empty();
     let start = if is_end_of_token { before.trim_end_matches(is_token).len() } else { before.len() };
     let (before, from_token) = text.split_at(start);
@@ -253,7 +252,7 @@ fn is_token(char: char) -> bool {
     char.is_ascii_alphanumeric() || char == '_'
 }
 
-/// Takes the longest spelling off the front; leaves the text as it is when there is none.
+/// Removes the longest spelling from the front; leaves the text unchanged if there is none.
 fn take<'a, T: Copy>(parts: &[(&str, T)], text: &'a str, default: T) -> (T, &'a str) {
     let found = parts.iter().filter_map(|(name, value)| Some((*value, text.strip_prefix(name)?)));
     found.min_by_key(|(_, rest)| rest.len()).unwrap_or((default, text))

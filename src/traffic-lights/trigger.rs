@@ -1,8 +1,8 @@
 //! Triggers: tests, their edges and delays
 //! (docs/spec/traffic-lights.md, "Conditions and triggers").
 //!
-//! The value of a test is delayed first and then checked for an edge, which is the same as the other way
-//! round. The first value of a test is not an edge. A test of the time in the first frame is the exception,
+//! The value of a test is first delayed and then checked for an edge, which is equivalent to the reverse
+//! order. The first value of a test is not an edge. The exception is a test of the time in the first frame,
 //! since a time has a value at the start.
 
 use std::cmp::Ordering;
@@ -57,7 +57,7 @@ impl TriggerState {
         let mut fires = false;
         for (group, states) in trigger.groups.iter().zip(&mut self.groups) {
             let mut all = true;
-            // All conditions are evaluated, since their edges depend on it.
+            // All conditions are evaluated, since their edges depend on every value.
             for (condition, state) in group.iter().zip(states) {
                 if scenario_state.is_first_frame && !scenario_state.quirks.starts_without_time {
                     state.start(condition);
@@ -71,9 +71,9 @@ impl TriggerState {
         Ok(fires)
     }
 
-    /// Returns the earliest time at which it can fire, when it does not fire now. After an edge only a change
-    /// of a value can make it fire, and the value of a time changes when the time is reached, or right after.
-    /// Other values can change at any time, and upstream has another clock.
+    /// Returns the earliest time at which it can fire, if it does not fire now. After an edge, only a change
+    /// of a value can make it fire, and the value of a time test changes when the time is reached, or
+    /// directly after. Other values can change at any time, and upstream has a different clock.
     fn next(&self, trigger: &Trigger, scenario_state: &ScenarioState) -> u64 {
         let now = scenario_state.now.nanos;
         let conditions = trigger.groups.iter().flatten().zip(self.groups.iter().flatten());
@@ -98,12 +98,12 @@ impl TriggerState {
 }
 
 impl ConditionState {
-    /// Returns whether no change of the value is being delayed.
+    /// Returns whether no change of the value is still delayed.
     fn is_settled(&self) -> bool {
         self.history.len() == 1 && self.previous.is_some()
     }
 
-    /// Takes the value that a time has at the start of the scenario, before the first frame, where its edge
+    /// Sets the value of a time test at the start of the scenario, before the first frame, where its edge
     /// counts.
     fn start(&mut self, condition: &Condition) {
         let Test::SimulationTime { rule, value } = &condition.test else { return };
@@ -229,7 +229,7 @@ mod tests {
         Condition { name: String::new(), test, edge, delay: Duration::from_secs(delay_s) }
     }
 
-    /// The results of a condition for values one second apart, `#` for true.
+    /// Returns the results of a condition for values one second apart, `#` for true.
     fn run(edge: Edge, delay_s: u64, values: &str) -> String {
         let (condition, mut state) = (condition(edge, delay_s), ConditionState::default());
         let mut now = ScenarioMoment::default();

@@ -1,4 +1,4 @@
-//! Values that actions change and conditions compare: the parameters and variables of OpenSCENARIO
+//! Values changed by actions and compared by conditions: the parameters and variables of OpenSCENARIO
 //! (docs/spec/traffic-lights.md, "Conditions and triggers").
 
 use derive_more::Display;
@@ -12,7 +12,7 @@ pub struct VariableIndex(pub usize);
 pub struct Variable {
     /// Its name. It need not be unique, since parameters of inner elements hide parameters of outer ones.
     pub name: String,
-    /// Its value at the start of the scenario.
+    /// Value at the start of the scenario.
     pub value: VariableValue,
 }
 
@@ -40,7 +40,7 @@ pub enum Modification {
 }
 
 impl VariableValue {
-    /// Reads another value of the same kind; `None` when the text is not one.
+    /// Parses another value of the same kind; `None` if the text is not one.
     pub fn parse_as(&self, text: &str) -> Option<Self> {
         match self {
             Self::Boolean(_) => match text.trim() {
@@ -55,7 +55,7 @@ impl VariableValue {
         }
     }
 
-    /// Changes a number; other values, and numbers whose result is not one, stay.
+    /// Changes a number; leaves other values, and changes with a result that is not a number, without effect.
     pub(super) fn modify(&mut self, modification: Modification) {
         let Self::Number(number) = self else { return };
         let modified = match modification {

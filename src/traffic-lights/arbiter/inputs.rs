@@ -1,4 +1,4 @@
-//! The last inputs of both sides, group by group. Taking a message finds the groups that changed.
+//! The last inputs of both sides, by group. Storing a message also determines the changed groups.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -11,12 +11,12 @@ use crate::emission::GroupState;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Perceived(Vec<Arc<GroupState>>);
 
-/// The last report of the network about each group.
+/// The last report of the network for each group.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Network {
     /// The groups, ascending by relation id, once each.
     latest: Vec<LatestGroup>,
-    /// The oldest and the newest of their stamps; `None` without groups.
+    /// The oldest and the newest stamp; `None` without groups.
     stamps: Option<(ArbiterStamp, ArbiterStamp)>,
 }
 
@@ -68,7 +68,7 @@ impl Network {
     ) {
         let mut added = BTreeMap::new();
         for (position, group) in groups.iter().enumerate() {
-            // Mostly the same groups come in the same order.
+            // The same groups usually arrive in the same order.
             if let Some(latest) =
                 self.latest.get_mut(position).filter(|latest| Arc::ptr_eq(&latest.group, group))
             {
@@ -89,7 +89,7 @@ impl Network {
         self.update_stamps();
     }
 
-    /// Forgets groups with a stamp too far from the reference. Adds their ids to `changed`.
+    /// Removes groups with a stamp too far from the reference. Adds their ids to `changed`.
     pub(super) fn forget(
         &mut self,
         reference: ArbiterStamp,
@@ -97,7 +97,7 @@ impl Network {
         changed: &mut BTreeSet<i64>,
     ) {
         let is_near = |stamp: ArbiterStamp| reference.distance(stamp) <= tolerance;
-        // A stamp between two near ones is near.
+        // A stamp between two near stamps is near.
         if self.stamps.is_none_or(|(oldest, newest)| is_near(oldest) && is_near(newest)) {
             return;
         }

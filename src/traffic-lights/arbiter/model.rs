@@ -1,4 +1,5 @@
-//! The arbiter without memory of its last result: it merges all groups again with each input.
+//! A reference model of the arbiter that does not keep its last result: it merges all groups again at each
+//! input.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -28,7 +28,8 @@ fn group() -> impl Strategy<Value = GroupState> {
         .prop_map(|(relation_id, elements)| GroupState { relation_id, elements, predictions: Vec::new() })
 }
 
-/// From the camera or not, its stamp in tenths of a second around the clock's, and its groups.
+/// Generates whether the input is from the camera, its stamp in tenths of a second relative to the clock, and
+/// its groups.
 fn input() -> impl Strategy<Value = (bool, i64, Vec<GroupState>)> {
     (any::<bool>(), -70..70_i64, vec(group(), 0..4))
 }
@@ -51,14 +52,14 @@ fn map(relation_ids: &[i64]) -> LightMap {
     LightMap::new([], &relation_ids.iter().copied().map(group).collect::<Vec<_>>())
 }
 
-/// An input of the arbiter. Messages share groups of a pool, as emissions do.
+/// An input of the arbiter. Messages share groups of a pool, like emissions.
 #[derive(Debug, Clone)]
 enum ArbiterStep {
     /// Tenths of a second, positions in the pool.
     Perception(i64, Vec<usize>),
     /// Tenths of a second of stamp and clock, positions in the pool.
     External(i64, i64, Vec<usize>),
-    /// From here on, this group of the pool is another one.
+    /// From now on, this group of the pool has another state.
     Change(usize, GroupState),
 }
 

@@ -9,7 +9,7 @@ use crate::emission::{GroupElement, GroupState, Prediction};
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct GroupSides<'a> {
-    /// The camera's reports: a message may have the group more than once.
+    /// The camera's reports; a message may contain the group more than once.
     pub(super) perception: &'a [Arc<GroupState>],
     pub(super) external: Option<&'a GroupState>,
 }
@@ -19,14 +19,14 @@ impl GroupSides<'_> {
         self.perception.is_empty() && self.external.is_none()
     }
 
-    /// Returns the predictions of perception, then of external, unchanged.
+    /// Returns the predictions of perception, followed by those of external, unchanged.
     pub(super) fn predictions(&self) -> Vec<Prediction> {
         let groups = self.perception.iter().map(Arc::as_ref).chain(self.external);
         groups.flat_map(|group| &group.predictions).cloned().collect()
     }
 }
 
-/// Returns the elements that count, ascending by the number of their shape, one for each shape.
+/// Returns the selected elements, ascending by the number of their shape, one for each shape.
 pub(super) fn select(
     sides: &GroupSides<'_>,
     is_pedestrian: bool,
@@ -50,8 +50,8 @@ pub(super) fn select(
     }
 }
 
-/// Returns both sides together; for each shape the preferred side wins, then the more confident element, then
-/// the first one.
+/// Returns the elements of both sides; for each shape the preferred side wins, then the more confident
+/// element, then the first.
 fn pooled<'a>(
     perception: impl IntoIterator<Item = &'a GroupElement>,
     external: &'a [GroupElement],
@@ -78,8 +78,8 @@ fn one_for_each_shape(elements: &[GroupElement]) -> Vec<GroupElement> {
     pooled(elements, &[], Priority::Confidence)
 }
 
-/// For vehicles: elements that both sides report; where they differ, or one side is missing, unknown elements
-/// of the same shapes.
+/// For vehicles: returns the elements that both sides report; if they differ, or one side is missing, unknown
+/// elements with the same shapes.
 fn matched(perception: Option<&[GroupElement]>, external: Option<&[GroupElement]>) -> Vec<GroupElement> {
     match (perception, external) {
         (Some(perception), Some(external)) if agree(perception, external) => one_for_each_shape(perception),
@@ -91,7 +91,7 @@ fn matched(perception: Option<&[GroupElement]>, external: Option<&[GroupElement]
     }
 }
 
-/// Returns whether both have the same shapes in the same colours; status and confidence do not count.
+/// Returns whether both have the same shapes in the same colours; status and confidence are ignored.
 fn agree(perception: &[GroupElement], external: &[GroupElement]) -> bool {
     let sorted = |elements: &[GroupElement]| {
         let mut elements = elements.to_vec();

@@ -23,16 +23,15 @@ pub enum Priority {
 /// Parameters of the node, with its own defaults (docs/spec/traffic-lights.md, "Inputs and tolerances").
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ArbiterSettings {
-    /// Largest difference between an external stamp and the clock: `external_delay_tolerance`.
+    /// Maximum difference between an external stamp and the clock: `external_delay_tolerance`.
     pub external_delay_tolerance: Duration,
-    /// Largest difference between an external and a perception stamp: `external_time_tolerance`.
+    /// Maximum difference between an external and a perception stamp: `external_time_tolerance`.
     pub external_time_tolerance: Duration,
-    /// Largest time by which perception may lag behind the newest external stamp:
-    /// `perception_time_tolerance`.
+    /// Maximum lag of perception behind the newest external stamp: `perception_time_tolerance`.
     pub perception_time_tolerance: Duration,
-    /// The preferred side; without effect on vehicle groups when matching is on.
+    /// The preferred side; it has no effect on vehicle groups if matching is on.
     pub priority: Priority,
-    /// True when only elements that both sides report count: `enable_signal_matching`.
+    /// True if only elements that both sides report count: `enable_signal_matching`.
     pub matching: bool,
 }
 

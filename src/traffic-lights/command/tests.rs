@@ -1,4 +1,4 @@
-//! Commands as they are written in scenarios, and as they are mistyped.
+//! Commands as written in scenarios, and with typing errors.
 
 use proptest::prelude::*;
 
@@ -163,8 +163,8 @@ fn controllers_and_phases_are_the_first_of_their_name() {
     assert!(parse_command("TrafficSignalControllerAction(south, go)", &[], Compat::Upstream).is_err());
 }
 
-/// docs/spec/traffic-lights.md, "Signal ids", "Unknown states" and "Actions and commands":
-/// texts that only one of the two modes takes.
+/// docs/spec/traffic-lights.md, "Signal ids", "Unknown states" and "Actions and commands": texts that only
+/// one of the two modes accepts.
 #[test]
 fn each_mode_takes_its_own_texts() {
     let cases = [

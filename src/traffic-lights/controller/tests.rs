@@ -28,7 +28,7 @@ fn following(mut follower: TrafficSignalController, delay_s: f64) -> TrafficSign
     follower
 }
 
-/// (controller, phase, frame) of all transitions within a number of frames at 30 Hz.
+/// Returns (controller, phase, frame) of all transitions within a number of frames at 30 Hz.
 fn transitions(
     controllers: Vec<TrafficSignalController>,
     compat: Compat,
@@ -37,7 +37,7 @@ fn transitions(
     transitions_of(controllers, compat, frames, false)
 }
 
-/// The same; `all` evaluates each controller in each frame.
+/// Like `transitions`, with the option to evaluate every controller in every frame (`all`).
 fn transitions_of(
     controllers: Vec<TrafficSignalController>,
     compat: Compat,
@@ -86,7 +86,8 @@ fn upstreams_cycle_time_is_cut_after_each_addition() {
 
 #[test]
 fn an_improved_schedule_does_not_slip() {
-    // 1.01 s is 30.3 frames: after 100 phases the first frame past 101 s, not 31 frames each.
+    // 1.01 s is 30.3 frames: after 100 phases the transition is in the first frame after 101 s, not after 100
+    // times 31 frames.
     let found = transitions(vec![controller(&[1.01])], Compat::Improved, 4_000);
     assert_eq!((found[1].2, found[100].2), (32, 1 + 3_030));
     let slipping = transitions(vec![controller(&[1.01])], Compat::Upstream, 4_000);
@@ -117,7 +118,8 @@ fn an_improved_follower_begins_each_cycle_once() {
 
 #[test]
 fn a_controller_without_phases_informs_followers_each_frame() {
-    // P4: with a delay beyond a frame the time never comes; with none the first phase begins each frame.
+    // P4: with a delay longer than a frame the time never comes; without a delay the first phase begins in
+    // each frame.
     for compat in [Compat::Improved, Compat::Upstream] {
         let pair = |delay_s| vec![controller(&[]), following(controller(&[1.0, 1.0]), delay_s)];
         assert_eq!(transitions(pair(0.05), compat, 100), [], "{compat:?}");
@@ -128,7 +130,7 @@ fn a_controller_without_phases_informs_followers_each_frame() {
             follower.reference = Some(Reference { controller: ControllerIndex(1), delay: Duration::ZERO });
             vec![follower, controller(&[])]
         };
-        // Improved mode does not begin a phase again that has begun since.
+        // Improved mode does not restart a phase that has begun in the meantime.
         let frames: &[u64] = if compat == Compat::Improved { &[2, 4, 6] } else { &[2, 3, 4, 5, 6] };
         let expected: Vec<_> = frames.iter().map(|frame| (0, 0, *frame)).collect();
         assert_eq!(transitions(swapped(), compat, 6), expected, "{compat:?}");

@@ -1,4 +1,4 @@
-//! Random numbers by their purpose, so that no draw depends on the number of draws before.
+//! Random numbers by purpose, so that no draw depends on the number of previous draws.
 
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rand_pcg::Pcg32;
@@ -33,7 +33,7 @@ impl Draws {
         Self { seed }
     }
 
-    /// Draws a number from 0 to 1, 1 excluded, uniformly.
+    /// Draws a number from 0 to 1, excluding 1, uniformly.
     pub(super) fn share(self, kind: DrawKind, of: [u64; 2], message: u64) -> f64 {
         StandardUniform.sample(&mut self.generator(kind, of, message))
     }
@@ -48,8 +48,7 @@ impl Draws {
         probability > 0.0 && self.share(kind, of, message) < probability
     }
 
-    /// Returns the generator of a draw. Each key is mixed with a number of the generator that the keys before
-    /// it seed.
+    /// Returns the generator of a draw. Each key is mixed with a random number seeded by the previous keys.
     fn generator(self, kind: DrawKind, [one, other]: [u64; 2], message: u64) -> Pcg32 {
         let keys = [kind as u64, one, other];
         let seed = keys.into_iter().fold(self.seed, |seed, key| Pcg32::seed_from_u64(seed).next_u64() ^ key);

@@ -59,13 +59,13 @@ fn misread(draws: Draws, settings: &FaultSettings, group: &GroupState, message: 
         GroupElement { bulb, confidence }
     };
     let mut elements: Vec<_> = group.elements.iter().map(misread).collect();
-    // Bulbs that have become equal are one.
+    // Bulbs that have become equal are merged.
     elements.sort_by_key(|element| element.bulb);
     elements.dedup_by_key(|element| element.bulb);
     GroupState { elements, ..group.clone() }
 }
 
-/// Returns the colour that a colour is taken for. `share` is a draw from 0 to 1.
+/// Returns the colour with which a colour is confused. `share` is a draw from 0 to 1.
 fn confused(color: Color, mut share: f64, settings: &FaultSettings) -> Color {
     for confusion in settings.confusions.iter().filter(|confusion| confusion.from == color) {
         if share < confusion.probability {

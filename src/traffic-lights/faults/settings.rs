@@ -1,61 +1,61 @@
-//! The settings of faults, and the ones that contradict each other.
+//! The settings of faults, and checks for contradictions.
 
 use std::time::Duration;
 
 use crate::bulb::Color;
 
-/// The faults of a channel; none by default. `config` checks the ranges of single settings.
+/// The faults of a channel; none by default. `config` checks the range of each setting.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FaultSettings {
     /// Seed of the random draws.
     pub seed: u64,
     /// Mean time from sending to arrival, at most 60 s.
     pub latency: Duration,
-    /// Largest difference of a message's latency from the mean, at most the latency. All values in between
+    /// Maximum difference of a message's latency from the mean, at most the latency. All values in between
     /// are equally likely. Messages do not overtake each other.
     pub jitter: Duration,
-    /// Probability that a message does not arrive.
+    /// Probability that a message is lost.
     pub loss: f64,
     /// Spells in which the sender repeats its last message, stamp included.
     pub freeze: Spells,
-    /// Offset that is added to stamps, nanoseconds; stamps of predictions stay.
+    /// Offset added to stamps, nanoseconds; stamps of predictions are unchanged.
     pub stamp_offset_ns: i64,
-    /// Spells in which a group is missing in messages, independent for each group.
+    /// Spells in which a group is missing in messages, independently for each group.
     pub miss: Spells,
-    /// Probability that a group is unknown in a message: its colour and status, not its shape.
+    /// Probability that a group is unknown in a message: colour and status, but not shape.
     pub unknown: f64,
-    /// Colours that are taken for others, element by element.
+    /// Confusions between colours, element by element.
     pub confusions: Vec<Confusion>,
-    /// Mean confidence of elements, 0 to 1; `None` keeps their own.
+    /// Mean confidence of elements, 0 to 1; `None` leaves it unchanged.
     pub confidence_mean: Option<f64>,
-    /// Standard deviation of the confidence; the result is kept within 0 to 1.
+    /// Standard deviation of the confidence; the result is clamped to 0 to 1.
     pub confidence_spread: f64,
 }
 
 /// A fault that lasts for several messages.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spells {
-    /// Probability that it begins with a message, unless it continues from the one before.
+    /// Probability that it begins with a message, unless it continues from the previous message.
     pub probability: f64,
     /// Mean length in messages, at least 1. At 1 messages are independent of each other.
     pub mean_length: f64,
 }
 
-/// A colour that is taken for another one.
+/// A colour that is confused with another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Confusion {
-    /// The colour of the light.
+    /// The actual colour of the light.
     pub from: Color,
-    /// The colour that it is taken for.
+    /// The reported colour.
     pub to: Color,
     /// Probability, 0 to 1. The sum for each `from` is at most 1.
     pub probability: f64,
 }
 
-/// Settings that contradict each other.
+/// Contradicting settings.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum FaultError {
-    /// The confusions of one colour are more probable than 1.
+    /// The sum of the probabilities of one colour's confusions exceeds 1.
     #[error("confusions of `{}` add up to {sum}; at most 1 is possible", color.name())]
     Confusions {
         /// The colour of the light.
@@ -63,12 +63,12 @@ pub enum FaultError {
         /// The sum of the probabilities.
         sum: f64,
     },
-    /// The jitter is larger than the latency, so that a message would arrive before it is sent.
+    /// The jitter exceeds the latency, so that a message would arrive before it is sent.
     #[error("the jitter is {jitter:?}; at most the latency, {latency:?}, is possible")]
     Jitter {
-        /// The jitter that was set.
+        /// The configured jitter.
         jitter: Duration,
-        /// The latency that was set.
+        /// The configured latency.
         latency: Duration,
     },
 }

@@ -1,4 +1,4 @@
-//! Frequencies of the faults, their repetition with the same seed, and their absence by default.
+//! Tests of the faults' frequencies, their repetition with the same seed, and their absence by default.
 
 use proptest::prelude::*;
 
@@ -6,7 +6,8 @@ use super::*;
 use crate::bulb::{Bulb, BulbShape, BulbStatus, Color};
 use crate::emission::{GroupElement, GroupState, LightsTopic};
 
-/// Messages of a statistics test; bounds are four standard deviations of the binomial distribution.
+/// Number of messages in a statistical test; bounds are four standard deviations of the binomial
+/// distribution.
 const MANY: u32 = 6_000;
 /// Time between messages.
 const PERIOD_MS: u64 = 100;
@@ -29,7 +30,7 @@ fn emission(number: u64, groups: Vec<Arc<GroupState>>) -> Emission {
     Emission { topic: LightsTopic::V2i, stamp, content: LightsContent::Groups(Arc::new(groups)) }
 }
 
-/// The messages that arrive, with their times of arrival, when one is sent each period.
+/// Returns the messages that arrive, with their times of arrival, if one is sent each period.
 fn run(settings: FaultSettings, messages: impl IntoIterator<Item = Emission>) -> Vec<(MonoTime, Emission)> {
     let mut faults = ChannelFaults::new(settings).unwrap();
     let mut arrived = Vec::new();
@@ -180,7 +181,7 @@ fn groups_are_missing_as_often_and_as_long_as_set() {
             let begins = missing.windows(2).filter(|pair| !pair[0] && pair[1]).count();
             let present = missing.iter().filter(|is_missing| !**is_missing).count();
             assert_rate("beginning", begins, u32::try_from(present).unwrap(), probability);
-            // A spell continues unless it ends and none begins at once.
+            // A spell continues unless it ends and no other begins at once.
             let ends = missing.windows(2).filter(|pair| pair[0] && !pair[1]).count();
             let absent = u32::try_from(missing.len() - present).unwrap();
             assert_rate("ending", ends, absent, (1.0 - probability) / mean_length);
@@ -199,8 +200,8 @@ fn a_frozen_sender_repeats_its_last_message() {
         assert!(is_new || arrived[at].1.stamp == arrived[at - 1].1.stamp, "message {at}");
         repeated += f64::from(u8::from(!is_new));
     }
-    // A freeze continues with 0.8, and else begins with 0.1. Messages are not independent, so the bound is
-    // wider.
+    // A freeze continues with probability 0.8, and otherwise begins with 0.1. Messages are not independent,
+    // so the bound is wider.
     let share = 0.1 / (1.0 - 0.8 * 0.9);
     let share_found = repeated / f64::from(MANY);
     assert!((share_found - share).abs() < 0.06, "{share_found}, expected {share}");
@@ -238,7 +239,7 @@ fn messages_are_delayed_in_order() {
     assert!(arrived.iter().all(|one| took(one) >= shortest && took(one) < latency + jitter));
     let fixed = FaultSettings { latency, ..FaultSettings::default() };
     assert!(run(fixed, many().take(50)).iter().all(|one| took(one) == latency));
-    // With messages far apart none waits for another: the latencies show their mean and range.
+    // Messages far apart do not wait for each other: the latencies show their mean and range.
     let apart = FaultSettings {
         latency: Duration::from_millis(50),
         jitter: Duration::from_millis(40),

@@ -1,4 +1,4 @@
-//! Confidences, cut ids, predictions of several heads, markers.
+//! Tests of confidences, truncated ids, predictions of several heads, markers.
 
 use std::sync::Arc;
 
@@ -61,7 +61,7 @@ fn heads_of_a_relation_are_one_group_with_the_highest_confidence() {
     let second = "green solidOn right 0.6, red solidOn circle 0.6";
     assert_eq!(sent(&stores, false), listed(&[(7, second), (8, second)]));
     assert_eq!(sent(&stores, true), listed(&[(7, "red solidOn circle 0.4"), (7, second), (8, second)]));
-    // A detection hides the truth of that head only, also when it is dark.
+    // A detection hides the truth of that head only, even if it is dark.
     write(&mut stores, 2, StoreLayer::Detected, "", 0.9);
     assert_eq!(sent(&stores, false), listed(&[(7, "red solidOn circle 0.4")]));
     assert_eq!(sent(&stores, true), listed(&[(7, "red solidOn circle 0.4")]));

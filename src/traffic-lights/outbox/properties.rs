@@ -1,5 +1,5 @@
-//! Lists that are brought up to date equal lists that are made from nothing, whatever changes in whatever
-//! order; so do the counts of the diagnostics.
+//! Updated lists equal lists built from scratch, whatever changes in whatever order; so do the diagnostics'
+//! counts.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -37,7 +37,7 @@ fn store() -> impl Strategy<Value = StoreId> {
     select(&StoreId::ALL[..])
 }
 
-/// A head, or the relation of it and the next one.
+/// Generates the id of a head, or of the relation of it and the next head.
 fn id() -> impl Strategy<Value = i64> {
     (0..HEADS, any::<bool>()).prop_map(|(head, group)| if group { 100 + head } else { head })
 }
@@ -61,7 +61,7 @@ fn step() -> impl Strategy<Value = OutboxStep> {
     ]
 }
 
-/// Two controllers with a head in common; each relation has two heads, each head two lamps.
+/// Returns two controllers with a head in common; each relation has two heads, each head two lamps.
 fn lights() -> TrafficLights {
     let lamp = |color| MapLamp { color, position_m: [1.0, 2.0, 3.0] };
     let lamps = (0..HEADS).map(|head| (head, vec![lamp(LampColor::Green), lamp(LampColor::Red)]));
@@ -116,7 +116,7 @@ fn take(lights: &mut TrafficLights, step: OutboxStep, now: Now) {
     }
 }
 
-/// The lists of all topics, made by a new outbox.
+/// Returns the lists of all topics, built by a new outbox.
 fn made_anew(lights: &TrafficLights) -> BTreeMap<LightsTopic, LightsContent> {
     let (mut outbox, stamp) = (Outbox::new(false), WallStamp::default());
     let (stores, predictions) = (lights.stores(), &lights.scenario_state.predictions);
@@ -127,7 +127,7 @@ fn made_anew(lights: &TrafficLights) -> BTreeMap<LightsTopic, LightsContent> {
     outbox.waiting.into_iter().map(|emission| (emission.topic, emission.content)).collect()
 }
 
-/// Equal content, which shares nothing with the original.
+/// Returns equal content that shares nothing with the original.
 fn copy(content: &LightsContent) -> LightsContent {
     match content {
         LightsContent::Lights(lights) => LightsContent::lights(lights.iter().copied()),

@@ -1,5 +1,5 @@
-//! Whatever is received for groups that share heads, in whatever order: each group is sent with its own last
-//! valid state and those of its predictions that are still ahead.
+//! Whatever is received for groups that share heads, in whatever order, each group is sent with its own last
+//! valid state and its future predictions.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -30,7 +30,7 @@ fn now(ms: u64) -> Now {
     Now { mono: MonoTime::from_millis(ms), wall }
 }
 
-/// Group 7 has no heads of its own, group 9 none at all; the map has no 8.
+/// Group 7 has no heads of its own, group 9 none at all; group 8 is not on the map.
 fn map() -> Arc<LightMap> {
     let groups = [(1, &[11, 12][..]), (2, &[11, 12]), (3, &[12, 13]), (7, &[13]), (9, &[])];
     Arc::new(LightMap::new([], &groups.map(|(id, heads)| GroupEntry::new(id, heads))))
@@ -46,8 +46,8 @@ fn lights(one_group_per_head: bool) -> TrafficLights {
     TrafficLights::new(settings, now(0))
 }
 
-/// One state that is received: a group, a layer, a state or none, and predictions by their offset in
-/// milliseconds and their reliability.
+/// One received state: a group, a layer, a state or none, and predictions by their offset in milliseconds and
+/// their reliability.
 #[derive(Debug, Clone)]
 struct Arrival {
     id: i64,
@@ -92,7 +92,7 @@ impl Arrival {
 struct Model(BTreeMap<Key, (ReceivedState, Option<u64>)>);
 
 impl Model {
-    /// Takes what is received. Returns the number of things that are rejected.
+    /// Processes a received state. Returns the number of rejected states and predictions.
     fn take(&mut self, arrival: &Arrival, ms: u64) -> usize {
         let key = (arrival.layer, arrival.id);
         if [8, 9].contains(&arrival.id) {
@@ -120,7 +120,7 @@ impl Model {
     fn sent(&self, stamp: WallStamp) -> BTreeMap<i64, GroupState> {
         let stamp_ms = u64::try_from(stamp.as_nanos()).unwrap() / MS;
         let mut groups = BTreeMap::new();
-        // Detected states come second, over the truth.
+        // Detected states come second, and override truth.
         for ((_, relation_id), (state, until)) in &self.0 {
             if until.is_some_and(|until| until <= stamp_ms) {
                 continue;

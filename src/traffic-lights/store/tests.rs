@@ -1,11 +1,11 @@
-//! Rules of the stores without a number among the cases.
+//! Rules of the stores that are not among the numbered cases.
 
 use super::*;
 use crate::compat::Compat;
 use crate::text::parse_bulbs;
 use lanelet2_map::light_map::GroupEntry;
 
-/// Relation 7 refers to heads 2 and 1; relation 2 has the number of a head and refers to head 3.
+/// Relation 7 refers to heads 2 and 1; relation 2 has the same id as a head and refers to head 3.
 fn stores(compat: Compat) -> Stores {
     let groups = [GroupEntry::new(7, [2, 1]), GroupEntry::new(2, [3])];
     Stores::new(Arc::new(LightMap::new([], &groups)), compat)

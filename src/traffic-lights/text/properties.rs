@@ -1,11 +1,11 @@
-//! The grammar against one that tries everything, and against what is printed.
+//! The parser against an exhaustive parser, and against printed texts.
 
 use proptest::prelude::*;
 
 use super::*;
 
-/// Tries every choice of parts, in the order in which an optional part prefers a spelling over none; the
-/// first choice that uses up the text counts.
+/// Tries every choice of parts, preferring a spelling over none for an optional part; the first choice that
+/// uses up the text counts.
 fn reference_bulb(text: &str) -> Option<Bulb> {
     let optional = |spellings: usize| (0..spellings).map(Some).chain([None]);
     let after = |text: &str, spelling: Option<&str>| -> Option<String> {
@@ -33,7 +33,7 @@ fn reference_bulb(text: &str) -> Option<Bulb> {
     None
 }
 
-/// A list is what is left of it by commas, with an optional comma at the end.
+/// Splits a list at commas, with an optional comma at the end.
 fn reference_bulbs(text: &str) -> Option<BulbSet> {
     if text.is_empty() {
         return Some(BulbSet::EMPTY);
@@ -56,7 +56,7 @@ fn any_bulb() -> impl Strategy<Value = Bulb> {
         .prop_map(|(color, status, shape)| Bulb { color, status, shape })
 }
 
-/// Texts of the spellings of the grammar, blanks and disturbances.
+/// Generates texts from spellings of the grammar, blanks and disturbances.
 fn near_misses() -> impl Strategy<Value = String> {
     let spellings = COLORS.iter().map(|part| part.0).chain(STATUSES.iter().map(|part| part.0));
     let spellings: Vec<&str> = spellings.chain(SHAPES.iter().map(|part| part.0)).collect();
