@@ -1,38 +1,38 @@
-//! Errors of maps, each with the element that has it, and the tags in which they are found.
+//! Errors of maps, each with the faulty element, and the tags in which they are found.
 
 use super::osm::{OsmElement, OsmKind, Tags};
 
-/// Beyond this, coordinates are nonsense and sums of them lose millimetres, metres.
+/// Maximum distance, metres; larger coordinates are nonsense, and their sums lose millimetres.
 pub(super) const MAX_DISTANCE_M: f64 = 1e8;
-/// The most points that all lanelets of a small map may have together. They take some 30 bytes each.
+/// Limit for the points of all lanelets of a small map together. Each takes some 30 bytes.
 pub(super) const MIN_POINTS: usize = 4_000_000;
-/// The most points of lanelets for each point of a way in the file: a way is the bound of two lanelets or so,
-/// each of which has a centerline as well.
+/// Limit for the points of lanelets per point of a way in the file: a way is the bound of about two lanelets,
+/// each of which also has a centerline.
 pub(super) const POINTS_FOR_NODE: usize = 6;
 
-/// An error of a map, with the element that has it.
+/// An error of a map, with the faulty element.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MapError {
-    /// A tag has a value that cannot be used.
+    /// A tag has an unusable value.
     #[error("{element}: tag `{key}` is `{value}`, {expected} expected")]
     BadTag {
         /// The element with the tag.
         element: OsmElement,
         /// Key of the tag.
         key: &'static str,
-        /// The value as the file has it.
+        /// The value in the file.
         value: String,
-        /// Values that would fit.
+        /// Expected values.
         expected: &'static str,
     },
-    /// A lanelet has not exactly one way on one of its sides.
+    /// A lanelet does not have exactly one way on one of its sides.
     #[error("relation {lanelet}: {count} members of the role `{role}`, a lanelet has one")]
     Sides {
         /// Id of the lanelet's relation.
         lanelet: i64,
         /// The role that names the side, `left` or `right`.
         role: &'static str,
-        /// Number of ways it has there.
+        /// Number of ways on that side.
         count: usize,
     },
     /// A bound is not a line.
@@ -43,10 +43,10 @@ pub enum MapError {
         /// Id of the lanelet's relation.
         lanelet: i64,
     },
-    /// This node, the first such one, lies far outside of any map.
+    /// This node, the first of its kind, lies far outside of any map.
     #[error("node {0}: it lies {MAX_DISTANCE_M:e} metres or more from the origin of the map")]
     TooFar(i64),
-    /// With this lanelet, the lanelets have more points than memory should hold.
+    /// With this lanelet, the lanelets have too many points to hold in memory.
     #[error(
         "relation {lanelet}: with it, the lanelets have more than {most} points, the most for a map whose ways have {nodes}: lanelets \
          that are too long, or share their ways; check the coordinates"
@@ -54,21 +54,21 @@ pub enum MapError {
     TooLarge {
         /// Id of the lanelet's relation.
         lanelet: i64,
-        /// The most points.
+        /// Maximum number of points.
         most: usize,
         /// Number of points of all ways.
         nodes: usize,
     },
-    /// This node, the first such one, cannot be projected.
+    /// This node, the first of its kind, cannot be projected.
     #[error("node {0}: its `lat` and `lon` are missing, or the projection does not reach there")]
     NotProjected(i64),
-    /// The projector takes local coordinates, and this node, the first such one, has none.
+    /// The projector uses local coordinates, and this node, the first of its kind, has none.
     #[error("node {0} has no `local_x` and `local_y`, which the projector type Local needs")]
     NoLocal(i64),
 }
 
 impl MapError {
-    /// Returns the element with the error.
+    /// Returns the faulty element.
     pub fn element(&self) -> OsmElement {
         let (kind, id) = match *self {
             Self::BadTag { element, .. } => return element,
@@ -80,8 +80,8 @@ impl MapError {
     }
 }
 
-/// Returns the ids in a tag, between commas, blanks and square brackets; `None` without the tag, or for the
-/// value `none`.
+/// Returns the ids in a tag, separated by commas, blanks and square brackets; `None` without the tag, or for
+/// the value `none`.
 pub(super) fn id_list_tag(
     tags: &Tags,
     key: &'static str,

@@ -1,26 +1,26 @@
-//! Forks: where two ways from one place lead apart, and to which side.
+//! Forks: the point at which two ways with a common start diverge, and to which side.
 
 use super::geometry::Point;
 use super::geometry::polyline::{at_arc, is_on_left, nearest};
 use super::lane_network::{Lanelet, TurnDirection};
 
-/// Two ways lead apart where their middles are this far from each other, metres: about the width of a lane.
+/// Two ways have diverged where their middles are this far apart, metres: about the width of a lane.
 const APART_M: f64 = 3.0;
-/// Ways that are not apart within this distance from their common start are lanes of one road, metres.
+/// Ways that have not diverged within this distance from their common start are lanes of one road, metres.
 const FORK_M: f64 = 40.0;
 const STEP_M: f64 = 2.0;
 
-/// Where a way leads apart from another one.
+/// The point at which a way diverges from another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parting {
     /// Distance from their common start, metres.
     pub at_m: f64,
-    /// It lies to the left of the other one there.
+    /// The way lies to the left of the other at this point.
     pub is_left: bool,
 }
 
-/// Where `way` leads apart from `other`, which begins at the same place; `None` where both are lanes of one
-/// road, or too short to tell.
+/// Returns where `way` diverges from `other`, which begins at the same place; `None` if both are lanes of one
+/// road, or too short to decide.
 pub fn parting(way: &Lanelet, other: &Lanelet) -> Option<Parting> {
     let most_m = way.length_m().min(other.length_m()).min(FORK_M);
     let steps = std::iter::successors(Some(STEP_M), |at_m| Some(at_m + STEP_M));
@@ -36,8 +36,8 @@ pub fn parting(way: &Lanelet, other: &Lanelet) -> Option<Parting> {
     })
 }
 
-/// Where `way` leads off to the side that its tag names, or else its place beside `other`; `None` where it
-/// leads to no side.
+/// Returns whether `way` leads off to the left, by its tag or else by its position next to `other`; `None` if
+/// it leads to neither side.
 pub fn leads_left(way: &Lanelet, other: &Lanelet) -> Option<bool> {
     match way.turn_direction {
         TurnDirection::Left => Some(true),

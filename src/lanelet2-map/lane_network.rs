@@ -1,5 +1,5 @@
-//! The lanelets of a map, with what follows and lies beside what (docs/spec/turn-signal-decider.md,
-//! "Map facts").
+//! The lanelets of a map, with their followers and neighbours
+//! (docs/spec/turn-signal-decider.md, "Map facts").
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -26,11 +26,11 @@ pub type LaneId = i64;
 pub struct Roadside {
     /// A polygon of type `hatched_road_markings` shares a point with the bound.
     pub hatched: bool,
-    /// There is a lane: a neighbour, routable or not, a shoulder, a sibling, an opposite one.
+    /// There is a lane: a neighbour, routable or not, a shoulder, a sibling, or an opposite lane.
     pub lane: bool,
 }
 
-/// The direction of a turn, by the tag `turn_direction`.
+/// The direction of a turn, from the tag `turn_direction`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TurnDirection {
@@ -45,34 +45,35 @@ pub enum TurnDirection {
     Right,
 }
 
-/// A lanelet of a map, as far as the decider needs it.
+/// A lanelet of a map, with the properties that the decider needs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Lanelet {
     /// Id of its relation.
     pub id: LaneId,
-    /// Centreline in driving direction, made of the bounds.
+    /// Centreline in driving direction, computed from the bounds.
     pub centerline: Vec<Point>,
     /// Left bound in driving direction.
     pub left_bound: Vec<Point>,
     /// Right bound in driving direction.
     pub right_bound: Vec<Point>,
-    /// The direction that the tag `turn_direction` names.
+    /// The direction from the tag `turn_direction`.
     pub turn_direction: TurnDirection,
-    /// The value of that tag where it names no direction, as written.
+    /// The value of that tag if it names no direction, as written.
     pub unknown_direction: Option<String>,
     /// The tag `turn_signal_distance`, metres.
     pub turn_signal_distance_m: Option<f64>,
-    /// The lanelets that follow it, in the order of the routing graph.
+    /// The lanelets that follow this one, in the order of the routing graph.
     pub followers: Vec<LaneId>,
-    /// The side of its left bound.
+    /// The roadside at the left bound.
     pub left: Roadside,
-    /// The side of its right bound.
+    /// The roadside at the right bound.
     pub right: Roadside,
-    /// The roundabouts it refers to, by position in [`LaneNetwork::roundabouts`], in the order of the map.
+    /// The roundabouts to which it refers, by position in [`LaneNetwork::roundabouts`], in the order of the
+    /// map.
     pub roundabouts: Vec<usize>,
-    /// On an entry: exits that `exit_turn_signal_left` lists.
+    /// On an entry: exits listed in `exit_turn_signal_left`.
     pub exits_signalled_left: Vec<LaneId>,
-    /// On an entry: exits that `exit_turn_signal_right` lists.
+    /// On an entry: exits listed in `exit_turn_signal_right`.
     pub exits_signalled_right: Vec<LaneId>,
     /// The tag `enable_exit_turn_signal` is `true`.
     pub enables_exit_signal: bool,
@@ -106,7 +107,7 @@ struct Near<'a> {
 }
 
 impl Near<'_> {
-    /// Orders lanelets by distance, equally near ones by the difference of heading.
+    /// Compares lanelets by distance, then by the difference of heading.
     fn by_distance(&self, other: &Self) -> Ordering {
         self.distance_m.total_cmp(&other.distance_m).then(self.turned_rad.total_cmp(&other.turned_rad))
     }
@@ -120,14 +121,14 @@ impl Roadside {
 }
 
 impl Roundabout {
-    /// Returns whether a lanelet has any role in it.
+    /// Returns whether a lanelet has any role in the roundabout.
     pub fn contains(&self, lane: LaneId) -> bool {
         self.entries.contains(&lane) || self.exits.contains(&lane) || self.internals.contains(&lane)
     }
 }
 
 impl LaneNetwork {
-    /// Creates the network of these lanelets. Of two with the same id the last one counts.
+    /// Creates the network of these lanelets. Of two lanelets with the same id, the last one counts.
     pub fn new(lanes: impl IntoIterator<Item = Lanelet>, roundabouts: Vec<Roundabout>) -> Self {
         let measured = |lane: Lanelet| {
             let extent = Extent::of(&lane.border());
@@ -163,7 +164,7 @@ impl LaneNetwork {
         self.predecessors.get(&id).map_or(&[], Vec::as_slice)
     }
 
-    /// Returns all roundabouts; [`Lanelet::roundabouts`] has positions in this list.
+    /// Returns all roundabouts; [`Lanelet::roundabouts`] contains positions in this list.
     pub fn roundabouts(&self) -> &[Roundabout] {
         &self.roundabouts
     }
@@ -174,7 +175,7 @@ impl LaneNetwork {
         indices.iter().filter_map(|index| self.roundabouts.get(*index))
     }
 
-    /// Returns the one of `lanes` that is nearest to a pose; of equally near ones the one with the most
+    /// Returns the lanelet of `lanes` nearest to a pose; of equally near lanelets, the one with the most
     /// similar heading.
     pub fn closest(&self, lanes: impl IntoIterator<Item = LaneId>, pose: Pose) -> Option<&Lanelet> {
         let bounded: Vec<_> = lanes
@@ -182,7 +183,7 @@ impl LaneNetwork {
             .filter_map(|id| self.lanes.get(&id))
             .map(|(lane, extent)| (lane, extent.distances_m(pose.position)))
             .collect();
-        // What is surely farther than another one need not be looked at closely.
+        // Lanelets that are surely farther away than another need no exact measurement.
         let reach_m = bounded.iter().map(|(_, (_, most_m))| *most_m).fold(f64::INFINITY, f64::min);
         let ranked = bounded.into_iter().filter(|(_, (least_m, _))| *least_m <= reach_m).map(|(lane, _)| {
             let rank = (lane.distance_m(pose.position), lane.misalignment_rad(pose));
@@ -194,9 +195,9 @@ impl LaneNetwork {
         nearest.map(|(lane, _)| lane)
     }
 
-    /// Returns the one of `lanes` that a vehicle is on: of those near to it that face alike, first one at its
-    /// height, then one that `is_continuous`, then the nearest. Without such a lanelet, the
-    /// [closest](Self::closest).
+    /// Returns the lanelet of `lanes` that a vehicle is on. Among the near lanelets with a similar heading,
+    /// it prefers one at the vehicle's height, then one that `is_continuous`, then the nearest. Without such
+    /// a lanelet, the [closest](Self::closest).
     pub fn current(
         &self,
         lanes: impl IntoIterator<Item = LaneId>,
@@ -212,8 +213,9 @@ impl LaneNetwork {
         ranked.map(|near| near.lane).or_else(|| self.closest(lanes, pose))
     }
 
-    /// As [`Self::current`], of lanelets that are all continuous: the one that it would be among any others
-    /// as well. `None` where none of them is near to the vehicle, faces alike and lies at its height.
+    /// Like [`Self::current`], for lanelets that are all continuous: returns a lanelet only if it would also
+    /// be chosen among any other lanelets. `None` if none of them is near the vehicle, has a similar heading
+    /// and lies at its height.
     pub fn surely_current(
         &self,
         lanes: impl IntoIterator<Item = LaneId>,
@@ -225,7 +227,7 @@ impl LaneNetwork {
             let near = lanes.filter_map(|id| self.near(id, pose, limits));
             near.filter(|near| near.is_level).min_by(Near::by_distance).map(|near| near.lane)
         };
-        // Nothing is nearer than what it is in.
+        // No lanelet is nearer than the one the pose is in.
         let around = lanes.iter().copied().filter(|id| self.contains(*id, pose.position));
         level(&mut around.into_iter()).or_else(|| level(&mut lanes.iter().copied()))
     }
@@ -262,7 +264,7 @@ impl Lanelet {
         contains(&self.ring(), point)
     }
 
-    /// Returns the distance in metres from a point to the area, or to the centreline of a lanelet without
+    /// Returns the distance in metres from a point to the lanelet's area, or to its centreline if it has no
     /// bounds.
     pub fn distance_m(&self, point: Point) -> f64 {
         if self.contains(point) {
@@ -271,13 +273,13 @@ impl Lanelet {
         nearest(&self.border(), point).map_or(f64::INFINITY, |nearest| nearest.distance_m)
     }
 
-    /// Returns the angle between a pose and the nearest piece of the centreline, 0 to π radians.
+    /// Returns the angle between a pose and the nearest piece of the centreline, radians, 0 to π.
     pub fn misalignment_rad(&self, pose: Pose) -> f64 {
         let facing = nearest(&self.centerline, pose.position).map_or(0.0, |nearest| nearest.yaw_rad);
         wrapped(facing - pose.yaw_rad).abs()
     }
 
-    /// Returns the closed line around its area, or its centreline when it has no area.
+    /// Returns the closed line around the lanelet's area, or its centreline if it has no area.
     fn border(&self) -> Vec<Point> {
         let mut ring = self.ring();
         ring.extend(ring.first().copied());

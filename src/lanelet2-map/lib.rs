@@ -1,7 +1,7 @@
-//! The road as a lanelet2 map describes it, and the geometry of the whole project.
+//! The road as described by a lanelet2 map, and the geometry of the whole project.
 //!
-//! [`osm`] reads primitives, [`points`] gives them coordinates, [`lane_network`] and [`light_map`] make
-//! lanelets and traffic lights of them, [`tag_check`] finds what is wrong with the lanelets.
+//! [`osm`] reads primitives, [`points`] adds coordinates, [`lane_network`] and [`light_map`] build lanelets
+//! and traffic lights from them, and [`tag_check`] finds faulty tags of lanelets.
 //!
 //! ```
 //! use lanelet2_map::geometry::{Point, Pose};
@@ -16,7 +16,7 @@
 //! assert_eq!(road.closest([1, 2], Pose::new(80.0, 1.0, 0.0)).unwrap().id, 2);
 //! ```
 //!
-//! It stands on `gateway_base`; `turn_signal` and `traffic_lights` stand on it.
+//! It uses `gateway_base`; `turn_signal` and `traffic_lights` use it.
 
 pub mod error;
 pub mod fork;

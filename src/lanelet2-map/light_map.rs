@@ -1,4 +1,4 @@
-//! Heads and groups of a map, and how an id of either kind expands
+//! Heads and groups of a map, and the expansion of an id of either kind
 //! (docs/spec/traffic-lights.md, "Ids and groups").
 
 use std::collections::BTreeMap;
@@ -10,10 +10,10 @@ mod reader;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct HeadIndex(pub u32);
 
-/// A signal head as the map describes it.
+/// A signal head from the map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Head {
-    /// Id of its way in the map.
+    /// Id of the head's way in the map.
     pub way_id: i64,
     /// The groups that refer to it, in the order of the map.
     pub relation_ids: Arc<[i64]>,
@@ -30,7 +30,7 @@ pub struct MapLamp {
     pub position_m: [f64; 3],
 }
 
-/// The colours a map gives to lamps.
+/// The colours of lamps in a map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum LampColor {
     /// The lamp for "go".
@@ -42,10 +42,10 @@ pub enum LampColor {
 }
 
 impl LampColor {
-    /// All, as they sort.
+    /// All colours, in sort order.
     pub const ALL: [Self; 3] = [Self::Green, Self::Yellow, Self::Red];
 
-    /// Returns the colour a map calls by this name.
+    /// Returns the colour with this name in maps.
     pub fn from_name(name: &str) -> Option<Self> {
         match name {
             "green" => Some(Self::Green),
@@ -62,8 +62,8 @@ pub enum LampSource {
     /// Only the `light_bulbs` ways of the map.
     #[default]
     Drawn,
-    /// Those, and for colours without one a position on the head: its lower edge divided by four, red at
-    /// the far end, half of the height up.
+    /// These ways, and for colours without one a position derived from the head: its lower edge divided by
+    /// four, red at the far end, at half of the height.
     DrawnOrInferred,
 }
 
@@ -77,9 +77,9 @@ pub struct LightMap {
 /// A traffic-flow group: a regulatory element.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LightGroup {
-    /// The heads it refers to, in the order of the map.
+    /// The heads of the group, in the order of the map.
     pub heads: Vec<HeadIndex>,
-    /// A crosswalk obeys it.
+    /// True if a crosswalk obeys the group.
     pub is_pedestrian: bool,
 }
 
@@ -88,9 +88,9 @@ pub struct LightGroup {
 pub struct GroupEntry {
     /// Id of the regulatory element.
     pub relation_id: i64,
-    /// Way ids of the heads it refers to, in the order of the map.
+    /// Way ids of the heads of the group, in the order of the map.
     pub way_ids: Vec<i64>,
-    /// A crosswalk obeys it.
+    /// True if a crosswalk obeys the group.
     pub is_pedestrian: bool,
 }
 
@@ -102,8 +102,8 @@ impl GroupEntry {
 }
 
 impl LightMap {
-    /// Joins heads without a group, given with their lamps, and groups in the order of the map's
-    /// regulatory-element layer. A head named by a group alone is a head without lamps.
+    /// Combines heads without a group, given with their lamps, and groups in the order of the map's
+    /// regulatory-element layer. A head that appears only in a group has no lamps.
     pub fn new(lamps: impl IntoIterator<Item = (i64, Vec<MapLamp>)>, groups: &[GroupEntry]) -> Self {
         let mut known: BTreeMap<i64, (Vec<i64>, Vec<MapLamp>)> =
             lamps.into_iter().map(|(way_id, lamps)| (way_id, (Vec::new(), lamps))).collect();
@@ -127,7 +127,7 @@ impl LightMap {
         map
     }
 
-    /// Returns all heads, ascending by way id; [`HeadIndex`] points here.
+    /// Returns all heads, ascending by way id; [`HeadIndex`] is a position in this list.
     pub fn heads(&self) -> &[Head] {
         &self.heads
     }
@@ -142,13 +142,13 @@ impl LightMap {
         self.heads.get(usize::try_from(index.0).ok()?)
     }
 
-    /// Returns the head whose way id this is.
+    /// Returns the head with this way id.
     pub fn head(&self, way_id: i64) -> Option<HeadIndex> {
         let found = self.heads.binary_search_by_key(&way_id, |head| head.way_id).ok()?;
         u32::try_from(found).ok().map(HeadIndex)
     }
 
-    /// Returns the group whose relation id this is.
+    /// Returns the group with this relation id.
     pub fn group(&self, relation_id: i64) -> Option<&LightGroup> {
         self.groups.get(&relation_id)
     }

@@ -9,11 +9,11 @@ use super::projector::{Geo, Projector};
 pub struct Points(Vec<[f64; 3]>);
 
 impl Points {
-    /// Takes local coordinates or projects, as the projector demands. Never some of each: they need not
-    /// agree.
+    /// Uses local coordinates or projects, depending on the projector. The two are never mixed, since they
+    /// need not agree.
     ///
     /// # Errors
-    /// The first node without usable coordinates.
+    /// Returns the first node without usable coordinates.
     pub fn new(osm: &Osm, projector: &Projector) -> Result<Self, MapError> {
         let nodes = osm.nodes.all();
         let local = match projector {

@@ -1,28 +1,28 @@
-//! From latitude and longitude on WGS 84 to metres.
+//! Projects latitude and longitude on WGS 84 to metres.
 //!
-//! Transverse Mercator by Krüger's series to the fourth power of the third flattening: less than a
-//! micrometre is left out within a zone. The crates that have it bring all other projections along.
+//! Transverse Mercator uses Krüger's series to the fourth power of the third flattening: the error within a
+//! zone is less than a micrometre. Crates with this projection bring all other projections along.
 
 /// Semi-major axis of WGS 84, metres.
 const A_M: f64 = 6_378_137.0;
 const F: f64 = 1.0 / 298.257_223_563;
 /// Scale on the central meridian of a UTM zone.
 pub(super) const UTM_SCALE: f64 = 0.9996;
-/// Easting of that meridian, metres.
+/// Easting of the central meridian, metres.
 const UTM_EASTING_M: f64 = 500_000.0;
 /// Side of a square of the military grid, metres.
 const SQUARE_M: f64 = 1e5;
-/// Greatest distance from its meridian at which the projection is used, degrees.
+/// Maximum distance from its meridian at which the projection is used, degrees.
 const MAX_WIDTH_DEG: f64 = 45.0;
 
 /// A position on the WGS 84 ellipsoid.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Geo {
-    /// -90 to 90, degrees.
+    /// Latitude, degrees, -90 to 90.
     pub latitude_deg: f64,
-    /// -180 to 180, degrees.
+    /// Longitude, degrees, -180 to 180.
     pub longitude_deg: f64,
-    /// Above the ellipsoid, metres.
+    /// Altitude above the ellipsoid, metres.
     pub altitude_m: f64,
 }
 
@@ -33,8 +33,7 @@ impl Geo {
     }
 }
 
-/// Returns x to the east of a meridian and y to the north of the equator in metres; `None` far from the
-/// meridian.
+/// Returns x east of a meridian and y north of the equator, metres; `None` far from the meridian.
 pub(super) fn transverse_mercator(position: Geo, meridian_deg: f64, scale: f64) -> Option<[f64; 2]> {
     let longitude_deg = (position.longitude_deg - meridian_deg + 540.0).rem_euclid(360.0) - 180.0;
     if !position.is_on_earth() || longitude_deg.abs() > MAX_WIDTH_DEG {
@@ -63,8 +62,7 @@ pub(super) fn transverse_mercator(position: Geo, meridian_deg: f64, scale: f64) 
     Some([scale * radius_m * x, scale * radius_m * y])
 }
 
-/// Returns the position east, north and up of an origin in metres; `None` for a position that is not on
-/// earth.
+/// Returns the position east, north and up of an origin, metres; `None` for a position that is not on earth.
 pub(super) fn east_north_up(position: Geo, origin: Geo) -> Option<[f64; 3]> {
     if !position.is_on_earth() || !origin.is_on_earth() {
         return None;
@@ -86,7 +84,7 @@ fn earth_centred(position: Geo) -> [f64; 3] {
     [from_axis_m * cos_lon, from_axis_m * sin_lon, (normal_m * (1.0 - e2) + position.altitude_m) * sin_lat]
 }
 
-/// Returns the meridian in the middle of the UTM zone that a position belongs to, degrees.
+/// Returns the central meridian of a position's UTM zone, degrees.
 pub(super) fn utm_meridian_deg(position: Geo) -> f64 {
     let longitude_deg = (position.longitude_deg + 180.0).rem_euclid(360.0) - 180.0;
     let within = |low: f64, high: f64| (low..high).contains(&longitude_deg);
@@ -94,7 +92,7 @@ pub(super) fn utm_meridian_deg(position: Geo) -> f64 {
         return 9.0; // the south of Norway is all in zone 32
     }
     if position.latitude_deg >= 72.0 && within(0.0, 42.0) {
-        // Svalbard has the odd zones only, 12 degrees wide but for the outer ones.
+        // Svalbard has only the odd zones, 12 degrees wide except for the outer ones.
         return [(9.0, 3.0), (21.0, 15.0), (33.0, 27.0)]
             .into_iter()
             .find_map(|(end, meridian)| (longitude_deg < end).then_some(meridian))
@@ -103,19 +101,19 @@ pub(super) fn utm_meridian_deg(position: Geo) -> f64 {
     (longitude_deg / 6.0).floor() * 6.0 + 3.0
 }
 
-/// A square of 100 km in the military grid.
+/// A 100 km square of the military grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MgrsSquare {
     meridian_deg: f64,
-    /// Easting of its western edge, metres.
+    /// Easting of the square's western edge, metres.
     easting_m: f64,
-    /// Northing of its southern edge, metres, without a multiple of 2000 km.
+    /// Northing of the square's southern edge, metres, without a multiple of 2000 km.
     northing_m: f64,
 }
 
 impl MgrsSquare {
-    /// Reads a name such as `54SUE`: zone, band, column and row. `None` if it is not such a square; polar
-    /// ones are not.
+    /// Reads a name such as `54SUE`: zone, band, column and row. `None` for any other text, including polar
+    /// squares.
     pub fn parse(name: &str) -> Option<Self> {
         let digits = name.find(|letter: char| !letter.is_ascii_digit())?;
         let (zone, letters) = name.split_at(digits);
@@ -140,7 +138,7 @@ impl MgrsSquare {
         })
     }
 
-    /// Creates the square in which a position is. `None` for a position that is not on earth.
+    /// Returns the square that contains a position. `None` for a position that is not on earth.
     pub(super) fn around(position: Geo) -> Option<Self> {
         let meridian_deg = utm_meridian_deg(position);
         let [x, y] = transverse_mercator(position, meridian_deg, UTM_SCALE)?;
@@ -148,11 +146,11 @@ impl MgrsSquare {
         Some(Self { meridian_deg, easting_m: edge(x + UTM_EASTING_M), northing_m: edge(y) })
     }
 
-    /// Returns x and y from the south-western corner in metres, also beyond the square's edges; `None` far
-    /// from the zone.
+    /// Returns x and y from the south-western corner, metres, also beyond the square's edges; `None` far from
+    /// the zone.
     pub(super) fn project(self, position: Geo) -> Option<[f64; 2]> {
         let [x, y] = transverse_mercator(position, self.meridian_deg, UTM_SCALE)?;
-        // Rows repeat every 2000 km; the nearest one of that name is meant.
+        // Rows repeat every 2000 km; the nearest row with this name is meant.
         let y = (y - self.northing_m + 1e6).rem_euclid(2e6) - 1e6;
         Some([x + UTM_EASTING_M - self.easting_m, y])
     }

@@ -20,16 +20,16 @@ pub use super::projection::{Geo, MgrsSquare};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Projector {
-    /// Nothing: the tags `local_x` and `local_y` are the coordinates.
+    /// No projection: the tags `local_x` and `local_y` are the coordinates.
     Local,
-    /// UTM, from the corner of a square of 100 km; where all nodes have `local_x` and `local_y`, those.
+    /// UTM, from the corner of a 100 km square; if all nodes have `local_x` and `local_y`, these are used.
     Mgrs(MgrsSquare),
-    /// UTM in the zone of an origin, from that origin. The map's heights are kept.
+    /// UTM in the zone of an origin, relative to that origin. The map's heights are kept.
     LocalCartesianUtm(Geo),
     /// East, north and up of an origin, on its tangential plane.
     LocalCartesian(Geo),
-    /// Transverse Mercator around the meridian of an origin, from that origin. The map's
-    /// heights are kept.
+    /// Transverse Mercator around the meridian of an origin, relative to that origin. The map's heights are
+    /// kept.
     TransverseMercator {
         /// Position at which x and y are 0.
         origin: Geo,
@@ -39,14 +39,14 @@ pub enum Projector {
 }
 
 impl Projector {
-    /// Creates the military grid's square in which the first node with a position is; `None` when no node has
+    /// Creates the military grid's square that contains the first node with a position; `None` if no node has
     /// one.
     pub fn mgrs_around(osm: &Osm) -> Option<Self> {
         let [latitude_deg, longitude_deg] = osm.nodes.all().iter().find_map(|node| node.geo_deg)?;
         MgrsSquare::around(Geo { latitude_deg, longitude_deg, altitude_m: 0.0 }).map(Self::Mgrs)
     }
 
-    /// x, y and z of a node in the map frame, metres. `None` where the projection does not reach, and
+    /// Returns x, y and z of a node in the map frame, metres. `None` out of range of the projection, and
     /// always for [`Self::Local`].
     pub fn project(&self, position: Geo) -> Option<[f64; 3]> {
         let with_height = |[x, y]: [f64; 2]| [x, y, position.altitude_m];

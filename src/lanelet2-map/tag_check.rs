@@ -1,5 +1,5 @@
-//! The tags that decide about turn signals, held against the geometry of their lanelets: a wrong tag is a
-//! wrong signal, a missing one is none.
+//! Checks the tags that concern turn signals against the geometry of their lanelets: a wrong tag causes a
+//! wrong signal, a missing tag none.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -11,32 +11,32 @@ use super::geometry::polyline::headed;
 use super::geometry::{Point, Pose, wrapped};
 use super::lane_network::{LaneId, LaneNetwork, Lanelet, Roundabout, TurnDirection};
 
-/// A bend by less than this is straight, degrees: drawn bounds are not exact.
+/// A bend by less than this is straight, degrees: drawn bounds are inaccurate.
 const STRAIGHT_DEG: f64 = 5.0;
 /// A bend by more than this is a turn, degrees.
 const TURN_DEG: f64 = 60.0;
-/// Behind a fork, lanelets up to this length together are one turn, metres.
+/// After a fork, lanelets up to this total length are one turn, metres.
 const MAX_TURN_M: f64 = 50.0;
-/// Points nearer than this to the one before do not show a direction, metres.
+/// Points nearer than this to the previous point do not define a direction, metres.
 const MIN_PIECE_M: f64 = 0.3;
-/// A sharper corner is a corner and not an arc, degrees.
+/// A sharper bend is a corner rather than an arc, degrees.
 const MAX_BEYOND_DEG: f64 = 15.0;
 
-/// A flaw of a map, at a lanelet.
+/// A flaw of a map at a lanelet.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapFinding {
     /// Id of the lanelet.
     pub lane: LaneId,
-    /// Start of its centreline in the map frame; `None` when it is not on the map.
+    /// Start of its centreline in the map frame; `None` if it is not on the map.
     pub position: Option<Point>,
-    /// The kind of the flaw.
+    /// The kind of flaw.
     pub flaw: MapFlaw,
 }
 
-/// A reason for which the signal at a lanelet may be wrong or missing.
+/// A reason why the signal at a lanelet may be wrong or missing.
 #[derive(Debug, Clone, PartialEq, Display)]
 pub enum MapFlaw {
-    /// Its `turn_direction` is not the way in which it bends.
+    /// Its `turn_direction` does not match its bend.
     #[display("tagged {}, but it bends {}", tag.name(), bend(*bend_deg))]
     OtherDirection {
         /// The direction that the tag names.
@@ -44,13 +44,13 @@ pub enum MapFlaw {
         /// The bend from its start to its end, degrees, positive to the left.
         bend_deg: f64,
     },
-    /// This value of its `turn_direction` is not known, and counts as none.
+    /// This value of its `turn_direction` is unknown, and is ignored.
     #[display(
         "its turn_direction {_0:?} names no direction: expected left, right or straight, in lower case"
     )]
     UnknownDirection(String),
-    /// The stretch in which its turn is announced, by its `turn_signal_distance`, begins before a turn to the
-    /// other side ends.
+    /// The stretch in which its turn is announced, according to its `turn_signal_distance`, begins before the
+    /// end of a turn to the other side.
     #[display(
         "its turn_signal_distance of {distance_m} m reaches behind the end of lanelet {other}, which turns to the other side"
     )]
@@ -60,7 +60,7 @@ pub enum MapFlaw {
         /// The lanelet that turns to the other side.
         other: LaneId,
     },
-    /// A turn is split: the same tag on lanelets that follow each other.
+    /// A turn is split: consecutive lanelets have the same tag.
     #[display("a turn tagged {} ({}) is split over the lanelets {}", tag.name(), bend(*bend_deg), listed(lanes))]
     SplitTurn {
         /// The direction that the tag names.
@@ -78,7 +78,7 @@ pub enum MapFlaw {
         /// The bend, degrees, positive to the left.
         bend_deg: f64,
     },
-    /// It leads off at a fork by less than a turn, and has no `turn_direction`.
+    /// It leads off at a fork with a bend too small for a turn, and has no `turn_direction`.
     #[display(
         "leads off to the {} of {other} where the road forks after {after}, without a turn_direction",
         if *is_left { "left" } else { "right" }
@@ -88,28 +88,28 @@ pub enum MapFlaw {
         after: LaneId,
         /// The straighter lanelet of the two.
         other: LaneId,
-        /// It lies to the left of that one.
+        /// True if the lanelet lies to the left of the straighter one.
         is_left: bool,
     },
     /// A roundabout names it, but it is not on the map.
     #[display("a roundabout names it, but it is not on the map")]
     NotOnMap,
-    /// A roundabout gives it a role, but it does not refer to the roundabout.
+    /// A roundabout assigns it a role, but it does not refer to the roundabout.
     #[display("a roundabout gives it a role, but it does not refer to the roundabout")]
     NoReference,
-    /// It refers to a roundabout that gives it no role.
+    /// It refers to a roundabout that assigns it no role.
     #[display("refers to a roundabout that gives it no role")]
     NoRole,
-    /// An entry that leads to no lanelet of its roundabout.
+    /// An entry leads to no lanelet of its roundabout.
     #[display("an entry that leads to no lanelet of its roundabout")]
     EntryLeadsNowhere,
-    /// An exit to which no lanelet of its roundabout leads.
+    /// No lanelet of its roundabout leads to this exit.
     #[display("an exit to which no lanelet of its roundabout leads")]
     ExitFromNowhere,
-    /// An entry that signals for this exit, which its roundabouts do not have.
+    /// An entry signals for this exit, which its roundabouts do not have.
     #[display("signals on entry for the exit {_0}, which its roundabout does not have")]
     UnknownExit(LaneId),
-    /// An entry that lists this exit for the left and for the right.
+    /// An entry lists this exit both for the left and for the right.
     #[display("signals on entry both left and right for the exit {_0}")]
     ContradictingExit(LaneId),
     /// An exit without `enable_exit_turn_signal` on a lanelet of the ring before it.
@@ -144,7 +144,8 @@ fn finding(road: &LaneNetwork, lane: LaneId, flaw: MapFlaw) -> MapFinding {
     MapFinding { lane, position, flaw }
 }
 
-/// Returns the bend from start to end, degrees, positive to the left; more than half a circle counts in full.
+/// Returns the bend from start to end, degrees, positive to the left; bends of more than half a circle are
+/// not wrapped.
 fn bend_deg(lane: &Lanelet) -> f64 {
     let mut points: Vec<Point> = Vec::new();
     for point in &lane.centerline {
@@ -153,7 +154,7 @@ fn bend_deg(lane: &Lanelet) -> f64 {
         }
     }
     let poses = headed(&points);
-    // The last pose faces as the one before it.
+    // The last pose has the heading of the previous one.
     let pieces = poses.get(..poses.len().saturating_sub(1)).unwrap_or_default();
     let turning = |pair: &[Pose]| match pair {
         [from, to] => wrapped(to.yaw_rad - from.yaw_rad).to_degrees(),
@@ -190,7 +191,7 @@ fn reaches_behind_other_turn(road: &LaneNetwork, lane: &Lanelet) -> Option<MapFl
         TurnDirection::None | TurnDirection::Straight => return None,
     };
     let distance_m = lane.turn_signal_distance_m?;
-    // Lanelets before it, by their distance to it; each once, so that a ring ends.
+    // Visits the lanelets before it, by their distance to it; each once, so that a ring ends.
     let (mut pending, mut visited) = (vec![(0.0, lane.id)], BTreeSet::from([lane.id]));
     let mut nearest: Option<(f64, LaneId)> = None;
     while let Some((before_m, here)) = pending.pop() {
@@ -236,7 +237,7 @@ fn untagged_fork(road: &LaneNetwork, branch: &Lanelet) -> Option<MapFlaw> {
     }
     let after = *road.predecessors(branch.id).iter().find(|id| road.followers(**id).len() > 1)?;
     let (mut bend, mut length_m, mut last) = (bend_deg(branch), branch.length_m(), branch);
-    // A turn can be drawn as several lanelets without a junction between them.
+    // A turn can be drawn as several lanelets without a junction in between.
     while bend.abs() <= TURN_DEG {
         let [next] = last.followers[..] else { return None };
         let next = road.lane(next).filter(|next| {
@@ -245,7 +246,7 @@ fn untagged_fork(road: &LaneNetwork, branch: &Lanelet) -> Option<MapFlaw> {
                 && road.predecessors(next.id).len() == 1
         })?;
         length_m += next.length_m();
-        // A lanelet without length would be followed for ever.
+        // A lanelet without length would otherwise be followed for ever.
         if length_m > MAX_TURN_M || next.length_m() <= 0.0 || next.id == branch.id {
             return None;
         }
@@ -255,7 +256,7 @@ fn untagged_fork(road: &LaneNetwork, branch: &Lanelet) -> Option<MapFlaw> {
     Some(MapFlaw::UntaggedFork { after, bend_deg: bend })
 }
 
-/// Returns a branch that parts from a straighter one, by an angle that may or may not be meant as a turn.
+/// Returns a branch that diverges from a straighter one, by an angle that may or may not be meant as a turn.
 fn untagged_low_fork(road: &LaneNetwork, branch: &Lanelet) -> Option<MapFlaw> {
     if branch.turn_direction != TurnDirection::None {
         return None;
@@ -271,7 +272,7 @@ fn untagged_low_fork(road: &LaneNetwork, branch: &Lanelet) -> Option<MapFlaw> {
     })
 }
 
-/// Returns the exits that an entry lists, where they are not exits of its roundabouts.
+/// Returns the exits listed by an entry that are not exits of its roundabouts.
 fn exits_of_entry(road: &LaneNetwork, lane: &Lanelet) -> Vec<MapFlaw> {
     let (left, right) = (&lane.exits_signalled_left, &lane.exits_signalled_right);
     let is_exit = |exit: LaneId| road.roundabouts_of(lane.id).any(|element| element.exits.contains(&exit));
@@ -281,7 +282,7 @@ fn exits_of_entry(road: &LaneNetwork, lane: &Lanelet) -> Vec<MapFlaw> {
     unknown.chain(both.map(|exit| MapFlaw::ContradictingExit(*exit))).collect()
 }
 
-/// Returns the flaws of the members of a roundabout, and of lanelets that refer to it without being one.
+/// Returns the flaws of the members of a roundabout, and of lanelets that refer to it without being members.
 fn members(road: &LaneNetwork, index: usize, element: &Roundabout) -> Vec<MapFinding> {
     let mut findings = Vec::new();
     let named: BTreeSet<LaneId> =
@@ -322,7 +323,7 @@ fn bend(bend_deg: f64) -> String {
     format!("{:.0}° to the {side}", bend_deg.abs())
 }
 
-/// Returns the names of lanelets, in their order.
+/// Returns the names of lanelets, in the given order.
 fn listed(lanes: &[LaneId]) -> String {
     lanes.iter().map(LaneId::to_string).collect::<Vec<_>>().join(", ")
 }

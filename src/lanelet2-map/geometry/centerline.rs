@@ -1,4 +1,4 @@
-//! The middle of a lanelet, made of its bounds as upstream's map loader makes it
+//! The centreline of a lanelet, computed from its bounds as in upstream's map loader
 //! (docs/spec/turn-signal-decider.md, "Lanelet centreline").
 
 use super::Point;
@@ -6,8 +6,8 @@ use super::Point;
 /// Spacing of generated centrelines in Autoware's map loader, metres.
 const RESOLUTION_M: f64 = 5.0;
 
-/// Returns the points midway between two bounds (x, y, z in metres) at equal fractions of their lengths with
-/// heights.
+/// Returns the points midway between two bounds (x, y, z in metres) at equal fractions of their lengths,
+/// which include height.
 pub fn centerline(left: &[[f64; 3]], right: &[[f64; 3]]) -> Vec<Point> {
     let parts = centerline_parts(left, right);
     divided(left, parts)
@@ -29,7 +29,7 @@ pub fn centerline_parts(left: &[[f64; 3]], right: &[[f64; 3]]) -> u32 {
     parts
 }
 
-/// Returns x, y and z at the fractions 0/parts, 1/parts, … 1 of the length with heights.
+/// Returns x, y and z at the fractions 0/parts, 1/parts, … 1 of the length, which includes height.
 fn divided(line: &[[f64; 3]], parts: u32) -> impl Iterator<Item = [f64; 3]> {
     let arcs_m = arcs_m(line);
     let length_m = arcs_m.last().copied().unwrap_or_default();

@@ -1,5 +1,6 @@
-//! Plane geometry: poses, distances along a path, where a turn ends (docs/spec/turn-signal-decider.md,
-//! "Geometry"). Height counts in the lengths of bounds, and tells roads on top of each other apart.
+//! Plane geometry: poses, distances along a path, where a turn ends
+//! (docs/spec/turn-signal-decider.md, "Geometry"). Height counts in the lengths of bounds, and distinguishes
+//! stacked roads.
 
 pub mod centerline;
 pub mod path;
@@ -10,18 +11,18 @@ pub mod spline;
 
 use std::f64::consts::{PI, TAU};
 
-/// A position in the map frame, metres. Distances, headings and equality are those in the plane.
+/// A position in the map frame, metres. Distances, headings and equality are computed in the plane.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Point {
     /// East in most maps, metres.
     pub x_m: f64,
     /// North in most maps, metres.
     pub y_m: f64,
-    /// Height, metres; not a number where it is not known.
+    /// Height, metres; NaN if unknown.
     pub z_m: f64,
 }
 
-/// A position and a heading there.
+/// A position with a heading.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Pose {
     /// Position in the map frame.
@@ -31,7 +32,7 @@ pub struct Pose {
 }
 
 impl Point {
-    /// Creates the point (`x_m`, `y_m`) at no known height.
+    /// Creates the point (`x_m`, `y_m`) at an unknown height.
     pub const fn new(x_m: f64, y_m: f64) -> Self {
         Self { x_m, y_m, z_m: f64::NAN }
     }
@@ -42,7 +43,7 @@ impl Point {
         Self { z_m, ..self }
     }
 
-    /// Returns whether both heights are known and can belong to one road, not to two on top of each other.
+    /// Returns whether both heights are known and can belong to one road, rather than to stacked roads.
     pub fn is_level_with(self, other: Self) -> bool {
         (self.z_m - other.z_m).abs() <= SAME_LEVEL_M
     }
@@ -52,7 +53,7 @@ impl Point {
         self.squared_distance(other).sqrt()
     }
 
-    /// Direction towards `other`, radians in (-π, π]; zero when they coincide.
+    /// Returns the direction towards `other`, radians in (-π, π]; zero if they coincide.
     pub fn heading_to_rad(self, other: Self) -> f64 {
         (other.y_m - self.y_m).atan2(other.x_m - self.x_m)
     }
@@ -87,10 +88,10 @@ impl PartialEq for Point {
     }
 }
 
-/// Points nearer than this in x and y are one point.
+/// Points nearer than this in x and y are one point, metres.
 const SAME_POINT_M: f64 = 1e-8;
-/// Heights that differ by more than this belong to different roads, metres: half of what a road leaves free
-/// for the one below it, and more than localisation and map disagree by.
+/// Heights that differ by more than this belong to different roads, metres: half of the clearance between
+/// stacked roads, and more than the error between localisation and map.
 const SAME_LEVEL_M: f64 = 2.5;
 
 impl Pose {
@@ -121,7 +122,7 @@ pub fn cross(origin: Point, a: Point, b: Point) -> f64 {
     (a.x_m - origin.x_m) * (b.y_m - origin.y_m) - (a.y_m - origin.y_m) * (b.x_m - origin.x_m)
 }
 
-/// Returns the angle brought into (-π, π].
+/// Returns the angle normalised to (-π, π].
 pub fn wrapped(angle_rad: f64) -> f64 {
     let rest = angle_rad.rem_euclid(TAU);
     if rest > PI { rest - TAU } else { rest }

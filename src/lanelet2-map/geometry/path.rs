@@ -1,4 +1,4 @@
-//! A path to measure on: the soft nearest point, and signed distances from the vehicle
+//! A path for measuring: the soft nearest point, and signed distances from the vehicle
 //! (docs/spec/turn-signal-decider.md, "Nearest point" and "Distance along the path").
 
 use std::f64::consts::FRAC_PI_2;
@@ -11,27 +11,27 @@ use super::{Point, Pose, wrapped};
 /// Limits of distance and heading within which the nearest point is preferred.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NearestLimits {
-    /// Greatest distance that is preferred, metres.
+    /// Maximum preferred distance, metres.
     pub distance_m: f64,
-    /// Greatest difference of heading that is preferred, radians.
+    /// Maximum preferred difference of heading, radians.
     pub yaw_rad: f64,
 }
 
-/// A difference of heading of one radian weighs as much as this distance, metres.
+/// Distance equivalent to a heading difference of one radian, metres.
 const METRES_PER_RADIAN: f64 = 3.0;
 
-/// A path is smoothed and sampled every few metres, so its arc lengths differ a little from the lanelets',
+/// A path is smoothed and sampled every few metres, so its arc lengths differ slightly from the lanelets',
 /// metres.
 pub const SPAN_TOLERANCE_M: f64 = 3.0;
 
-/// A path of at least two different points, all finite, no two neighbours at one position.
+/// A path of at least two different points, all finite, without consecutive duplicates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Path {
     poses: Vec<Pose>,
     arcs_m: Vec<f64>,
 }
 
-/// A reason for which points do not make a path.
+/// A reason why points do not form a path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum PathError {
     /// Fewer than two different points.
@@ -43,7 +43,7 @@ pub enum PathError {
 }
 
 impl Path {
-    /// Creates the path through `poses`; of neighbours at one position the first stays.
+    /// Creates the path through `poses`; of consecutive duplicates the first is kept.
     pub fn new(poses: impl IntoIterator<Item = Pose>) -> Result<Self, PathError> {
         let mut kept: Vec<Pose> = Vec::new();
         for (index, pose) in poses.into_iter().enumerate() {
@@ -71,8 +71,8 @@ impl Path {
         self.arcs_m.last().copied().unwrap_or_default()
     }
 
-    /// Returns the index of the soft nearest point: near and aligned if there is one, else near, else
-    /// aligned, else just the nearest. Of a path that comes by twice only the first visit counts.
+    /// Returns the index of the soft nearest point: near and aligned if possible, otherwise near, otherwise
+    /// aligned, otherwise just the nearest. If the path comes by twice, only the first visit counts.
     pub fn nearest_index(&self, query: Pose, limits: NearestLimits) -> usize {
         let squared = |pose: &Pose| pose.position.squared_distance(query.position);
         let near = |pose: &Pose| squared(pose) <= limits.distance_m * limits.distance_m;
@@ -84,7 +84,7 @@ impl Path {
             .unwrap_or_default()
     }
 
-    /// Returns the piece next to a point of the path that `query` belongs to.
+    /// Returns the piece adjacent to the path's point `nearest` on which `query` lies.
     fn segment_at(&self, nearest: usize, query: Pose) -> usize {
         match nearest {
             0 => 0,
@@ -94,8 +94,8 @@ impl Path {
         }
     }
 
-    /// Returns the position of `query` along the path, by its segment: metres from the first point, beyond
-    /// both ends.
+    /// Returns the position of `query` along the path, metres from the first point, measured on its piece;
+    /// may lie beyond both ends.
     pub fn station_m(&self, query: Pose, limits: NearestLimits) -> f64 {
         self.station_at(self.nearest_index(query, limits), query)
     }
@@ -105,23 +105,23 @@ impl Path {
         self.arc_m(segment) + self.offset_m(segment, query.position)
     }
 
-    /// Like [`Self::station_m`], by the nearest piece whatever its heading.
+    /// Like [`Self::station_m`], but on the nearest piece whatever its heading.
     pub fn plain_station_m(&self, query: Point) -> f64 {
         let unlimited = NearestLimits { distance_m: f64::INFINITY, yaw_rad: f64::INFINITY };
         self.station_m(Pose { position: query, yaw_rad: 0.0 }, unlimited)
     }
 
-    /// Like [`Self::station_m`], but by [`nearest_visit`].
+    /// Like [`Self::station_m`], but using [`nearest_visit`].
     pub fn station_of_visit_m(&self, query: Pose, limits: NearestLimits) -> f64 {
         self.station_at(nearest_visit(&self.poses, query, limits, None), query)
     }
 
-    /// Returns the arc length of a point in metres; an index beyond the path stands for the last point.
+    /// Returns the arc length of a point in metres; an index beyond the path means the last point.
     pub fn arc_m(&self, index: usize) -> f64 {
         self.arcs_m.get(index).copied().unwrap_or_else(|| self.length_m())
     }
 
-    /// Returns the signed projection on a piece, also beyond its ends.
+    /// Returns the signed projection on a piece, which may lie beyond its ends.
     fn offset_m(&self, segment: usize, query: Point) -> f64 {
         match self.poses.get(segment..segment + 2) {
             Some([from, to]) => projection_m(from.position, to.position, query),
@@ -137,16 +137,16 @@ impl Path {
             .skip_while(|(_, pose)| !qualifies(pose))
             .take_while(|(_, pose)| qualifies(pose));
         let squared = |pose: &Pose| pose.position.squared_distance(query.position);
-        // `min_by` keeps the first of equals.
+        // `min_by` returns the first of equal elements.
         run.min_by(|(_, one), (_, other)| squared(one).total_cmp(&squared(other))).map(|(index, _)| index)
     }
 }
 
-/// Returns the index of the point of a line that is near to a pose and faces alike, as
-/// [`Path::nearest_index`] has it; but of a line that comes by twice the visit counts that is at the height
-/// of the pose, if one is; then the one of the least `rank`; without that the one that is nearest and faces
-/// most alike. A point that faces the other way, as on the lane beside by which a line comes back, comes
-/// last. 0 without points.
+/// Returns the index of the line's point that is near to a pose and has a similar heading, as in
+/// [`Path::nearest_index`]. If the line comes by twice, it chooses the visit at the height of the pose, if
+/// any; then the visit with the lowest `rank`; otherwise the nearest and best aligned visit. A point with the
+/// opposite heading, as when a line returns in the neighbouring lane, is the last choice. Returns 0 without
+/// points.
 pub fn nearest_visit(
     poses: &[Pose],
     query: Pose,
@@ -178,7 +178,7 @@ pub fn nearest_visit(
     passes.into_iter().find_map(best).map_or(0, |(_, _, index)| index)
 }
 
-/// Returns the nearest point of each unbroken run of points that qualify.
+/// Returns the nearest point of each contiguous run of qualifying points.
 fn visits<'a>(poses: &'a [Pose], query: Pose, qualifies: &dyn Fn(&Pose) -> bool) -> Vec<(usize, &'a Pose)> {
     let mut visits = Vec::new();
     let mut visit: Option<(f64, (usize, &Pose))> = None;
@@ -196,7 +196,7 @@ fn visits<'a>(poses: &'a [Pose], query: Pose, qualifies: &dyn Fn(&Pose) -> bool)
     visits
 }
 
-/// Distances along a path, from the vehicle.
+/// Measures distances along a path, from the vehicle.
 #[derive(Debug, Clone, Copy)]
 pub struct PathFrame<'a> {
     path: &'a Path,
@@ -208,15 +208,15 @@ pub struct PathFrame<'a> {
 }
 
 impl<'a> PathFrame<'a> {
-    /// Creates a vehicle at `ego` (its rear axle), whose front is `front_m` before that. `limits` find both
-    /// the vehicle and whatever is measured.
+    /// Creates the frame for a vehicle at `ego` (its rear axle), whose front is `front_m` ahead of that.
+    /// `limits` are used to find both the vehicle and the measured poses.
     pub fn new(path: &'a Path, ego: Pose, front_m: f64, limits: NearestLimits) -> Self {
         let ego_station_m = path.station_m(ego, limits);
         Self { path, ego, ego_station_m, front_m, limits, looks_at_every_visit: false }
     }
 
-    /// As [`Self::new`], for a vehicle that is known to be near the arc length `near_arc_m`. Where the path
-    /// comes by twice, also on top of itself, height and heading decide which visit is meant.
+    /// Like [`Self::new`], for a vehicle that is known to be near the arc length `near_arc_m`. If the path
+    /// comes by twice, also on top of itself, height and heading decide which visit counts.
     pub fn of_every_visit(
         path: &'a Path,
         (ego, near_arc_m): (Pose, f64),
@@ -229,7 +229,7 @@ impl<'a> PathFrame<'a> {
         Self { path, ego, ego_station_m, front_m, limits, looks_at_every_visit: true }
     }
 
-    /// Returns whether it was made by [`Self::of_every_visit`].
+    /// Returns whether it was created by [`Self::of_every_visit`].
     pub fn looks_at_every_visit(&self) -> bool {
         self.looks_at_every_visit
     }
@@ -239,8 +239,8 @@ impl<'a> PathFrame<'a> {
         self.ego
     }
 
-    /// Returns the signed distance from the rear axle to `pose` along the path, metres. Where the path comes
-    /// by twice, as once around a ring, the visit next to the vehicle is meant.
+    /// Returns the signed distance from the rear axle to `pose` along the path, metres. If the path comes by
+    /// twice, as once around a ring, the visit nearest to the vehicle counts.
     pub fn from_base_m(&self, pose: Pose) -> f64 {
         let station_m = if self.looks_at_every_visit {
             let from_ego_m = |index| (self.path.arc_m(index) - self.ego_station_m).abs();
@@ -252,19 +252,19 @@ impl<'a> PathFrame<'a> {
         station_m - self.ego_station_m
     }
 
-    /// Returns the same distance for a pose that lies between two arc lengths of the path, in metres, to
+    /// Like [`Self::from_base_m`], for a pose that lies between two arc lengths of the path, metres, to
     /// within [`SPAN_TOLERANCE_M`]. Other pieces of the path near the pose are ignored.
     pub fn from_base_within_m(&self, pose: Pose, [from_m, to_m]: [f64; 2]) -> f64 {
         let beyond_m = |index: usize| {
             let arc_m = self.path.arc_m(index);
             (from_m - arc_m).max(arc_m - to_m).max(0.0)
         };
-        // What lies beyond the stretch counts as far away as that: a stretch can end on top of the way into
-        // it.
+        // The distance beyond the stretch is added to the cost, since a stretch can end on top of the path
+        // leading into it.
         let cost_m = |(index, at): &(usize, &Pose)| at.position.distance_m(pose.position) + beyond_m(*index);
         let within = self.path.poses.iter().enumerate();
         let within = within.filter(|(index, _)| beyond_m(*index) <= SPAN_TOLERANCE_M);
-        // `min_by` keeps the first of equals.
+        // `min_by` returns the first of equal elements.
         let nearest =
             within.min_by(|one, other| cost_m(one).total_cmp(&cost_m(other))).map(|(index, _)| index);
         match nearest {

@@ -18,7 +18,7 @@ pub fn arc_lengths_m(points: &[Point]) -> Vec<f64> {
     arcs
 }
 
-/// Returns the points with runs of coinciding ones reduced to their first.
+/// Returns the points, with only the first of each run of coinciding points.
 pub fn without_repeats(points: &[Point]) -> Vec<Point> {
     let mut kept: Vec<Point> = Vec::with_capacity(points.len());
     for point in points {
@@ -29,7 +29,7 @@ pub fn without_repeats(points: &[Point]) -> Vec<Point> {
     kept
 }
 
-/// Returns the points without those within `gap_m` of any kept before them.
+/// Returns the points without those within `gap_m` of any earlier point that was kept.
 pub fn without_near_earlier(points: &[Point], gap_m: f64) -> Vec<Point> {
     let mut kept: Vec<Point> = Vec::with_capacity(points.len());
     for point in points {
@@ -40,19 +40,20 @@ pub fn without_near_earlier(points: &[Point], gap_m: f64) -> Vec<Point> {
     kept
 }
 
-/// Returns the first point, facing the second. `None` below two points.
+/// Returns the first point, facing the second. `None` for fewer than two points.
 pub fn front_pose(points: &[Point]) -> Option<Pose> {
     let [first, second, ..] = points else { return None };
     Some(Pose { position: *first, yaw_rad: first.heading_to_rad(*second) })
 }
 
-/// Returns the last point, facing away from the last but one. `None` below two points.
+/// Returns the last point, with the heading from the point before it. `None` for fewer than two points.
 pub fn back_pose(points: &[Point]) -> Option<Pose> {
     let [.., before, last] = points else { return None };
     Some(Pose { position: *last, yaw_rad: before.heading_to_rad(*last) })
 }
 
-/// Returns every point facing the next; the last one faces as the one before it. One point faces +x.
+/// Returns every point facing the next; the last has the heading of the previous point. A single point faces
+/// +x.
 pub fn headed(points: &[Point]) -> Vec<Pose> {
     let mut poses: Vec<Pose> = points
         .iter()
@@ -69,20 +70,20 @@ pub fn headed(points: &[Point]) -> Vec<Pose> {
 /// The position on a line that is nearest to a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Projection {
-    /// Index of the piece that it is on, counted by first points.
+    /// Index of its piece, which is the index of the piece's first point.
     pub piece: usize,
-    /// Arc length there, metres.
+    /// Arc length of the position, metres.
     pub arc_m: f64,
-    /// Distance to it, metres.
+    /// Distance to the position, metres.
     pub distance_m: f64,
-    /// Direction of the line there, radians; zero on a single point.
+    /// Direction of the line at the position, radians; zero for a single point.
     pub yaw_rad: f64,
-    /// Height of the line there, metres; not a number where it is not known.
+    /// Height of the line at the position, metres; NaN if unknown.
     pub z_m: f64,
 }
 
-/// Returns the position on the line through `points` that is nearest to `query`; the first of equally near
-/// ones. `None` without points.
+/// Returns the position on the line through `points` that is nearest to `query`; of equally near positions,
+/// the first. `None` without points.
 pub fn nearest(points: &[Point], query: Point) -> Option<Projection> {
     let first = *points.first()?;
     let mut best = (first.squared_distance(query), None, first);
@@ -116,7 +117,7 @@ pub fn nearest(points: &[Point], query: Point) -> Option<Projection> {
 }
 
 /// Returns whether `query` lies to the left of a line. At a corner both of its pieces count: the inside of
-/// the bend is what both have on that side.
+/// the bend is the area on that side of both.
 pub fn is_on_left(points: &[Point], query: Point) -> bool {
     let points = without_repeats(points);
     let piece = |at: usize| Some((*points.get(at)?, *points.get(at + 1)?));
@@ -143,14 +144,14 @@ pub fn is_on_left(points: &[Point], query: Point) -> bool {
     }
 }
 
-/// Returns the index of the pose nearest to a point, the first of equally near ones; 0 without poses.
+/// Returns the index of the pose nearest to a point, the first of equally near poses; 0 without poses.
 pub fn nearest_index(poses: &[Pose], query: Point) -> usize {
     let far = |pose: &Pose| pose.position.squared_distance(query);
     let nearest = poses.iter().enumerate().min_by(|(_, one), (_, other)| far(one).total_cmp(&far(other)));
     nearest.map_or(0, |(index, _)| index)
 }
 
-/// Returns the point at `arc_m`, held to the ends of the line. `None` without points.
+/// Returns the point at `arc_m`, clamped to the ends of the line. `None` without points.
 pub fn at_arc(points: &[Point], arc_m: f64) -> Option<Point> {
     let mut rest_m = arc_m.max(0.0);
     for piece in points.windows(2) {
@@ -164,8 +165,8 @@ pub fn at_arc(points: &[Point], arc_m: f64) -> Option<Point> {
     points.last().copied()
 }
 
-/// Signed projection of `query - from` on the direction `from` → `to`, metres, beyond both ends.
-/// Zero for a piece without length.
+/// Returns the signed projection of `query - from` on the direction `from` → `to`, metres, which may lie
+/// beyond both ends. Zero for a piece of zero length.
 pub fn projection_m(from: Point, to: Point, query: Point) -> f64 {
     let (dx, dy) = (to.x_m - from.x_m, to.y_m - from.y_m);
     let length_m = dx.hypot(dy);

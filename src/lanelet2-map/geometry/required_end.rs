@@ -1,4 +1,4 @@
-//! The end of the required section of a turn, as upstream's two planners compute it
+//! The end of the required section of a turn, as computed by upstream's two planners
 //! (docs/spec/turn-signal-decider.md, "Required end of a turn").
 
 use std::iter::successors;
@@ -8,17 +8,17 @@ use super::spline::{akima_points, natural_derivatives};
 use super::{Point, Pose, wrapped};
 
 const STEP_M: f64 = 1.0;
-/// A sample this near to the end becomes the end, metres.
+/// A sample this near to the end is replaced by the end, metres.
 const MERGE_M: f64 = 0.1;
 /// A line with a piece shorter than this is not resampled, metres.
 const MIN_PIECE_M: f64 = 1e-6;
-/// The fewest points through which upstream lays its spline.
+/// Minimum number of points of upstream's spline.
 const MIN_KNOTS: usize = 4;
-/// Longest line that is resampled, metres; no lanelet is near it, and it bounds memory.
+/// Maximum length of a line that is resampled, metres; far above any lanelet, it bounds memory.
 const MAX_M: f64 = 100_000.0;
 
-/// Returns the last sample of the line that still faces `threshold_deg` or more away from its end; the end
-/// when none does. `None` without two different finite points.
+/// Returns the last sample of the line that still faces `threshold_deg` or more away from its end; the end if
+/// there is none. `None` without two different finite points.
 pub fn required_end(centerline: &[Point], threshold_deg: f64) -> Option<Pose> {
     let samples = headed(&resampled(centerline)?);
     let end = samples.last()?;
@@ -28,7 +28,7 @@ pub fn required_end(centerline: &[Point], threshold_deg: f64) -> Option<Pose> {
 
 /// Returns the first point of the line at which the natural cubic spline through all of them faces within
 /// `threshold_deg` of its end: the rule of upstream's path generator. A line of fewer than four points is
-/// divided into quarters before. `None` without two different finite points.
+/// first divided into quarters. `None` without two different finite points.
 pub fn first_aligned(centerline: &[Point], threshold_deg: f64) -> Option<Pose> {
     if !centerline.iter().all(|point| point.is_finite()) {
         return None;

@@ -1,8 +1,8 @@
-//! Areas and crossings: inside a lane, across a bound, sideways distance to a bound.
+//! Areas and crossings: inside a lane, across a bound, lateral distance to a bound.
 
 use super::{Point, Pose, cross};
 
-/// Returns whether `point` lies inside the closed ring `ring` or on its edge (to within rounding). A ring of
+/// Returns whether `point` lies inside the closed ring `ring` or on its edge (up to rounding). A ring of
 /// fewer than three points has no inside.
 pub fn contains(ring: &[Point], point: Point) -> bool {
     let Some(last) = ring.last().filter(|_| ring.len() >= 3) else { return false };
@@ -31,10 +31,10 @@ pub fn touches(ring: &[Point], line: &[Point]) -> bool {
 }
 
 /// Returns the smallest |t| for which `corner + t * (sideways of the vehicle)` lies on `bound`, metres;
-/// `None` when the line through the corner along the vehicle's lateral axis misses it.
+/// `None` if the line through the corner along the vehicle's lateral axis misses it.
 pub fn sideways_distance_m(vehicle: Pose, corner: Point, bound: &[Point]) -> Option<f64> {
     let (sin, cos) = vehicle.yaw_rad.sin_cos();
-    // In the vehicle's axes from the corner: x along it, y to its left.
+    // Coordinates in the vehicle's axes, with the corner as origin: x forward, y to the left.
     let local = |point: &Point| {
         let (dx, dy) = (point.x_m - corner.x_m, point.y_m - corner.y_m);
         (dx * cos + dy * sin, dy * cos - dx * sin)

@@ -1,19 +1,19 @@
-//! The modified Akima cubic: a smooth line through knots that does not overshoot as much
+//! The modified Akima cubic: a smooth line through knots with little overshoot
 //! (docs/spec/turn-signal-decider.md, "Required end of a turn").
 
 use super::Point;
 
-/// Below this the weights of a node are noise and the mean of its slopes counts.
+/// Below this, the weights of a node are noise, and the mean of its slopes is used.
 const MIN_WEIGHT: f64 = 1e-5;
 
 /// Returns the values at `queries` of the cubic through (`knots`, `values`). Queries outside the knots
-/// continue the first or last piece. `None` when there are fewer than two knots, knots do not rise, or the
-/// lengths differ.
+/// continue the first or last piece. `None` if there are fewer than two knots, the knots do not increase, or
+/// the lengths differ.
 pub fn akima(knots: &[f64], values: &[f64], queries: &[f64]) -> Option<Vec<f64>> {
     let pieces = pieces(knots, values, &slopes(knots, values)?);
     let last = pieces.last()?;
     let value_at = |query: &f64| {
-        // The piece whose end is not yet reached; knots rise, so the first such one.
+        // The first piece whose end is not reached yet; knots increase.
         let passed = pieces.partition_point(|piece| piece.to <= *query);
         pieces.get(passed).unwrap_or(last).value_at(*query)
     };
@@ -35,7 +35,7 @@ pub fn akima_points(arcs_m: &[f64], points: &[Point], queries_m: &[f64]) -> Opti
 pub fn natural_derivatives(knots: &[f64], values: &[f64]) -> Option<Vec<f64>> {
     let slopes = slopes(knots, values)?;
     let spans: Vec<f64> = differences(knots).collect();
-    // Second derivatives at the inner knots, by elimination; those at the ends are zero.
+    // Second derivatives at the inner knots, by elimination; at the ends they are zero.
     let mut rows: Vec<(f64, f64)> = vec![(0.0, 0.0)];
     for (span, slope) in spans.windows(2).zip(slopes.windows(2)) {
         let ([before, after], [slope_before, slope_after]) = (span, slope) else { continue };
@@ -83,8 +83,8 @@ fn differences(values: &[f64]) -> impl Iterator<Item = f64> {
     values.iter().zip(values.iter().skip(1)).map(|(from, to)| to - from)
 }
 
-/// Returns the slope of each piece; `None` when there are fewer than two knots, knots do not rise, or the
-/// lengths differ.
+/// Returns the slope of each piece; `None` if there are fewer than two knots, the knots do not increase, or
+/// the lengths differ.
 fn slopes(knots: &[f64], values: &[f64]) -> Option<Vec<f64>> {
     let is_rising = knots.windows(2).all(|pair| matches!(pair, [from, to] if from < to));
     let slopes = differences(values).zip(differences(knots)).map(|(rise, span)| rise / span);
@@ -108,7 +108,7 @@ fn pieces(knots: &[f64], values: &[f64], slopes: &[f64]) -> Vec<Piece> {
         .collect()
 }
 
-/// Returns the derivative at each knot, one more than there are slopes.
+/// Returns the derivative at each knot, one more than the number of slopes.
 fn derivatives(slopes: &[f64]) -> Vec<f64> {
     let nodes = slopes.len() + 1;
     let slope = |at: usize| slopes.get(at).copied().unwrap_or_default();

@@ -1,11 +1,11 @@
-//! The box around a line: how near and how far the line can be at most, without looking at it.
+//! The bounding box of a line: bounds for the distance to the line, without visiting its points.
 
 use crate::geometry::Point;
 
-/// Rounding of distances stays far below this, metres.
+/// Upper bound for the rounding of distances, metres.
 const ROUNDING_M: f64 = 1e-6;
 
-/// A box along the axes of the map. It has no limits around what is not finite, or not there.
+/// A box along the axes of the map. It is unlimited if the line is empty or not finite.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Extent {
     low: Point,
@@ -27,7 +27,7 @@ impl Extent {
         })
     }
 
-    /// Returns the least and the greatest distance that the line can have from `query`, in metres.
+    /// Returns the minimum and the maximum distance that the line can have from `query`, metres.
     pub(super) fn distances_m(&self, query: Point) -> (f64, f64) {
         let least = |low: f64, high: f64, at: f64| (low - at).max(at - high).max(0.0);
         let most = |low: f64, high: f64, at: f64| (at - low).max(high - at);

@@ -12,15 +12,15 @@ use crate::geometry::polyline::is_on_left;
 use crate::osm::{Osm, OsmElement, OsmKind, Relation, Way};
 use crate::points::Points;
 
-/// The subtype of lanelets that are shoulders. They are not for vehicles, so no neighbours.
+/// The subtype of shoulder lanelets. They are not for vehicles, so they are not neighbours.
 const SHOULDER: &str = "road_shoulder";
 
 impl LaneNetwork {
-    /// Creates the network of all lanelets of a map, also of those that are not for vehicles, since a
-    /// shoulder can be where a vehicle pulls out. Of the nodes, it takes nothing but the points.
+    /// Creates the network of all lanelets of a map, including those that are not for vehicles, since a
+    /// vehicle can pull out from a shoulder. Of the nodes, only the points are used.
     ///
     /// # Errors
-    /// [`MapError`], with the element that is wrong.
+    /// Returns a [`MapError`] with the faulty element.
     pub fn read(osm: &Osm, points: &Points) -> Result<Self, MapError> {
         let relations = || osm.relations.all().iter();
         let elements = || relations().filter(|relation| relation.is_regulatory("roundabout"));
@@ -55,8 +55,8 @@ impl<'a> NetworkBuilder<'a> {
         let ways = [self.way(relation, "left")?, self.way(relation, "right")?];
         self.count_points(relation, ways.iter().map(|way| way.nodes.len()).sum())?;
         let [mut left, mut right] = [self.line(ways[0], relation)?, self.line(ways[1], relation)?];
-        // Each bound is turned so that the other one lies on its proper side, the left one first, as lanelet2
-        // does.
+        // Each bound is turned so that the other lies on its proper side, the left bound first, as in
+        // lanelet2.
         let turns_left = is_on_left(&from_above(&left), middle(&right));
         if turns_left {
             left.reverse();
@@ -109,7 +109,7 @@ impl<'a> NetworkBuilder<'a> {
         Ok(())
     }
 
-    /// Returns the one way on this side of a lanelet.
+    /// Returns the only way on this side of a lanelet.
     fn way(&self, relation: &Relation, role: &'static str) -> Result<&'a Way, MapError> {
         let mut ways = relation.members(role, OsmKind::Way).filter_map(|id| self.osm.ways.get(id));
         match (ways.next(), ways.next()) {
@@ -121,7 +121,7 @@ impl<'a> NetworkBuilder<'a> {
         }
     }
 
-    /// Returns the points of a bound as it is drawn, at least two.
+    /// Returns the points of a bound as drawn, at least two.
     fn line(&self, way: &Way, of: &Relation) -> Result<Vec<[f64; 3]>, MapError> {
         let points: Vec<_> = way.nodes.iter().filter_map(|node| self.points.get(*node)).collect();
         if points.len() < 2 {
@@ -151,7 +151,7 @@ fn from_above(line: &[[f64; 3]]) -> Vec<Point> {
     line.iter().map(|[x_m, y_m, _]| Point::new(*x_m, *y_m)).collect()
 }
 
-/// Returns the point in the middle of the list, or half-way between two.
+/// Returns the middle point of the list, or the point half-way between the two middle points.
 fn middle(line: &[[f64; 3]]) -> Point {
     match line {
         [[ax, ay, _], [bx, by, _]] => Point::new(f64::midpoint(*ax, *bx), f64::midpoint(*ay, *by)),

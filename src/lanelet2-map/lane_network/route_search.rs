@@ -1,4 +1,4 @@
-//! The shortest way over lanelets that follow each other.
+//! The shortest way over consecutive lanelets.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
@@ -6,9 +6,9 @@ use std::collections::{BTreeMap, BinaryHeap};
 use super::{LaneId, LaneNetwork};
 
 impl LaneNetwork {
-    /// Returns the shortest way from one lanelet to another, both included, without a change of lane; `None`
-    /// when none leads there. The lengths of all lanelets but the last are added up; of equally long ways it
-    /// is always the same.
+    /// Returns the shortest way from one lanelet to another, both included, without a lane change; `None` if
+    /// there is none. The length of a way is the sum over all its lanelets except the last; among equally
+    /// long ways the choice is deterministic.
     pub fn shortest_way(&self, from: LaneId, to: LaneId) -> Option<Vec<LaneId>> {
         self.lane(from)?;
         let mut before: BTreeMap<LaneId, Option<LaneId>> = BTreeMap::new();
@@ -46,7 +46,7 @@ mod tests {
     use crate::geometry::Point;
     use crate::lane_network::Lanelet;
 
-    /// Returns the lanelets with ids from 0, each of so many metres and with these followers.
+    /// Returns lanelets with ids from 0, each with this length in metres and these followers.
     fn network(lanes: &[(u8, Vec<LaneId>)]) -> LaneNetwork {
         let lane = |(id, (length_m, followers)): (LaneId, &(u8, Vec<LaneId>))| Lanelet {
             id,
@@ -62,7 +62,7 @@ mod tests {
         lengths.take(way.len() - 1).sum()
     }
 
-    /// The shortest of all ways that meet no lanelet twice, found by trying each.
+    /// Returns the shortest of all ways that visit no lanelet twice, by trying each.
     fn brute_force(
         lanes: &[(u8, Vec<LaneId>)],
         way: &mut Vec<LaneId>,

@@ -1,4 +1,4 @@
-//! The tags of a lanelet that decide about turn signals (docs/spec/turn-signal-decider.md, "Map facts").
+//! The tags of a lanelet that concern turn signals (docs/spec/turn-signal-decider.md, "Map facts").
 
 use super::TurnDirection;
 use crate::osm::Tags;
@@ -12,15 +12,14 @@ impl TurnDirection {
         value.and_then(variant).unwrap_or_default()
     }
 
-    /// Returns the value of the tag when it names no direction; tags are exact, so `Left` does not.
+    /// Returns the value of the tag if it names no direction; tags are case-sensitive, so `Left` names none.
     pub(super) fn unknown(value: Option<&str>) -> Option<String> {
         value.filter(|_| Self::from_tag(value) == Self::None).map(str::to_owned)
     }
 }
 
 /// Returns whether vehicles may use a lanelet with these tags: a tag `participant:vehicle` or `participant`
-/// decides, then any other tag of a participant (not for vehicles), then the subtype. These are lanelet2's
-/// rules.
+/// decides, then any other participant tag (not for vehicles), then the subtype. These are lanelet2's rules.
 pub(super) fn is_for_vehicles(tags: &Tags) -> bool {
     let mut participants = tags.iter().filter(|(key, _)| key.starts_with("participant")).peekable();
     if participants.peek().is_none() {
@@ -38,7 +37,7 @@ mod tests {
 
     type Pairs<'a> = &'a [(&'a str, &'a str)];
 
-    /// Returns the tags of a way that has these.
+    /// Returns the tags of a way with these keys and values.
     fn tags(pairs: Pairs<'_>) -> Tags {
         let inside: String =
             pairs.iter().map(|(key, value)| format!("<tag k='{key}' v='{value}'/>")).collect();

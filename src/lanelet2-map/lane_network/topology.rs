@@ -1,13 +1,13 @@
-//! The lanelets for vehicles that follow each other and lie beside each other, by the points and ways they
-//! share: lanelet2's routing graph for vehicles (docs/spec/turn-signal-decider.md, "Map facts").
+//! Followers and neighbours among the lanelets for vehicles, found through shared points and ways: lanelet2's
+//! routing graph for vehicles (docs/spec/turn-signal-decider.md, "Map facts").
 //!
-//! Lanelets that may be driven both ways are taken in the direction of their bounds only.
+//! Bidirectional lanelets are used only in the direction of their bounds.
 
 use std::collections::BTreeMap;
 
 use super::{LaneId, Lanelet};
 
-/// A lanelet as it is drawn, before its followers and the lanes beside it are known.
+/// A lanelet as drawn, before its followers and neighbouring lanes are known.
 pub(super) struct DrawnLanelet {
     pub(super) lane: Lanelet,
     pub(super) left: Bound,
@@ -16,7 +16,7 @@ pub(super) struct DrawnLanelet {
     pub(super) is_shoulder: bool,
 }
 
-/// A bound of a lanelet, by what other lanelets can share with it.
+/// A bound of a lanelet, with the features that other lanelets can share.
 pub(super) struct Bound {
     /// Id of its way. Several lanelets can share it.
     pub(super) way_id: i64,
@@ -26,25 +26,25 @@ pub(super) struct Bound {
     pub(super) ends: [usize; 2],
 }
 
-/// Lanelets, by position, by what they share with others; lists are in the order of the file.
+/// Lanelets, by position, for each shared feature; lists are in the order of the file.
 type Shared<K> = BTreeMap<K, Vec<usize>>;
 
-/// All but the shoulders are lanelets for vehicles.
+/// All lanelets except the shoulders are for vehicles.
 #[derive(Default)]
 struct Topology {
     /// Lanelets by the first nodes of their bounds.
     begins: Shared<[usize; 2]>,
     /// Lanelets by the last nodes of their bounds.
     ends: Shared<[usize; 2]>,
-    /// Lanelets by their left bound: its way and whether that is inverted.
+    /// Lanelets by their left bound: its way, and whether the way is inverted.
     lefts: Shared<(i64, bool)>,
-    /// Lanelets by their right bound: its way and whether that is inverted.
+    /// Lanelets by their right bound: its way, and whether the way is inverted.
     rights: Shared<(i64, bool)>,
-    /// Shoulders by the ways they lie between.
+    /// Shoulders by their bounding ways.
     shoulders: Shared<i64>,
 }
 
-/// Returns the lanes of these lanelets, with their followers and what lies beside them.
+/// Returns the lanes of these lanelets, with their followers and neighbours.
 pub(super) fn connected(drawn: Vec<DrawnLanelet>) -> Vec<Lanelet> {
     let topology = Topology::new(&drawn);
     let links: Vec<(Vec<LaneId>, [bool; 2])> = drawn
@@ -83,7 +83,8 @@ impl Topology {
         next.iter().filter_map(|at| drawn.get(*at)).map(|next| next.lane.id).collect()
     }
 
-    /// Looks for a neighbour, a shoulder, an opposite lane or a sibling on the left and on the right.
+    /// Returns whether there is a neighbour, a shoulder, an opposite lane or a sibling on the left and on the
+    /// right.
     fn lanes_beside(&self, drawn: &[DrawnLanelet], at: usize, of: &DrawnLanelet) -> [bool; 2] {
         let beside = |bound: &Bound, neighbours, opposite| {
             let is_other = |beside: &usize| *beside != at;
@@ -92,8 +93,8 @@ impl Topology {
             !shared(neighbours, of, &(way_id, is_inverted)).is_empty()
                 || shared(opposite, of, &(way_id, !is_inverted)).iter().chain(shoulders).any(is_other)
         };
-        // A sibling begins with this lanelet and ends beside it: their inner bounds meet there, as they do
-        // when what follows the two lies side by side.
+        // A sibling begins with this lanelet and ends next to it: their inner bounds meet there, as they do
+        // if their followers lie side by side.
         let roots = shared(&self.ends, of, &[of.left.ends[0], of.right.ends[0]]).iter();
         let begun = roots
             .filter_map(|root| drawn.get(*root))
@@ -109,7 +110,7 @@ impl Topology {
     }
 }
 
-/// Returns the lanelets that share a key with this one; none if this one is not for vehicles.
+/// Returns the lanelets that share a key with this lanelet; none if it is not for vehicles.
 fn shared<'a, K: Ord>(by: &'a Shared<K>, of: &DrawnLanelet, key: &K) -> &'a [usize] {
     by.get(key).filter(|_| of.is_for_vehicles).map_or(&[], Vec::as_slice)
 }

@@ -8,10 +8,10 @@ use crate::osm::{Osm, OsmElement, OsmKind, Way};
 use crate::points::Points;
 
 impl LightMap {
-    /// Finds the lights. Without points, heads have no lamps.
+    /// Reads the lights. Without points, heads have no lamps.
     ///
     /// # Errors
-    /// [`MapError::BadTag`] for a `height` or `traffic_light_id` that is not a number.
+    /// Returns [`MapError::BadTag`] for a `height` or `traffic_light_id` that is not a number.
     pub fn read(osm: &Osm, points: Option<&Points>, source: LampSource) -> Result<Self, MapError> {
         let drawings = Drawings::read(osm)?;
         let relations = || osm.relations.all().iter();

@@ -1,6 +1,6 @@
-//! The primitives of an OSM XML file, before they mean anything.
+//! The uninterpreted primitives of an OSM XML file.
 //!
-//! Only what a lanelet2 map needs is kept. Elements that an editor marked as deleted are left out.
+//! Only data that a lanelet2 map needs is kept. Elements that an editor marked as deleted are left out.
 
 use std::fmt;
 
@@ -17,18 +17,18 @@ pub struct Osm {
     pub relations: OsmLayer<Relation>,
 }
 
-/// A point. Its coordinates in metres are up to the map's projection.
+/// A point. Its coordinates in metres depend on the map's projection.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Node {
-    /// Id, unique among the nodes; editors give negative ids to new ones.
+    /// Id, unique among the nodes; editors assign negative ids to new nodes.
     pub id: i64,
     /// Latitude and longitude, degrees, if the file has both.
     pub geo_deg: Option<[f64; 2]>,
-    /// The tags `local_x` and `local_y`, metres in the map frame, if the file has both.
+    /// The tags `local_x` and `local_y` in the map frame, metres, if the file has both.
     pub local_m: Option<[f64; 2]>,
     /// The tag `ele`, metres; 0 without one.
     pub ele_m: f64,
-    /// Only `color` and `arrow`.
+    /// Only the tags `color` and `arrow`.
     pub tags: Tags,
 }
 
@@ -54,7 +54,7 @@ pub struct Relation {
     pub tags: Tags,
 }
 
-/// A part of a relation. Members of lanelets and regulatory elements are in the file.
+/// A part of a relation. Members of lanelets and regulatory elements exist in the file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Member {
     /// Its role in the relation; can be empty.
@@ -87,12 +87,12 @@ pub struct OsmElement {
     pub id: i64,
 }
 
-/// Keys and values of an element, in turn, each followed by a byte that no text has: a map has hundreds of
-/// thousands of short ones.
+/// Keys and values of an element, alternating, each followed by a byte that is invalid in UTF-8: a compact
+/// form, since a map has hundreds of thousands of short texts.
 #[derive(Clone, PartialEq, Eq, Default)]
 pub struct Tags(pub(super) Box<[u8]>);
 
-/// Elements of one kind, in the order of the file, found by id.
+/// Elements of one kind, in the order of the file, with lookup by id.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OsmLayer<T> {
     pub(super) items: Vec<T>,
@@ -100,38 +100,38 @@ pub struct OsmLayer<T> {
     pub(super) places: Vec<ElementPlace>,
 }
 
-/// The place of an element. 32 bits do, as so many elements would take hundreds of GB.
+/// The position of an element. 32 bits suffice, since more elements would take hundreds of GB.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct ElementPlace {
     pub(super) id: i64,
     pub(super) position: u32,
-    /// Line of the file that it begins on, from 1.
+    /// Line of the file on which the element begins, from 1.
     pub(super) line: u32,
 }
 
-/// A file that is not read.
+/// The reason a file was refused, with its line.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{fault}")]
 pub struct OsmError {
-    /// Line of the text that is wrong, from 1.
+    /// Line of the error in the text, from 1.
     pub line: usize,
-    /// What is wrong there.
+    /// The fault in that line.
     pub fault: OsmFault,
 }
 
-/// A reason for which a file is not read.
+/// A reason why a file is refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum OsmFault {
-    /// Some byte is not UTF-8.
+    /// A byte is not UTF-8.
     #[error("not UTF-8")]
     NotUtf8,
-    /// The text could not be read to its end; the system's message.
+    /// The text could not be read to its end; contains the system's message.
     #[error("cannot read it: {0}")]
     NotRead(String),
-    /// The text is not XML; the parser's message.
+    /// The text is not XML; contains the parser's message.
     #[error("not XML: {0}")]
     NotXml(String),
-    /// The text is XML, but not a map; the outermost element, if there is one.
+    /// The text is XML, but not a map; contains the outermost element, if any.
     #[error("not an OSM file: <osm> expected at the top{}", .0.as_ref().map_or_else(String::new, |name| format!(", found <{name}>")))]
     NotOsm(Option<String>),
     /// The text ends before `</osm>`.
@@ -145,16 +145,16 @@ pub enum OsmFault {
         /// Name of the attribute.
         key: &'static str,
     },
-    /// A value cannot be used.
+    /// A value is unusable.
     #[error("{element}: `{key}` is `{value}`, {expected} expected")]
     BadValue {
         /// The element with the value.
         element: ElementRef,
-        /// The attribute or tag.
+        /// Name of the attribute or tag.
         key: &'static str,
-        /// The value as the file has it.
+        /// The value in the file.
         value: String,
-        /// Values that would fit.
+        /// Expected values.
         expected: &'static str,
     },
     /// An id is used twice within a kind.
@@ -165,10 +165,10 @@ pub enum OsmFault {
         /// Line of the first one, from 1.
         first_line: usize,
     },
-    /// An element refers to one that is not in the file, or is deleted.
+    /// An element refers to an element that is deleted or not in the file.
     #[error("{from} refers to {to}, which is not in the file")]
     Missing {
-        /// The element that refers to the other.
+        /// The referring element.
         from: OsmElement,
         /// The element that is missing.
         to: OsmElement,
@@ -176,13 +176,13 @@ pub enum OsmFault {
 }
 
 impl OsmError {
-    /// Returns the value that cannot be used, as it is written there.
+    /// Returns the unusable value, as written in the file.
     pub fn value(&self) -> Option<&str> {
         if let OsmFault::BadValue { value, .. } = &self.fault { Some(value) } else { None }
     }
 }
 
-/// The element an attribute stands in: the id may be what is wrong.
+/// The element that contains an attribute; its id may be unknown if that is faulty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 pub enum ElementRef {
     /// An element whose id is known.
@@ -193,10 +193,10 @@ pub enum ElementRef {
 }
 
 impl Tags {
-    /// A byte that no text in UTF-8 has.
+    /// A byte that is invalid in UTF-8.
     pub(super) const END: u8 = 0xFF;
 
-    /// Returns the value of a key; the first, if the file has several.
+    /// Returns the value of a key; the first if there are several.
     pub fn get(&self, key: &str) -> Option<&str> {
         self.iter().find_map(|(known, value)| (known == key).then_some(value))
     }
@@ -206,7 +206,7 @@ impl Tags {
         self.get(key) == Some(value)
     }
 
-    /// Keys and values, in the order of the file.
+    /// Returns keys and values, in the order of the file.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &str)> {
         let mut texts =
             self.0.split(|byte| *byte == Self::END).map(|text| str::from_utf8(text).unwrap_or_default());
@@ -215,7 +215,7 @@ impl Tags {
 }
 
 impl Osm {
-    /// Returns the line of the file that an element begins on, from 1; `None` if it is not there.
+    /// Returns the line of the file on which an element begins, from 1; `None` if the file does not have it.
     pub fn line(&self, element: OsmElement) -> Option<usize> {
         let place = match element.kind {
             OsmKind::Node => self.nodes.place(element.id),
@@ -255,7 +255,7 @@ impl<T> Default for OsmLayer<T> {
 }
 
 impl Relation {
-    /// Returns the ids of the members of this role and kind, in the order of the file.
+    /// Returns the ids of the members with this role and kind, in the order of the file.
     pub fn members(&self, role: &str, kind: OsmKind) -> impl Iterator<Item = i64> {
         self.members
             .iter()

@@ -1,4 +1,4 @@
-//! From XML text to primitives, in one pass, without a tree and without the whole text.
+//! Converts XML text to primitives in one pass, without a tree and without holding the whole text.
 
 use std::borrow::Cow;
 use std::str;
@@ -13,25 +13,25 @@ use super::primitives::{
     Tags, Way,
 };
 
-/// Tags of nodes that are kept as text; most nodes have none.
+/// Tags of nodes kept as text; most nodes have none.
 const NODE_TAGS: [&str; 2] = ["color", "arrow"];
 
 /// Reads a whole file.
 ///
 /// # Errors
-/// As [`read_events`].
+/// Fails like [`read_events`].
 pub fn read(bytes: &[u8]) -> Result<Osm, OsmError> {
     let mut reader = Reader::from_reader(bytes);
     read_events(|text| reader.read_event_into(text))
 }
 
-/// Reads a file from the events of its XML, so that its text need not be in memory. `next` gives the next
-/// event and leaves its text in the empty buffer, as [`Reader::read_event_into`] does.
+/// Reads a file from its XML events, so that its text need not be in memory. `next` returns the next event
+/// and stores its text in the empty buffer, like [`Reader::read_event_into`].
 ///
 /// Memory is bounded by the size of the text.
 ///
 /// # Errors
-/// The first thing wrong, with its line; references are looked at last.
+/// Returns the first fault, with its line; references are checked last.
 pub fn read_events(
     mut next: impl for<'t> FnMut(&'t mut Vec<u8>) -> Result<Event<'t>, Error>,
 ) -> Result<Osm, OsmError> {
@@ -74,11 +74,11 @@ struct OsmReading {
     way_nodes: Vec<Box<[i64]>>,
 }
 
-/// An element whose tags and references are still to come.
+/// An element whose tags and references are not read yet.
 struct OpenElement {
     line: usize,
     element: OsmElement,
-    /// An editor has marked it to be left out.
+    /// True if an editor has marked it as deleted.
     deleted: bool,
     geo_deg: Option<[f64; 2]>,
     local_x_m: Option<f64>,
@@ -86,7 +86,7 @@ struct OpenElement {
     ele_m: f64,
     nodes: Vec<i64>,
     members: Vec<Member>,
-    /// Keys and values in the form of [`Tags`].
+    /// Keys and values in the format of [`Tags`].
     tags: Vec<u8>,
 }
 
@@ -240,7 +240,7 @@ impl OsmReading {
         Ok(osm)
     }
 
-    /// Returns the values of these attributes; of a repeated one the first counts.
+    /// Returns the values of these attributes; of a repeated attribute, the first.
     fn attributes<'t, const N: usize>(
         &self,
         tag: &'t BytesStart<'_>,
@@ -248,7 +248,7 @@ impl OsmReading {
     ) -> Result<[Option<Cow<'t, str>>; N], OsmError> {
         let mut values = [const { None }; N];
         let mut attributes = tag.attributes();
-        // Looking for doubles takes time in the square of their number.
+        // Searching for duplicates takes quadratic time.
         for attribute in attributes.with_checks(false) {
             let attribute = attribute.map_err(|error| self.not_xml(&error))?;
             let wanted = keys.iter().zip(&mut values).find(|(key, _)| **key == attribute.key.0);
@@ -277,7 +277,7 @@ impl OsmReading {
         text.trim().parse().map_err(|_| self.bad_value(key, &text, owner, "a whole number of 64 bits"))
     }
 
-    /// Maps that are only local leave these empty.
+    /// Reads degrees; maps with only local coordinates leave these empty.
     fn degrees(
         &self,
         key: &'static str,
@@ -312,7 +312,7 @@ impl OsmReading {
         self.error(OsmFault::NotXml(error.to_string()))
     }
 
-    /// Translates an error of the parser; `text` is what it could not parse.
+    /// Converts an error of the parser; `text` is the text that it could not parse.
     fn failed(&self, error: &Error, text: &[u8]) -> OsmError {
         let line = self.line + line_ends(text);
         match (error, str::from_utf8(text)) {
@@ -321,7 +321,7 @@ impl OsmReading {
                 let valid = text.get(..error.valid_up_to()).unwrap_or_default();
                 OsmError { line: self.line + line_ends(valid), fault: OsmFault::NotUtf8 }
             }
-            // The others mean that the end of something was sought to the end of the file.
+            // The other errors mean that an end was searched up to the end of the file.
             (Error::Syntax(reason), Ok(_)) if self.seen_root && *reason != SyntaxError::InvalidBangMarkup => {
                 OsmError { line, fault: OsmFault::Truncated }
             }
@@ -341,7 +341,7 @@ impl<T> OsmLayer<T> {
         self.items.push(item);
     }
 
-    /// Sorts the elements by id, which must be unique, so that they are found.
+    /// Sorts the elements by id, which must be unique, for lookup.
     fn index(&mut self, kind: OsmKind) -> Result<(), OsmError> {
         self.places.sort_unstable(); // of two with one id, the first in the file stays first
         let twice = self.places.windows(2).find_map(|pair| match *pair {
@@ -360,8 +360,8 @@ impl Osm {
         OsmError { line: self.line(from).unwrap_or(1), fault: OsmFault::Missing { from, to } }
     }
 
-    /// Returns a member that a lanelet or regulatory element needs and the file does not have. Other
-    /// relations may be incomplete, as editors download them.
+    /// Returns a member that a lanelet or regulatory element needs and that the file does not have. Other
+    /// relations may be incomplete, as downloaded by editors.
     fn missing_member(&self, relation: &Relation) -> Option<OsmElement> {
         if !relation.is_lanelet() && !relation.tags.is("type", "regulatory_element") {
             return None;

@@ -1,4 +1,5 @@
-//! Expected numbers are PROJ's (9.x, its extended transverse Mercator and its topocentric conversion).
+//! The expected numbers come from PROJ (9.x, its extended transverse Mercator and its topocentric
+//! conversion).
 
 use super::*;
 

@@ -1,13 +1,13 @@
-//! The text of `map_projector_info.yaml`: keys and values, and maps of them inside, indented or in braces.
+//! Parses `map_projector_info.yaml`: keys and values, and nested maps, indented or in braces.
 //!
-//! Autoware writes no other YAML there; lists, texts of several lines and references are refused.
+//! Autoware writes no other YAML in this file; lists, multi-line texts and references are refused.
 
 use std::collections::BTreeMap;
 
 use super::{Geo, Projector};
 use crate::projection::{MgrsSquare, UTM_SCALE};
 
-/// A reason for which a text does not name a projector.
+/// A reason why a text does not name a projector.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ProjectorError {
     /// This line, from 1, is not of the form `key: value`.
@@ -24,14 +24,14 @@ pub enum ProjectorError {
     /// A key is missing.
     #[error("map projector info: `{0}` is missing")]
     Missing(&'static str),
-    /// A value cannot be used.
+    /// A value is unusable.
     #[error("map projector info: `{key}` is `{value}`, {expected} expected")]
     BadValue {
         /// Name of the key.
         key: &'static str,
-        /// The value as the file has it.
+        /// The value in the file.
         value: String,
-        /// Values that would fit.
+        /// Expected values.
         expected: &'static str,
     },
 }
@@ -40,7 +40,7 @@ impl Projector {
     /// Reads the text of the file.
     ///
     /// # Errors
-    /// [`ProjectorError`], with the key.
+    /// Returns a [`ProjectorError`] with the key.
     pub fn parse(yaml: &str) -> Result<Self, ProjectorError> {
         let keys = ProjectorKeys::read(yaml)?;
         match keys.required("projector_type")? {
@@ -69,7 +69,7 @@ impl Projector {
     }
 }
 
-/// Values by key. A key of an inner map has the name of that map and a dot in front.
+/// Values by key. A key of an inner map is prefixed by the name of that map and a dot.
 struct ProjectorKeys<'a>(BTreeMap<String, &'a str>);
 
 impl<'a> ProjectorKeys<'a> {
@@ -102,7 +102,7 @@ impl<'a> ProjectorKeys<'a> {
         Ok(keys)
     }
 
-    /// Takes an inner map on one line, without its braces: `latitude: 35.0, longitude: 139.0`.
+    /// Adds an inner map on one line, without its braces: `latitude: 35.0, longitude: 139.0`.
     fn take_flow(&mut self, outer: &str, flow: &'a str, line: usize) -> Result<(), ProjectorError> {
         for part in flow.split(',').filter(|part| !part.trim().is_empty()) {
             let (name, value) = part.split_once(':').ok_or(ProjectorError::NotAKey(line))?;

@@ -5,7 +5,7 @@ use crate::projector::Projector;
 
 const CROSSROADS: &str = include_str!("../../../tests/maps/crossroads.osm");
 
-/// An arc of `bend_deg` to the left, of radius 30 m, or a line of 20 m.
+/// Returns an arc of `bend_deg` to the left with a radius of 30 m, or a line of 20 m.
 fn arc(bend_deg: f64) -> Vec<Point> {
     if bend_deg == 0.0 {
         return vec![Point::new(0.0, 0.0), Point::new(10.0, 0.0), Point::new(20.0, 0.0)];
@@ -73,7 +73,7 @@ fn a_direction_that_nobody_knows_is_found() {
 #[test]
 fn a_turn_that_is_announced_behind_one_to_the_other_side_is_found() {
     use TurnDirection::{Left, None, Right, Straight};
-    // 1, 2 and 3 follow each other; 3 turns left, and is announced from this far ahead.
+    // 1, 2 and 3 follow each other; 3 turns left, and is announced from this distance.
     let road = |first: TurnDirection, distance_m: Option<f64>| {
         let turn = Lanelet { turn_signal_distance_m: distance_m, ..lane(3, Left, 90.0, &[]) };
         let bend_deg = if first == Right { -90.0 } else { 90.0 };
@@ -146,7 +146,7 @@ fn a_fork_that_turns_off_needs_a_tag() {
 
 #[test]
 fn a_turn_of_few_points_counts_in_full() {
-    // A right angle of radius 4 m whose centreline has a point every 3 m.
+    // A right angle with a radius of 4 m, whose centreline has a point every 3 m.
     let centerline = [(51.5, 101.6), (54.4, 100.4), (55.5, 97.5)].map(|(x, y)| Point::new(x, y)).to_vec();
     let turn = Lanelet { centerline, ..lane(3, TurnDirection::None, 0.0, &[]) };
     let [fork, straight] =
@@ -165,7 +165,7 @@ fn lanelets_without_length_are_passed_once() {
     assert!(found([point(1, &[2, 4]), point(2, &[3]), point(3, &[2]), point(4, &[])]).is_empty());
 }
 
-/// A ring of the lanelets 11, 12 with the entry 1 and the exits 21, 22.
+/// Returns a ring of the lanelets 11 and 12 with the entry 1 and the exits 21 and 22.
 fn ring() -> (Vec<Lanelet>, Roundabout) {
     let member = |id, followers: &[LaneId], tagged| Lanelet {
         roundabouts: vec![0],

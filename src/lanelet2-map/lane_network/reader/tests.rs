@@ -23,7 +23,7 @@ fn lane(road: &LaneNetwork, id: LaneId) -> &Lanelet {
     road.lane(id).unwrap()
 }
 
-/// A map of lanelets, each between two lines of points on a grid of ten metres by one.
+/// A map of lanelets, each between two lines of points on a grid of ten metres by one metre.
 struct Drawn {
     nodes: BTreeMap<(i32, i32), usize>,
     text: String,
@@ -81,7 +81,7 @@ fn a_map_of_a_crossing_is_a_road() {
     assert_eq!((plain.turn_direction, plain.turn_signal_distance_m), (TurnDirection::None, None));
     assert_eq!(road.lane(34806), None, "a traffic light");
     assert!(lane(&road, 34570).contains(Point::new(3773.0, 73740.0)));
-    // A dashed line between, and no line at all within the crossing: both are lanes beside.
+    // A dashed line in between, and no line at all within the crossing: both have lanes beside them.
     let beside =
         [(34579, (false, true)), (34774, (true, false)), (34624, (false, true)), (34633, (true, false))];
     for (id, expected) in beside {
@@ -131,8 +131,8 @@ fn a_small_map_cannot_have_a_centerline_of_millions_of_points() {
 #[test]
 fn bounds_run_with_traffic_however_they_are_drawn() {
     let map = road(CROSSROADS);
-    // Drawn from north to south, with the left of northbound traffic as `left`: taken as southbound traffic's
-    // would be wrong side round.
+    // Drawn from north to south, with `left` as for northbound traffic: read as southbound, the sides would
+    // be swapped.
     let northbound = lane(&map, 34570);
     let ends = |line: &[Point]| [line[0], *line.last().unwrap()].map(|end| (end.x_m, end.y_m));
     assert_eq!(ends(&northbound.left_bound), [(3772.0, 73725.0), (3772.0, 73750.0)]);
@@ -146,7 +146,7 @@ fn bounds_run_with_traffic_however_they_are_drawn() {
     assert_eq!(map, road(&turn_ways(CROSSROADS)));
 }
 
-/// The same file with the nodes of all ways in reverse.
+/// Returns the same file with the nodes of all ways in reverse.
 fn turn_ways(map: &str) -> String {
     let (mut text, mut nodes) = (String::new(), Vec::new());
     for line in map.lines() {
@@ -179,7 +179,7 @@ fn lanes_on_either_side_come_in_five_kinds() {
     let beside = [1, 2, 3, 4].map(|lane| sides(&road, lane));
     assert_eq!(beside, [(false, false), (true, true), (true, true), (true, false)]);
 
-    // A road that parts: 6 goes straight, 7 away to the left, and ends beside 6 or a metre off.
+    // A fork: 6 goes straight, 7 diverges to the left, and ends next to 6 or a metre away.
     let parting = |joined: bool| {
         let end = if joined { 3 } else { 4 };
         Drawn::new()
@@ -222,7 +222,7 @@ fn tags_of_roundabouts_and_hatchings_come_through() {
     assert_eq!(roundabout.internals, [43]);
 }
 
-/// Two lanes that share way 10 as the left bound of each, one of them eastwards.
+/// Two lanes that share way 10 as their left bound, one of them eastwards.
 const OPPOSITE: &str = "<osm>
 <node id='1'><tag k='local_x' v='0'/><tag k='local_y' v='0'/></node>
 <node id='2'><tag k='local_x' v='20'/><tag k='local_y' v='0'/></node>
@@ -271,7 +271,7 @@ fn projected_and_local_coordinates_agree() {
             assert!(one.distance_m(*two) < 1e-5, "{one:?} {two:?}");
         }
     }
-    // Local tags win in MGRS maps if all nodes have them.
+    // Local tags take precedence in MGRS maps if all nodes have them.
     let moved = CROSSROADS.replace("lat=\"35", "lat=\"36");
     assert_eq!(read(&moved, &square).unwrap(), road(CROSSROADS));
 }
