@@ -5,7 +5,7 @@ use super::bulb::{BulbSet, BulbStatus, Color};
 /// Counts of the lights of a store.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct BulbCounts {
-    /// Lights that were ever changed, or are detected.
+    /// Lights that were ever touched, or are detected.
     pub(super) lights: u32,
     /// Lights without a lit bulb.
     pub(super) dark: u32,

@@ -277,7 +277,7 @@ impl TrafficLights {
         self.scenario_state.controllers.state(controller)?.phase
     }
 
-    /// Returns the states of a store, ascending by id: of all heads ever changed, by way id, or of detected
+    /// Returns the states of a store, ascending by id: of all heads ever touched, by way id, or of detected
     /// lights, by way id; in upstream mode by the id as written.
     pub fn states(&self, store: StoreId) -> BTreeMap<i64, LightObservation> {
         self.iter_states(store).collect()

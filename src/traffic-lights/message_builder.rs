@@ -44,7 +44,7 @@ impl HeadReports {
     }
 }
 
-/// Returns the ground truth of a channel for these heads, by way id; unchanged heads have no item.
+/// Returns the ground truth of a channel for these heads, by way id; untouched heads have no item.
 pub(super) fn lights(
     stores: &Stores,
     channel: LightChannel,
@@ -131,8 +131,8 @@ fn forget_upper_diagonals(groups: &mut [GroupState]) {
     }
 }
 
-/// Returns a marker for each lamp of these heads, by way id; unchanged heads have no item. The lamps show the
-/// ground truth of the first channel in which the head was ever changed.
+/// Returns a marker for each lamp of these heads, by way id; untouched heads have no item. The lamps show the
+/// ground truth of the first channel in which the head was ever touched.
 pub(super) fn markers(
     stores: &Stores,
     channels: &[LightChannel],

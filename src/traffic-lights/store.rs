@@ -20,7 +20,7 @@ use lanelet2_map::light_map::{HeadIndex, LightMap};
 /// The state of one light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Light {
-    /// Bulbs of the light, empty if it is dark; `None` if it was never changed, or is not detected.
+    /// Bulbs of the light, empty if it is dark; `None` if it was never touched, or is not detected.
     pub bulbs: Option<BulbSet>,
     /// Confidence, 0 to 1, kept when the light is cleared; upstream accepts any number.
     pub confidence: f64,
@@ -36,7 +36,7 @@ pub enum LightChange {
     Add(BulbSet),
     /// Makes the light dark, or no longer detected; its confidence is kept.
     Clear,
-    /// Resets the light to its initial state.
+    /// Makes the light untouched, as at the start.
     Remove,
     /// Sets the confidence, and keeps the bulbs.
     Confidence(f64),
@@ -123,7 +123,7 @@ impl GroundTruth {
         self.lights.get(head.0 as usize)
     }
 
-    /// Returns the lights of all heads, ascending by way id, including unchanged ones.
+    /// Returns the lights of all heads, ascending by way id, including untouched ones.
     pub fn lights(&self) -> &[Light] {
         &self.lights
     }
@@ -186,7 +186,7 @@ impl Detected {
 }
 
 impl Stores {
-    /// Creates the stores of a map, with all lights in their initial state.
+    /// Creates the stores of a map, with all lights untouched.
     pub fn new(map: Arc<LightMap>, quirks: impl Into<LightQuirks>) -> Self {
         let (heads, counts) = (map.heads().len(), BulbCounts::default());
         let change_log = ChangeLog::new(heads);
@@ -257,7 +257,7 @@ impl Stores {
     }
 
     /// Returns the bulbs of a head in the ground truth of a channel; for V2I, the bulbs received last for a
-    /// group with this head. `None` if the head was never changed.
+    /// group with this head. `None` if the head was never touched.
     pub(super) fn shown(&self, channel: LightChannel, head: HeadIndex) -> Option<BulbSet> {
         let received = self.received_on(StoreId { channel, layer: StoreLayer::GroundTruth }, head);
         received.or_else(|| self.truth(channel).light(head)?.bulbs)
@@ -354,7 +354,7 @@ impl Stores {
         light.map_or(0, |light| light.written)
     }
 
-    /// Returns the bulbs of each head of a target, empty for a light that was never changed. A group shows
+    /// Returns the bulbs of each head of a target, empty for a light that was never touched. A group shows
     /// the state received for it, a head the last state received for one of its groups.
     pub fn bulbs(&self, target: SignalTarget) -> Result<impl Iterator<Item = BulbSet> + '_, ActionRefusal> {
         let (truth, detected) = (self.truth(target.store.channel), self.detected(target.store.channel));

@@ -72,7 +72,7 @@ impl SyncedStores {
         Ok(heads)
     }
 
-    /// Copies the present state of a head, unless the head was never changed.
+    /// Copies the present state of a head, unless the head was never touched.
     pub(super) fn copy_now(&mut self, head: HeadIndex) {
         let bulbs = self.stores.truth(LightChannel::Conventional).light(head).and_then(|light| light.bulbs);
         if let Some(bulbs) = bulbs {

@@ -13,10 +13,9 @@
 //! comments, or notes from the black box.
 //!
 //! Stamps may be padded and have a date (`-tA`). Stamps of `-tz` count from the start of the recording, so
-//! its epoch is
-//! 1970. Stamps of `-td` are the time since the frame before, cut to microseconds, and are added up. They
-//!       look like those of `-tz`, but fall again and again, so that the beginning of a recording tells the
-//!       two apart.
+//! they begin at the epoch. Stamps of `-td` are the time since the previous frame, cut to microseconds, and
+//! are added up. They look like stamps of `-tz`, but fall again and again, so the beginning of a recording
+//! distinguishes the two.
 
 use memchr::memmem;
 
