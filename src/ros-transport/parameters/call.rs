@@ -11,8 +11,8 @@ const HEADER: usize = 16;
 pub enum Middleware {
     /// `rmw_cyclonedds`: numbers precede request and response.
     Cyclone,
-    /// `rmw_fastrtps` and others: the response names the sample of the request (DDS-RPC, "enhanced service
-    /// mapping").
+    /// `rmw_fastrtps` and others: the response names the sample of the request (DDS-RPC,
+    /// "enhanced service mapping").
     Enhanced,
 }
 

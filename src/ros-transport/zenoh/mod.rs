@@ -1,5 +1,5 @@
-//! The network side for Zenoh, in the conventions of `rmw_zenoh` (its design document, "Mapping of ROS 2 to
-//! Zenoh"): keys, tokens of the graph, and attachments of samples.
+//! The network side for Zenoh, in the conventions of `rmw_zenoh` (its design document,
+//! "Mapping of ROS 2 to Zenoh"): keys, tokens of the graph, and attachments of samples.
 //!
 //! Zenoh has its own threads; received data waits in bounded queues for this thread. Zenoh is only called
 //! from outside the runtime, because its calls wait for each other, which a single-threaded runtime forbids.
