@@ -81,7 +81,7 @@ pub fn overwrite(path_frame: &PathFrame<'_>, previous: Section, new: Section) ->
 }
 
 /// Upstream's pairwise prior rule, which ignores commands: an empty record takes part with its points at the
-/// origin of the map (W6). `None` = an empty record.
+/// origin of the map (W6). `None` means an empty record.
 pub fn pairwise_prior(path_frame: &PathFrame<'_>, previous: Section, new: Section) -> Option<Section> {
     let (of_previous, of_new) = (previous.distances(path_frame), new.distances(path_frame));
     match (of_previous.desired_start_m > 0.0, of_new.desired_start_m > 0.0) {

@@ -20,9 +20,9 @@ pub struct Decision {
     pub turn: TurnCommand,
     /// The command of the hazard lights.
     pub hazard: HazardCommand,
-    /// The ground on which it was decided.
+    /// The basis of the decision.
     pub basis: Basis,
-    /// The minimum duration that keeps the turn command from what the basis gives.
+    /// The minimum duration that keeps the turn command different from the basis.
     pub held: Option<Held>,
     /// The records of the candidates; none unless they were evaluated.
     pub sections: Candidates,
@@ -34,19 +34,19 @@ pub struct Decision {
     pub remarks: Vec<ManoeuvreOutcome>,
     /// Everything wrong with the inputs.
     pub findings: Vec<InputFinding>,
-    /// The next instant at which it may change without a new input.
+    /// The next time at which it may change without a new input.
     pub next_deadline: Option<MonoTime>,
 }
 
-/// The ground on which a decision was made.
+/// The basis of a decision.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum Basis {
-    /// Something indispensable is missing: no command. Upstream publishes nothing at all.
+    /// An indispensable input is missing: no command. Upstream publishes nothing at all.
     #[default]
     NoInputs,
     /// A manoeuvre requests the hazard lights.
     Hazard,
-    /// Without a path to measure on, the manoeuvres' own command.
+    /// Without a path to measure on, the command of the manoeuvres alone.
     ManoeuvreAlone(TurnCommand),
     /// The rule of the path generator, by this lanelet.
     PathGenerator(TaggedLanelet),

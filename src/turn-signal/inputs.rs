@@ -122,7 +122,7 @@ pub enum InputFinding {
     NoVehicleSpeed,
 }
 
-/// A reason for which a planning factor cannot be used.
+/// A reason why a planning factor cannot be used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 pub enum FactorFlaw {
     /// A position or an offset is not a number.

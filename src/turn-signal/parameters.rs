@@ -37,7 +37,8 @@ pub struct DeciderParameters {
     pub roundabout_search_distance_m: f64,
     /// `turn_signal_roundabout_angle_threshold_degree`: heading threshold for entries and exits.
     pub roundabout_angle_threshold_deg: f64,
-    /// `turn_signal_roundabout_backward_depth`: maximum number of lanelets searched backwards; `None` = all.
+    /// `turn_signal_roundabout_backward_depth`: maximum number of lanelets searched backwards; `None` means
+    /// all.
     pub roundabout_backward_depth: Option<u32>,
     /// `turn_signal_path_backward_length`: length of the distance path behind the vehicle.
     pub path_backward_length_m: f64,

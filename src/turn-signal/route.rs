@@ -31,7 +31,7 @@ pub struct Route {
     lanes: BTreeMap<LaneId, usize>,
 }
 
-/// A reason for which a route is refused.
+/// A reason why a route is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RouteError {
     /// The route has no lanelets.

@@ -18,7 +18,7 @@ pub(super) const MAX_LANES_BETWEEN: u32 = 4;
 #[derive(Debug, Clone)]
 pub(super) struct PathOffsets {
     pub(super) poses: Vec<Pose>,
-    /// Limits within which a point of the path is also found by heading and height; `None` = by position
+    /// Limits within which a point of the path is also found by heading and height; `None` if by position
     /// alone.
     limits: Option<NearestLimits>,
     /// The consecutive lanelets of the path from its first on: the vehicle's lane, even while the path leaves

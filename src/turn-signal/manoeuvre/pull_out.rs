@@ -13,7 +13,7 @@ use lanelet2_map::lane_network::LaneId;
 /// A pull-out, as the start planner plans it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PullOut {
-    /// Its path; `None` = empty.
+    /// Its path; `None` if empty.
     pub path: Option<ShiftedPath>,
     /// Pose at which it starts.
     pub start: Pose,

@@ -24,7 +24,7 @@ pub enum PullOver {
 /// A pull-over whose path is decided.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decided {
-    /// Its path; `None` = empty.
+    /// Its path; `None` if empty.
     pub path: Option<ShiftedPath>,
     /// Pose at which it begins.
     pub start: Pose,

@@ -156,7 +156,7 @@ pub enum ParameterError {
     /// There is no parameter with this name.
     #[error("`{name}` is not a parameter of the turn signal decider")]
     Unknown {
-        /// The name as it was given.
+        /// The name as given.
         name: String,
     },
     /// The value is invalid.
@@ -164,7 +164,7 @@ pub enum ParameterError {
     Value {
         /// Name of the parameter.
         name: &'static str,
-        /// The value as it was given.
+        /// The value as given.
         value: String,
         /// The accepted values.
         expected: &'static str,

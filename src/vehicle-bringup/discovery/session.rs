@@ -40,7 +40,7 @@ impl Default for SessionSettings {
 /// A request to the driver, which holds from the time of its step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DriverRequest {
-    /// What the driver does from now on.
+    /// Action of the driver from now on.
     pub mark: DriverMark,
     /// The next action, after a rest; `None` if it is not known yet.
     pub next: Option<DriverAction>,

@@ -19,9 +19,9 @@ pub(super) const MIN_FRAMES: u64 = 10;
 pub struct MessageEvidence {
     /// The message, as it is bound.
     pub bound: BoundMessage,
-    /// Length of its frames by the DBC, bytes.
+    /// Length of its frames in the DBC, bytes.
     pub length: usize,
-    /// Period by the DBC; `None` = unknown.
+    /// Period in the DBC; `None` if unknown.
     pub cycle: Option<Duration>,
     /// Number of frames received, from the first sender only.
     pub frames: u64,

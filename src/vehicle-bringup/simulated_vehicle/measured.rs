@@ -6,7 +6,7 @@ use can_signal::validation::table::SignalTable;
 use gateway_core::vehicle_status::quantity::Quantity;
 use gateway_core::vehicle_status::velocity::binding::SpeedSignal;
 
-/// What a quantity measures.
+/// Physical value that a quantity measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Measured {
     Speed,

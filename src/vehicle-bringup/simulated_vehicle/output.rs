@@ -31,7 +31,7 @@ pub enum VehicleOutput {
 /// An event for observers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum VehicleEvent {
-    /// The request of the commands changed; `None` = no request for this function.
+    /// The request of the commands changed; `None` means no request for this function.
     Commanded {
         /// Requested state of the turn indicators.
         turn: Option<Turn>,

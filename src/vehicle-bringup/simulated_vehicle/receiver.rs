@@ -12,7 +12,7 @@ use gateway_core::command::message::CommandMessage;
 /// Number of periods without a frame after which a command times out by default.
 const PERIODS: u32 = 5;
 
-/// Lights requested by commands; `None` = no request.
+/// Lights requested by commands; `None` means no request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct LightsRequest {
     pub(super) turn: Option<Turn>,
@@ -32,7 +32,7 @@ pub(super) struct CommandReceiver {
     checker: Option<IntegrityChecker>,
     timeout: Duration,
     pub(super) request: LightsRequest,
-    /// Receive time of the last valid frame; `None` = no request.
+    /// Receive time of the last valid frame; `None` means no request.
     received_at: Option<MonoTime>,
     is_pressed: bool,
     is_rejecting: bool,

@@ -17,7 +17,7 @@ pub enum SimulationRequest {
     Stalk(Turn),
     /// The driver taps the stalk for three flashes.
     Tap(Turn),
-    /// The driver switches the hazard lights on or off; `None` = presses the button.
+    /// The driver switches the hazard lights on or off; `None` presses the button.
     Hazard(Option<bool>),
     /// The control mode changes.
     Mode(ControlMode),
@@ -39,7 +39,7 @@ pub enum SimulationRequest {
     Door {
         /// True if it is opened.
         is_open: bool,
-        /// Name in the profile; `None` = all doors.
+        /// Name in the profile; `None` means all doors.
         name: Option<String>,
     },
     /// A fault begins and lasts until it is cleared.
@@ -48,7 +48,7 @@ pub enum SimulationRequest {
     Clear,
 }
 
-/// A fault that lasts until it is cleared. A message is given by its DBC name; `None` = all messages.
+/// A fault that lasts until it is cleared. A message is given by its DBC name; `None` means all messages.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SimulatedFault {
     /// Frames of one message or of all messages are disturbed.

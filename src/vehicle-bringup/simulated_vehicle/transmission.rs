@@ -17,7 +17,7 @@ const MIN_SEND_INTERVAL: Duration = Duration::from_millis(10);
 
 #[derive(Debug, Clone)]
 pub(super) struct Transmission {
-    /// Due time of the next periodic frame; `None` = sent on change only.
+    /// Due time of the next periodic frame; `None` if sent on change only.
     due: Option<MonoTime>,
     last_sent: Option<MonoTime>,
     counter: u32,

@@ -30,7 +30,7 @@ const RANDOM_STREAM: u64 = 0x5EED;
 pub struct SimulationSettings {
     /// Delay between a command frame and the lights.
     pub reaction: Duration,
-    /// Time for which a command holds after its last frame; `None` = five periods of its message.
+    /// Time for which a command holds after its last frame; `None` means five periods of its message.
     pub command_timeout: Option<Duration>,
     /// Flash period, half of it lit. A side with a defective bulb flashes at twice the rate.
     pub flash_period: Duration,
