@@ -2,10 +2,10 @@
 //! far more than it holds, so every reader of a file charges time and memory to the file's one budget, which
 //! nested containers share.
 //!
-//! *Work* is counted in nominal nanoseconds: [`WORK_PER_BYTE`] for each byte read from the file itself, and
+//! *Work* is counted in nominal nanoseconds: `WORK_PER_BYTE` for each byte read from the file itself, and
 //! at least the work for a file of 10 MB. An uncompressed file cannot reach this limit, unless it refers to
 //! the same content again and again. *Memory* is the data of a file that readers keep at one time:
-//! [`MIN_KEPT`], and for larger files [`KEPT_PER_BYTE`]. A format that must be held as a whole may use more,
+//! `MIN_KEPT`, and for larger files `KEPT_PER_BYTE`. A format that must be held as a whole may use more,
 //! see [`FileBudget::allow_whole`].
 
 use std::io;

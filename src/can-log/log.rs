@@ -1,5 +1,4 @@
-//! Reads recordings in any of the [formats](crate::formats), plain or compressed, entry by entry in bounded
-//! memory.
+//! Reads recordings in any of the formats, plain or compressed, entry by entry in bounded memory.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -139,8 +138,8 @@ impl Log {
         Self::new(wrap(regular_file::open(path)?))
     }
 
-    /// Reads from any source, decompressed if necessary, in any of the [formats](crate::formats). Fails if
-    /// its first bytes cannot be read, or if the format is unknown or not supported.
+    /// Reads from any source, decompressed if necessary, in any of the formats. Fails if its first bytes
+    /// cannot be read, or if the format is unknown or not supported.
     pub fn new(source: Box<dyn Read + Send>) -> io::Result<Self> {
         let budget = FileBudget::default();
         let (reader, consumed) = FormatReader::of_source(source, &budget)?;

@@ -6,16 +6,17 @@
 //! which has no access to CAN and may die at any time; its gateway replaces it. It may also run in a thread
 //! of the gateway, for debuggers and tests.
 //!
-//! The [link](link) is its only interface. The first message contains the settings, including the topics;
+//! The [`link`] is its only interface. The first message contains the settings, including the topics;
 //! after that, orders go one way, and samples and statuses the other.
 //!
 //! ```
-//! use ros_transport::link::{FrameBuffer, ToNetwork};
+//! use ros_transport::link::FromNetwork;
 //!
-//! let mut received = FrameBuffer::default();
-//! received.extend(&ToNetwork::Ping(7).encode().unwrap());
-//! let frame = received.next_frame().unwrap().unwrap();
-//! assert!(matches!(ToNetwork::decode(frame), Ok(ToNetwork::Ping(7))));
+//! let pong = FromNetwork::Pong { number: 7, has_echo: true, is_heard: false };
+//! let mut bytes = Vec::new();
+//! pong.encode(&mut bytes);
+//! assert_eq!(FromNetwork::decode(&bytes), Ok(pong));
+//! assert!(FromNetwork::decode(&bytes[1..]).is_err());
 //! ```
 //!
 //! Cargo features choose the engines: DDS with the graph of `jazzy` or `humble`, and additionally `zenoh`.

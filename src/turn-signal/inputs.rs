@@ -21,6 +21,7 @@ use lanelet2_map::lane_network::LaneNetwork;
 pub struct Timed<T> {
     /// The time of reception.
     pub at: MonoTime,
+    /// The value that was received.
     pub value: T,
 }
 

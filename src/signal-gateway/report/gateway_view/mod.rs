@@ -3,10 +3,10 @@
 //!
 //! | module | what it is |
 //! |---|---|
-//! | [`reports`] | the reports: values, signals, and the steps from the wire to them |
-//! | [`flows`] | the commands, the buses, the decider and the traffic lights |
-//! | [`process`] | the process and what it is connected with |
-//! | [`value`] | the forms that these have in common |
+//! | `reports` | the reports: values, signals, and the steps from the wire to them |
+//! | `flows` | the commands, the buses, the decider and the traffic lights |
+//! | `process` | the process and what it is connected with |
+//! | `value` | the forms that these have in common |
 
 mod flows;
 mod process;
