@@ -1,4 +1,4 @@
-//! Checks the commands to the vehicle: whether it is a dry run, and the frames that can be sent.
+//! Checks the commands to the vehicle: whether they are a dry run, and which frames can be sent.
 
 use super::report::CheckReport;
 use crate::config::Settings;
@@ -38,7 +38,7 @@ pub(super) fn commands(settings: &Settings, report: &mut CheckReport) {
     needed_consent(settings, report);
 }
 
-/// Adds what a user must know before frames are sent, where the profile asks for consent.
+/// Adds the warnings that a user must read before frames are sent, if the profile requires consent.
 fn needed_consent(settings: &Settings, report: &mut CheckReport) {
     if let Some(needed) = &settings.command_binding.needs_consent {
         report.line("", format!("tx = \"on\" needs consent = {:?}: {needed}", settings.vehicle));

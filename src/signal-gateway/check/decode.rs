@@ -21,13 +21,13 @@ pub struct Decoder {
     reader: FrameReader,
     interfaces: Vec<String>,
     changes_only: bool,
-    /// Raw value of each signal in the last frame that was used.
+    /// Raw value of each signal in the last accepted frame.
     last: Vec<Option<i128>>,
-    /// Why the last frame of each message was rejected; `None` if it was used.
+    /// Reason why the last frame of each message was rejected; `None` if it was accepted.
     rejected: Vec<Option<&'static str>>,
 }
 
-/// Finds the message of a frame and checks it, as the gateway does, for the lights and for the vehicle's
+/// Finds the message of a frame and checks the frame like the gateway, for the lights and for the vehicle's
 /// status.
 #[derive(Debug)]
 pub(super) struct FrameReader {
@@ -51,13 +51,13 @@ pub(super) struct ReadFrame {
 /// A bound signal in a frame.
 #[derive(Debug)]
 pub(super) struct ReadSignal<'a> {
-    /// Position of the signal among those of the lights, followed by those of the status.
+    /// Position of the signal among the signals of the lights, followed by the signals of the status.
     pub(super) position: usize,
     pub(super) signal: &'a BoundSignal,
     pub(super) raw: i128,
     /// Meanings of the raw value, e.g. `turn left`.
     pub(super) meanings: String,
-    /// The state in words, if it is a measured value, which changes with nearly every frame.
+    /// The state in words, if the signal is a measured value, which changes with nearly every frame.
     pub(super) measured: Option<&'static str>,
 }
 
@@ -120,17 +120,17 @@ impl FrameReader {
         }
     }
 
-    /// Messages of the lights, followed by those of the status.
+    /// Returns the messages of the lights, followed by the messages of the status.
     fn messages(&self) -> impl Iterator<Item = &BoundMessage> {
         self.lights.table.messages.iter().chain(&self.status.messages)
     }
 
-    /// The bound message with an identifier; `None` if it is not bound.
+    /// Returns the bound message with this identifier; `None` if it is not bound.
     pub(super) fn message_of(&self, bus: BusIndex, id: CanId) -> Option<&BoundMessage> {
         self.messages().find(|message| message.bus == bus && message.ids.contains(id))
     }
 
-    /// Number of signals of the lights and the status.
+    /// Returns the number of signals of the lights and the status.
     fn signal_count(&self) -> usize {
         self.lights.table.signals.len() + self.status.signals.len()
     }
@@ -169,8 +169,8 @@ impl FrameReader {
         signals
     }
 
-    /// Returns what a raw value shows of the lights, by the position of its signal. One of the status shows
-    /// at most that it is unusable.
+    /// Returns the state of the lights for a raw value of the signal at `position`. For a signal of the
+    /// status it is at most unusable.
     pub(super) fn state(&self, position: usize, raw: i128) -> RawState {
         let lights = self.lights.table.signals.len();
         if position < lights {

@@ -1,10 +1,10 @@
-//! How often, how long and since when something was wrong in a recording.
+//! Measures how often, how long and since when a fault was present in a recording.
 
 use std::time::Duration;
 
 use gateway_base::time::MonoTime;
 
-/// Times at which something was wrong.
+/// Times at which a fault was present.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FaultSurvey {
     pub(super) count: u64,

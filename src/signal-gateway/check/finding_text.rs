@@ -87,7 +87,7 @@ pub(super) fn finding_text(evidence: &ProfileEvidence, finding: &FindingKind) ->
     }
 }
 
-/// Returns the number of identifiers that a list explains, e.g. `2 of 39 identifiers (5 %) are`.
+/// Formats the number of identifiers that a list explains, e.g. `2 of 39 identifiers (5 %) are`.
 pub(super) fn of_identifiers(explained: u32, identifiers: u32) -> String {
     let verb = if explained == 1 { "is" } else { "are" };
     format!("{explained} of {identifiers} identifiers ({} %) {verb}", explained * 100 / identifiers.max(1))

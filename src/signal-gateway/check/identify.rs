@@ -52,14 +52,14 @@ struct InterfaceEvidence {
     fingerprint: Fingerprint,
 }
 
-/// A profile of which messages were received.
+/// A profile with received messages.
 #[derive(Debug)]
 pub struct ProfileCandidate<'a> {
     /// Name of the profile.
     pub profile: &'static str,
     /// Name of the vehicle.
     pub vehicle: &'a str,
-    /// Names of the reports that it gives.
+    /// Names of the reports that it provides.
     pub reports: &'a [&'static str],
     /// Name of its bus.
     pub bus: &'a str,
@@ -67,7 +67,7 @@ pub struct ProfileCandidate<'a> {
     pub interface: &'a str,
     /// Evidence for and against the profile.
     pub fit: Fit,
-    /// Everything that was counted for the profile.
+    /// All counts for the profile.
     pub evidence: &'a ProfileEvidence,
 }
 
@@ -148,7 +148,8 @@ impl Identifier {
         self.profiles.len()
     }
 
-    /// Returns the platforms that the identifiers on each interface show, also before any indicator was used.
+    /// Returns the platforms indicated by the identifiers on each interface, even before any indicator was
+    /// used.
     pub fn platforms(&self) -> impl Iterator<Item = (&str, Vec<PlatformMatch<'static>>)> {
         let found = |interface: &'_ InterfaceEvidence| interface.fingerprint.platforms(self.lists);
         self.interfaces.iter().map(move |interface| (interface.name.as_str(), found(interface)))
@@ -161,8 +162,7 @@ impl Identifier {
         self.profiles.iter().filter(has_list).map(|profile| profile.name).collect()
     }
 
-    /// Returns the profiles of which messages were received, best first, each on the interface that it fits
-    /// best.
+    /// Returns the profiles with received messages, best first, each on the interface that it fits best.
     pub fn candidates(&self) -> Vec<ProfileCandidate<'_>> {
         let of_profile = |(position, profile): (usize, &'_ KnownProfile)| {
             let fits = self.interfaces.iter().filter_map(move |interface| {
@@ -206,7 +206,7 @@ impl Identifier {
 }
 
 impl ProfileCandidate<'_> {
-    /// Returns true if more of the profile holds than chance explains.
+    /// Returns true if the profile fits better than chance explains.
     pub fn fits(&self) -> bool {
         self.fit.verdict == FitVerdict::Fits
     }

@@ -61,7 +61,7 @@ pub fn text(identifier: &Identifier, log: Option<&Path>, all: bool, layout: Layo
     text
 }
 
-/// Names the platform of a bus, with the profiles for it; `None` if its identifiers show none.
+/// Names the platform of a bus, with the profiles for it; `None` if its identifiers indicate none.
 fn platform_text(identifier: &Identifier, interface: &str, found: &[PlatformMatch<'_>]) -> Option<String> {
     let [best, ..] = found else { return None };
     let titles: Vec<_> = found.iter().map(|found| found.list.title.as_str()).collect();

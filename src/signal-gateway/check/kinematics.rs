@@ -1,4 +1,4 @@
-//! Shows what a recording says of signs and dimensions, and what of the configuration it contradicts.
+//! Reports the signs and dimensions found in a recording, and contradictions to the configuration.
 
 use super::report::CheckReport;
 use crate::config::Settings;
@@ -13,11 +13,12 @@ use vehicle_bringup::plausibility::finding::Severity;
 
 /// Heading of the facts.
 const MOTION: &str = "motion";
-/// Wheel bases of a small and of a large car, for which a ratio is given while none is configured.
+/// Wheel bases of a small and a large car, metres; examples for the steering ratio while no wheel base is
+/// configured.
 const EXAMPLES_M: [f64; 2] = [2.6, 2.9];
 
-/// Lists signs, steering ratio, tread and scales of the speeds, and finds those that are configured
-/// otherwise.
+/// Lists signs, steering ratio, tread and scales of the speeds, and reports values that differ from the
+/// configuration.
 pub(super) fn motion(survey: KinematicSurvey, settings: &Settings, report: &mut CheckReport) {
     let (status, geometry) = (&settings.gateway.status, &settings.gateway.status_settings.geometry);
     let angle_of = status.steering.first().map(|source| source.angle_of);

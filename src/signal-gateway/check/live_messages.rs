@@ -14,7 +14,7 @@ use gateway_base::time::{MonoTime, Now, WallStamp};
 
 /// Maximum number of rows; frames of further identifiers are only counted.
 const MAX_ROWS: usize = 4096;
-/// Weight of the previous mean in the mean period.
+/// Weight of the previous mean in the running mean of the period.
 const PERIOD_WEIGHT: u32 = 8;
 const RATE_TIME: Duration = Duration::from_secs(1);
 
@@ -48,7 +48,7 @@ struct MessageState<'a> {
     stamp: WallStamp,
     /// Mean period; `None` after the first frame.
     period: Option<Duration>,
-    /// When each byte last changed; `None` if it never has.
+    /// Time at which each byte last changed; `None` if it never has.
     changed: Vec<Option<MonoTime>>,
 }
 
@@ -145,7 +145,7 @@ impl<'a> LiveMessages<'a> {
 }
 
 /// Returns a signal that the profile does not bind, as `SPEED = 12.5 km/h` or `GEAR = 3 (reverse)`; `None` if
-/// the frame does not carry it.
+/// the frame does not contain it.
 fn signal_text(signal: &Signal, frame: &Frame) -> Option<String> {
     let codec = &signal.codec;
     if codec.needed_length() > frame.data().len() || !codec.is_present(frame.padded()) {
@@ -162,7 +162,7 @@ fn signal_text(signal: &Signal, frame: &Frame) -> Option<String> {
         Number::Float32 => f32::from_bits(u32::try_from(raw).ok()?).into(),
         Number::Float64 => f64::from_bits(u64::try_from(raw).ok()?),
     };
-    // The last digits only come from the binary factor.
+    // The last digits are artefacts of the binary factor.
     let value = (number * signal.factor + signal.offset).to_string();
     let value =
         if value.len() > 12 { format!("{:.3}", number * signal.factor + signal.offset) } else { value };
@@ -179,7 +179,7 @@ impl MessageState<'_> {
                 *changed = Some(at);
             }
         }
-        // The kernel's stamps are not delayed by batches. A clock that was set back gives no period.
+        // Batches do not delay the kernel's stamps. A clock that was set back yields no period.
         let nanos = u64::try_from(stamp.as_nanos().saturating_sub(self.stamp.as_nanos()));
         if let Ok(gap) = nanos.map(Duration::from_nanos) {
             let mean = |period: Duration| (period * (PERIOD_WEIGHT - 1) + gap) / PERIOD_WEIGHT;

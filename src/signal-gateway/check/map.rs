@@ -1,4 +1,4 @@
-//! Checks the tags of a lanelet2 map that decide about turn signals.
+//! Checks the tags of a lanelet2 map that affect turn signals.
 
 use std::path::Path;
 
@@ -33,7 +33,7 @@ pub(super) fn tags(road: &LaneNetwork, compat: DeciderCompat, report: &mut Check
     for finding in check_tags(road) {
         let is_made_up_for = compat == DeciderCompat::Improved
             && matches!(finding.flaw, MapFlaw::SplitTurn { .. } | MapFlaw::UntaggedExit);
-        // Whether a branch at a low angle is a turn is for the map's author to say.
+        // Only the map's author can decide whether a branch at a low angle is a turn.
         let may_be_meant = matches!(finding.flaw, MapFlaw::UntaggedLowFork { .. });
         let severity = if is_made_up_for || may_be_meant { Severity::Note } else { Severity::Warning };
         report.find(severity, finding.to_string());

@@ -1,4 +1,4 @@
-//! `check`: bindings, warnings, and the result of a recording, before the drive.
+//! `check`: lists bindings, warnings, and the result of a recording, before the drive.
 
 mod commands;
 pub mod decode;
@@ -42,7 +42,7 @@ pub use service::{hiding_folder, service_files};
 pub use survey_text::{log_faults, recording, recording_faults, sample_faults};
 use vehicle_bringup::plausibility::finding::Severity as Weight;
 
-/// Lists the bindings of a configuration, and what was not read of its DBCs.
+/// Lists the bindings of a configuration, and the unread parts of its DBCs.
 pub fn binding(settings: &Settings) -> CheckReport {
     let mut report = CheckReport::default();
     report.line("vehicle", &settings.vehicle);
@@ -67,7 +67,7 @@ pub fn binding(settings: &Settings) -> CheckReport {
         }
     }
     let v2i = &settings.gateway.v2i;
-    // A message of several is one message.
+    // A message with several uses counts once.
     let others = v2i.table.messages.iter().filter(|message| !lights.table.messages.contains(message));
     let known: Vec<_> = lights.table.messages.iter().chain(others).collect();
     let of_status = vehicle_status::further_messages(&settings.gateway.status, &known);
@@ -110,8 +110,8 @@ pub fn notes(settings: &Settings) -> Vec<String> {
     missed.into_iter().chain(traffic_lights::notes(settings)).chain(old_stamps(settings)).collect()
 }
 
-/// Warns of published stamps in the past, which readers such as Autoware's diagnostics aggregator treat as
-/// stale.
+/// Warns of published stamps that lie in the past, which readers such as Autoware's diagnostics aggregator
+/// treat as stale.
 fn old_stamps(settings: &Settings) -> Option<String> {
     let is_published = settings.ros.enabled && settings.source == SourceKind::Recording;
     let stamps = settings.recording.as_ref().filter(|_| is_published)?.stamps;

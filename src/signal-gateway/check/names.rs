@@ -66,7 +66,7 @@ fn heading(subject: &str) -> (&str, String) {
 }
 
 /// Returns true if one text is about the left side and the other about the right side. This is a guess, since
-/// names in a DBC are free, and so are the texts that a profile gives to faults and reasons.
+/// names in a DBC and a profile's texts for faults and reasons are free text.
 fn are_opposite(one: &str, other: &str) -> bool {
     let side = |text: &str| {
         let text = text.to_lowercase();

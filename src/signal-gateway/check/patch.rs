@@ -1,4 +1,4 @@
-//! Makes lines that fix a vehicle profile, as TOML to be pasted.
+//! Creates TOML lines to paste into a vehicle profile to fix it.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -18,7 +18,7 @@ use can_signal::can::CanId;
 use gateway_base::time::MonoTime;
 use vehicle_bringup::plausibility::gaps::GapDistribution;
 
-/// Longest timeout that is proposed, ms. Messages that come less often are sent on change.
+/// Maximum proposed timeout, ms. Less frequent messages are sent on change.
 const MAX_TIMEOUT_MS: u128 = 60_000;
 
 /// A line for one section of a vehicle profile.
@@ -47,13 +47,13 @@ impl Fix {
 }
 
 /// Returns the timeout line for a median period: five periods, as for the default from a DBC. Returns `None`
-/// if the message comes too rarely to have a period.
+/// if the message is too rare to have a period.
 pub(super) fn timeout(median: Duration) -> Option<String> {
     let timeout = (median.as_millis() * 5).max(200).div_ceil(50) * 50;
     (timeout <= MAX_TIMEOUT_MS).then(|| format!("timeout_ms = {timeout}"))
 }
 
-/// Returns timeouts for the messages that lack one and whose period the recording shows. Fails if the
+/// Returns timeouts for the messages without one whose period can be measured in the recording. Fails if the
 /// recording cannot be read.
 pub fn timeouts(log: &mut Log, missing: &[&MissingTimeout]) -> io::Result<Vec<Fix>> {
     let mut gaps: BTreeMap<(CanId, usize), (u64, GapDistribution)> = BTreeMap::new();

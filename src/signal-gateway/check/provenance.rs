@@ -1,4 +1,5 @@
-//! The part of a check on the provenance of a profile: what has verified its facts, and which are unverified.
+//! The part of a check on the provenance of a profile: which facts are verified, by what evidence, and which
+//! are unverified.
 
 use super::report::CheckReport;
 use gateway_core::provenance::{Provenance, ProvenanceRecord, Verification};

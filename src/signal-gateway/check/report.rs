@@ -23,7 +23,7 @@ struct Fact {
 /// A finding as text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ReportedFinding {
-    /// The severity by which findings are sorted.
+    /// Severity, by which findings are sorted.
     pub severity: Severity,
     /// The text without its severity.
     pub text: String,

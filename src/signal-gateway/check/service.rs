@@ -8,7 +8,7 @@ use vehicle_bringup::plausibility::finding::Severity;
 /// Folders that the shipped unit hides from the service (`ProtectHome=`, `PrivateTmp=`).
 const HIDDEN: [&str; 5] = ["/home", "/root", "/run/user", "/tmp", "/var/tmp"];
 
-/// Returns the folder that the unit hides with this file; `None` if the service can see it.
+/// Returns the hidden folder that contains this file; `None` if the service can see the file.
 pub fn hiding_folder(path: &Path) -> Option<&'static str> {
     HIDDEN.into_iter().find(|folder| path.starts_with(Path::new(folder)))
 }

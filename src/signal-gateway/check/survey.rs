@@ -1,5 +1,4 @@
-//! Counts the frames and values of a recording that is played, and the reports that would have been
-//! published.
+//! Counts the frames and values of a replayed recording, and the reports that would have been published.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -27,11 +26,11 @@ pub(super) struct MessageSurvey {
     pub(super) frames: u64,
     pub(super) last: Option<MonoTime>,
     pub(super) longest_gap: Duration,
-    /// Number of gaps beyond the limit while other frames came on the bus.
+    /// Number of gaps beyond the limit while other frames arrived on the bus.
     pub(super) missing: u64,
     /// Number of gaps beyond the limit in which the whole bus was silent.
     pub(super) bus_silent: u64,
-    /// Number of frames by sender, of a message that may have several.
+    /// Number of frames by sender, for a message that may have several.
     pub(super) senders: BTreeMap<u8, u64>,
 }
 
@@ -45,8 +44,8 @@ pub(super) struct ErrorSurvey {
 #[derive(Debug)]
 pub(super) struct RecordingSurvey {
     pub(super) evidence: ProfileEvidence,
-    /// Messages of the vehicle's lights, then messages that only V2I uses, then those of the vehicle's status
-    /// alone.
+    /// Messages of the vehicle's lights, then messages that only V2I uses, then messages used only for the
+    /// vehicle's status.
     pub(super) bound: Vec<BoundMessage>,
     pub(super) messages: Vec<MessageSurvey>,
     pub(super) errors: BTreeMap<BusIndex, ErrorSurvey>,
@@ -66,8 +65,8 @@ pub(super) struct RecordingSurvey {
     pub(super) motion: KinematicSurvey,
 }
 
-/// The frames of a bus: their identifiers, and the times of the last frames of the two latest ones. When a
-/// message was missing, one of them is the newest frame of another message.
+/// The frames of a bus: their identifiers, and the last times of the two most recent identifiers. For a
+/// missing message, one of them is the newest frame of another message.
 #[derive(Debug, Default)]
 pub(super) struct BusFrames {
     pub(super) fingerprint: Fingerprint,
@@ -96,7 +95,7 @@ impl RecordingSurvey {
     pub(super) fn new(settings: &Settings, replay: &Replay) -> Self {
         let (lights, start) = (&settings.gateway.lights, replay.now().mono);
         let known = &lights.table.messages;
-        // A message with both is one message.
+        // A message with both uses counts once.
         let others = settings.gateway.v2i.table.messages.iter().filter(|message| !known.contains(message));
         let mut bound: Vec<_> = known.iter().chain(others).cloned().collect();
         let known: Vec<_> = bound.iter().collect();

@@ -28,7 +28,7 @@ use gateway_core::vehicle_lights::binding::HazardBinding;
 use gateway_core::vehicle_lights::role_texts::texts;
 use vehicle_bringup::plausibility::finding::{FindingKind, Severity, findings, other_platform};
 
-/// Maximum number of identifiers that are listed in the place of a message.
+/// Maximum number of identifiers listed instead of a message.
 const MAX_INSTEAD: usize = 4;
 
 /// Plays a recording to its end and lists its frames, values and reports. The second value is an error if the
@@ -90,7 +90,7 @@ fn report(survey: &RecordingSurvey, settings: &Settings, replay: &Replay) -> Che
         other_platform(fingerprint.compare_best(dbc.identifier_lists.iter().copied())?)
     });
     for finding in platforms.chain(findings(&survey.evidence)) {
-        // Values are listed one by one, unless most are wrong.
+        // Values are listed individually, unless most are wrong.
         let is_listed =
             matches!(finding.kind, FindingKind::Undefined { .. }) && finding.severity < Severity::Error;
         if !is_listed {
@@ -147,7 +147,7 @@ fn messages(survey: &RecordingSurvey, settings: &Settings, replay: &Replay, repo
     }
 }
 
-/// Lists the senders of a message that may have several. Two of them at a time contradict each other.
+/// Lists the senders of a message that may have several. Two simultaneous senders contradict each other.
 fn senders(name: &str, senders: &BTreeMap<u8, u64>, report: &mut CheckReport) {
     let counts = senders.iter().map(|(sender, count)| format!("{sender:02X} ({})", counted(*count, "frame")));
     let counts = counts.collect::<Vec<_>>().join(", ");
@@ -197,7 +197,7 @@ fn values(survey: &RecordingSurvey, settings: &Settings, report: &mut CheckRepor
     }
 }
 
-/// Lists for how long each report would be published, and its faults.
+/// Lists how long each report would be published, and its faults.
 fn states(survey: &RecordingSurvey, settings: &Settings, replay: &Replay, report: &mut CheckReport) {
     let lights = replay.gateway().lights();
     for (index, task) in TASKS.into_iter().enumerate() {
@@ -229,7 +229,7 @@ fn states(survey: &RecordingSurvey, settings: &Settings, replay: &Replay, report
     }
 }
 
-/// Describes what of a recording cannot be read, and stamps that are not believable.
+/// Describes unreadable parts of a recording, and implausible stamps.
 pub fn log_faults(log: &Log) -> impl Iterator<Item = String> {
     let bad_lines = log.first_bad().map(|(line, reason)| {
         let lines = counted(log.bad_lines(), "line");
@@ -239,7 +239,7 @@ pub fn log_faults(log: &Log) -> impl Iterator<Item = String> {
     bad_lines.into_iter().chain(breakage).chain(log.densest().map(|crowd| crowd.to_string()))
 }
 
-/// Describes what could not be read of the samples of ROS 2 in a recording.
+/// Describes ROS 2 samples of a recording that could not be read.
 pub fn sample_faults(log: &SampleLog) -> impl Iterator<Item = String> {
     let (losses, first) = log.losses();
     let lost = first.map(|reason| format!("{losses} parts could not be read, the first one: {reason}"));
@@ -273,7 +273,7 @@ pub fn recording_faults(replay: &Replay) -> Vec<String> {
              parts one by one"
         )
     });
-    // The frames of a file that was cut tell of it as well.
+    // If the file was truncated, its frames already report that.
     let of_samples = replay.samples().into_iter().flat_map(sample_faults);
     log_faults(replay.log())
         .chain(of_times.into_iter().flatten())
@@ -282,7 +282,7 @@ pub fn recording_faults(replay: &Replay) -> Vec<String> {
         .collect()
 }
 
-/// Describes frames that came instead of a missing message: on another interface, with another identifier
+/// Describes frames that arrived instead of a missing message: on another interface, with another identifier
 /// length, or from another sender.
 fn instead_of(message: &BoundMessage, settings: &Settings, replay: &Replay) -> String {
     let (ids, described) = (message.ids, message.ids.described());

@@ -26,9 +26,9 @@ use turn_signal::output::TurnSignalOutput;
 
 /// Maximum number of lanes for traffic lights; a map has thousands of lights.
 const MAX_LIGHTS: usize = 60;
-/// Place of the lanes of the vehicle's status, below the lights.
+/// Position of the lanes of the vehicle's status, below the lights.
 const STATUS_LANES: usize = 10;
-/// Maximum number of frames that are kept.
+/// Maximum number of stored frames.
 const MAX_FRAMES: usize = 100_000;
 
 /// Collects a timeline while a recording is replayed.
@@ -37,12 +37,12 @@ pub struct TimelineCollector {
     reader: FrameReader,
     interfaces: Vec<String>,
     lanes: BTreeMap<(Group, usize, String), Lane>,
-    /// Frames that were the latest bound frame when something changed.
+    /// Frames that were the latest bound frame at a change.
     frames: Vec<CausingFrame>,
-    /// The latest bound frame, and its position in `frames` once something refers to it.
+    /// The latest bound frame, and its position in `frames` once it is stored there.
     last: Option<(BusIndex, Frame, WallStamp, MonoTime)>,
     last_kept: Option<usize>,
-    /// Why the latest bound frame was rejected.
+    /// Reason why the latest bound frame was rejected.
     unused: Option<String>,
     lights_left_out: bool,
     frames_left_out: u64,
@@ -77,7 +77,7 @@ impl TimelineCollector {
     /// Replays a recording by its stamps, and returns its timeline.
     ///
     /// # Errors
-    /// A recording that cannot be read to its end.
+    /// Fails if the recording cannot be read to its end.
     pub fn replayed(settings: &Settings, mut replay: Replay, title: String) -> io::Result<Timeline> {
         let mut collector = Self::new(settings);
         loop {
@@ -176,7 +176,7 @@ impl TimelineCollector {
             let tone =
                 if self.unused.is_some() { Tone::Warn } else { tone_of(self.reader.state(position, raw)) };
             let rejected = if self.unused.is_some() { " (rejected)" } else { "" };
-            // A measured value has a curve.
+            // Measured values are shown as a curve.
             let text = measured.map_or_else(|| format!("{raw} {meanings}"), str::to_owned);
             values.push((
                 (Group::Raw, message * 1_000 + place, signal.name.clone()),
@@ -221,7 +221,7 @@ impl TimelineCollector {
         }
     }
 
-    /// Begins a state of a report that has a lane.
+    /// Begins a state of a report with a lane.
     fn report(&mut self, output: VehicleLightsOutput, at: MonoTime) {
         let (lane, tone) = if let VehicleLightsOutput::TurnIndicators(step) = output {
             let tone = step.value().map(|value| match value {
@@ -309,7 +309,7 @@ impl TimelineCollector {
         lane.begin(seconds(at), tone, text, frame);
     }
 
-    /// Keeps the latest bound frame and returns its position.
+    /// Stores the latest bound frame and returns its position.
     fn causing_frame(&mut self) -> Option<usize> {
         if self.last_kept.is_some() {
             return self.last_kept;
@@ -376,7 +376,7 @@ mod tests {
     use gateway_core::vehicle_lights::raw_state::raw_state;
     use gateway_core::vehicle_lights::role_texts::{roles, texts};
 
-    /// The colour that a text of one use stands for.
+    /// Returns the expected tone for a text with one use.
     fn expected(text: &str) -> Tone {
         let ends_with = |ends: &[&str]| ends.iter().any(|end| text.ends_with(end));
         if ends_with(&["UNDEFINED", " fault"]) || (text.contains("fault") && text.ends_with(" on")) {

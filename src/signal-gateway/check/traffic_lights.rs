@@ -42,7 +42,7 @@ pub(super) fn notes(settings: &Settings) -> Vec<String> {
     parts.chain(lost).chain(arrows(&gateway.v2i)).collect()
 }
 
-/// Returns a note for each id that can show a lit arrow of another colour than green.
+/// Returns a note for each id that can show a lit arrow in a colour other than green.
 fn arrows(binding: &V2iBinding) -> impl Iterator<Item = String> {
     binding.groups().filter_map(|group| {
         let states = group.state.values.entries().iter().filter_map(|(_, meaning)| match meaning {

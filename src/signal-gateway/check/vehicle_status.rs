@@ -1,4 +1,4 @@
-//! Checks the reports of the vehicle's status: sources, values, dimensions that are missing, and a recording.
+//! Checks the reports of the vehicle's status: sources, values, missing dimensions, and a recording.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -23,7 +23,7 @@ use gateway_core::vehicle_status::role_texts::StatusTexts;
 use gateway_core::vehicle_status::velocity::binding::{DirectionSource, HeadingRateSource};
 use vehicle_bringup::plausibility::finding::Severity;
 
-/// Maximum number of reasons that are listed for a report.
+/// Maximum number of reasons listed for a report.
 const MAX_REASONS: usize = 8;
 
 /// Returns the messages of the status that are not `known` already.
@@ -35,7 +35,7 @@ pub(super) fn further_messages<'a>(
     status.table.messages.iter().filter(move |message| !known.contains(&(message.bus, message.ids)))
 }
 
-/// Returns the names of all reports that a configuration gives, those on the lights first.
+/// Returns the names of all reports that a configuration provides, starting with the reports on the lights.
 pub(super) fn report_names(settings: &Settings) -> Vec<&'static str> {
     let lights = &settings.gateway.lights;
     let is_turn_shown = matches!(lights.turn, TurnBinding::From(_) | TurnBinding::NotFitted);
@@ -45,7 +45,7 @@ pub(super) fn report_names(settings: &Settings) -> Vec<&'static str> {
     of_lights.chain(StatusReport::of(&settings.gateway.status).map(StatusReport::name)).collect()
 }
 
-/// Lists the meanings of all values and the sources of each report, and finds what is not configured.
+/// Lists the meanings of all values and the sources of each report, and reports missing configuration.
 pub(super) fn reports(settings: &Settings, report: &mut CheckReport) {
     let (status, geometry) = (&settings.gateway.status, &settings.gateway.status_settings.geometry);
     let roles: Vec<_> = StatusTexts::of(status).roles().collect();
@@ -114,7 +114,7 @@ fn sources(report: StatusReport, settings: &Settings) -> String {
     }
 }
 
-/// What a recording shows of the reports.
+/// Survey of the reports over a recording.
 #[derive(Debug)]
 pub(super) struct StatusSurvey(Vec<ReportSurvey>);
 
@@ -125,9 +125,9 @@ struct ReportSurvey {
     published: Duration,
     /// Lowest and highest published value of each measure.
     ranges: BTreeMap<Measure, (f64, f64)>,
-    /// Message and level of its status.
+    /// Level and message of its status.
     status: Option<(Level, String)>,
-    /// Why it was withheld.
+    /// Times at which it was withheld, by reason.
     reasons: BTreeMap<String, FaultSurvey>,
     /// True once it was published.
     was_published: bool,
@@ -182,7 +182,7 @@ impl StatusSurvey {
                     if survey.status.as_ref() == Some(&state) {
                         continue;
                     }
-                    // Between a value that is there and its first report lies no fault.
+                    // The time between the first value and its first report is not a fault.
                     if !survey.is_published && status.level != Level::Ok {
                         let fresh = FaultSurvey { count: 0, total: Duration::ZERO, first: now };
                         survey.reasons.entry(status.message.clone()).or_insert(fresh).count += 1;
@@ -197,7 +197,7 @@ impl StatusSurvey {
         }
     }
 
-    /// Lists for how long each report would be published, its values, and why it was withheld.
+    /// Lists how long each report would be published, its values, and the reasons for withholding it.
     pub(super) fn lines(&self, whole: MonoTime, start: MonoTime, report: &mut CheckReport) {
         for survey in &self.0 {
             let name = survey.report.name();
@@ -216,7 +216,7 @@ impl StatusSurvey {
                 let total = seconds_text(MonoTime::ZERO.after(*total));
                 let (seen, first_at) = (times(*count), seconds_text(*first));
                 let text = format!("{name} withheld {seen}, {total} in all, first at {first_at}: {message}");
-                // Nothing is known before the first frames; that alone is not a finding. The reason of the
+                // Nothing is known before the first frames, which alone is not a finding. The reason with the
                 // longest time is.
                 let start_only = *first == start && *count == 1 && survey.was_published;
                 if start_only || is_warned {

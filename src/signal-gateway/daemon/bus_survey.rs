@@ -1,4 +1,4 @@
-//! Listens on interfaces for `doctor`: what their buses show, and at which bit rate frames come.
+//! Listens on interfaces for `doctor`: surveys their buses, and scans for their bit rates.
 
 use std::time::{Duration, Instant};
 
@@ -15,8 +15,8 @@ use can_signal::can::IdMatch;
 use can_signal::can::bit_rate_scan::{BitRateScan, Heard, ScanAnswer, ScanResult, ScanStep};
 use can_signal::can::bus_survey::{BusSurvey, BusSurveyor};
 
-/// Counts what arrives on these interfaces within `length`, each with the identifiers of its profile. Sends
-/// nothing. Returns `None` if a stop signal ended it early.
+/// Counts the frames that arrive on these interfaces within `length`. Each interface comes with the
+/// identifiers of its profile. Sends nothing. Returns `None` if a stop signal ended it early.
 pub fn survey(
     interfaces: Vec<(String, Option<Vec<IdMatch>>)>,
     length: Duration,
@@ -37,8 +37,8 @@ pub fn survey(
     Ok(ended.then(|| surveyors.into_iter().map(BusSurveyor::finish).collect()))
 }
 
-/// Carries out a scan on the interface whose settings are `backup`. A stop signal ends it; the interface is
-/// restored nevertheless. `progress` is called with each step before it is carried out.
+/// Performs a scan on the interface whose settings are `backup`. A stop signal ends it; the interface is
+/// restored in any case. `progress` is called with each step before it is carried out.
 pub fn scan(
     scan: &mut BitRateScan,
     interface: &str,
@@ -47,7 +47,7 @@ pub fn scan(
 ) -> Result<ScanResult, DaemonError> {
     let names = [interface.to_owned()];
     runtime()?.block_on(async {
-        // From now on a signal ends the listening, and not the process.
+        // From now on a signal ends the scan instead of the process.
         let mut stop = StopSignals::listen()?;
         let mut step = scan.start();
         loop {
@@ -64,7 +64,7 @@ pub fn scan(
                         heard.take(input);
                         !heard.is_enough()
                     });
-                    // A receiver that has failed has heard nothing.
+                    // A receiver that has failed has received nothing.
                     let is_over = listened.await.unwrap_or(true);
                     step =
                         scan.answer(if is_over { ScanAnswer::Heard(heard) } else { ScanAnswer::Interrupted });
@@ -79,8 +79,8 @@ pub fn scan(
     })
 }
 
-/// Passes all inputs of the interfaces to `take` until it wants no more, or `length` is over. Returns false
-/// if a stop signal ended it early.
+/// Passes all inputs of the interfaces to `take` until it breaks, or `length` is over. Returns false if a
+/// stop signal ended it early.
 async fn listen(
     stop: &mut StopSignals,
     interfaces: &[String],

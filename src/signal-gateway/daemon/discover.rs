@@ -57,7 +57,7 @@ pub fn discover(
             let now = clock.now();
             while let Some(event) = discovery.poll_event(now.mono) {
                 if is_first_action(&event) && discovery.capture().frames() == 0 {
-                    // The driver's actions could not be seen.
+                    // The driver's actions would not be visible.
                     return Ok(Some((discovery, DiscoveryFindings::default())));
                 }
                 take(LiveEvent::Discovery(&event), &discovery, now)?;
@@ -68,7 +68,7 @@ pub fn discover(
             take(LiveEvent::Tick, &discovery, now)?;
             let tick = Instant::now() + TICK;
             let wake = discovery.next_deadline().map_or(tick, |next| clock.instant(next).min(tick));
-            // The countdown must also move on a busy bus.
+            // The countdown must also advance on a busy bus.
             loop {
                 tokio::select! {
                     () = stop.requested() => return Ok(None),

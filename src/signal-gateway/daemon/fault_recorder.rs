@@ -1,4 +1,4 @@
-//! Keeps inputs, decisions and outputs, and writes a black-box file around each change to ERROR.
+//! Buffers inputs, decisions and outputs, and writes a black-box file around each change to ERROR.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -61,8 +61,8 @@ impl FaultRecorder {
         self.recorder.set_keep(config.keep);
     }
 
-    /// Keeps an input that is handled next, and writes the recording whose window has ended. Returns the
-    /// begin of its frames and its name.
+    /// Buffers an input that is handled next, and writes a recording if its window has ended. Returns the
+    /// start of its frames and its name.
     pub(super) fn handled(&mut self, input: Option<CanInput>, at: Now) -> Option<(MonoTime, String)> {
         if let Some(input) = input {
             self.black_box.keep(input, at);
@@ -70,12 +70,12 @@ impl FaultRecorder {
         self.black_box.take(at).map(|recording| self.save(recording))
     }
 
-    /// Keeps an output that was published or sent, with the time of its decision.
+    /// Buffers an output that was published or sent, with the time of its decision.
     pub(super) fn given_out(&mut self, output: &Output, at: Now) {
         self.black_box.given_out(output.clone(), at);
     }
 
-    /// Writes the recording of an open window, if there is one; returns the begin of its frames and its name.
+    /// Writes the recording of an open window, if there is one; returns the start of its frames and its name.
     pub(super) fn save_open(&mut self) -> Option<(MonoTime, String)> {
         self.black_box.flush().map(|recording| self.save(recording))
     }
@@ -94,14 +94,14 @@ impl FaultRecorder {
         self.recorder.state()
     }
 
-    /// Keeps the changes of an output, and opens a window if a status changes to ERROR. Changes that a replay
-    /// cannot have are left out.
+    /// Buffers the changes of an output, and opens a window if a status changes to ERROR. Omits changes that
+    /// a replay cannot reproduce.
     pub(super) fn decided(&mut self, output: &Output, at: Now) {
         let mut fault = false;
         if let Output::Diagnostics { diagnostics, .. } = output {
             for status in &diagnostics.statuses {
                 let before = self.levels.insert(status.task.clone(), status.level);
-                // A status that was never OK has not changed.
+                // A new status has not changed.
                 fault |= status.level == Level::Error && before.is_some_and(|before| before != Level::Error);
             }
         }

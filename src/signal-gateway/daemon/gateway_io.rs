@@ -1,4 +1,4 @@
-//! The three parts of the process around a gateway, and what takes more than one of them.
+//! The three parts of the process around a gateway, and the operations that need more than one of them.
 
 use super::error::DaemonError;
 use super::outputs::Outputs;
@@ -36,7 +36,7 @@ impl GatewayIo {
         view: View,
         report: Option<ReportPage>,
     ) -> Result<Self, DaemonError> {
-        // Signals first: from here on a stop is an orderly one.
+        // Signals first, so that every stop from here on is orderly.
         let (stop, reload) = (StopSignals::of_service()?, ReloadSignal::listen()?);
         let supervisor = Supervisor::from_env()?;
         let outputs = Outputs::open(settings, view)?;
@@ -45,7 +45,7 @@ impl GatewayIo {
         Ok(Self { outputs, service, process: ProcessState::new(settings) })
     }
 
-    /// Handles an output of the gateway. Errors of destinations are kept, see [`Outputs::take_failure`].
+    /// Handles an output of the gateway. Errors of destinations are stored, see [`Outputs::take_failure`].
     pub(super) fn handle(&mut self, mut given_out: GivenOut) {
         let GivenOut { output, at, .. } = &mut given_out;
         self.outputs.recorders.decided(output, *at);
@@ -53,8 +53,8 @@ impl GatewayIo {
         self.outputs.handle(&given_out);
     }
 
-    /// Handles what is due, and the statuses of the process. Frames to the vehicle go to `transmitters`, one
-    /// for each bus.
+    /// Handles everything that is due, and the statuses of the process. Frames to the vehicle go to
+    /// `transmitters`, one per bus.
     pub(super) fn look(&mut self, live: &mut Live, transmitters: &[Transmitter], clock: &Clock) {
         let read = clock.now();
         self.outputs.recorders.record(|mcap| mcap.call(GatewayCall::Look, read));
@@ -124,7 +124,7 @@ impl GatewayIo {
     }
 }
 
-/// The edges of a live gateway.
+/// Input and output of a live gateway.
 struct LiveEdges<'a> {
     io: &'a mut GatewayIo,
     transmitters: &'a [Transmitter],

@@ -1,4 +1,4 @@
-//! Keeps what changes: in memory for whoever looks, and in a file over the end of the process.
+//! Stores the history of changes: in memory for clients, and in a file across restarts.
 
 use std::fs::File;
 use std::ops::RangeInclusive;
@@ -20,18 +20,18 @@ use gateway_core::gateway::history::{
     Change, ChangeKind, History, HistoryEntry, HistoryPage, HistoryRequest, InBlackBox,
 };
 
-/// Most memory of the history, bytes: at one change a second, about eight hours of them.
+/// Maximum memory of the history, bytes: about eight hours at one change per second.
 const MAX_BYTES: usize = 12 * 1024 * 1024;
-/// Time between two writings of a history that changes, which is the most that a killed process loses.
+/// Interval at which a changed history is written; a killed process loses at most this much.
 const SAVE_INTERVAL: Duration = Duration::from_secs(60);
-/// Longest wait for the disk at the end, after all other waits.
+/// Maximum wait for the disk at the end, after all other waits.
 const STOP_PATIENCE: Duration = Duration::from_millis(200);
-/// Most changes that a killed process can have numbered and not written.
+/// Maximum number of changes that a killed process can have numbered but not written.
 const MOST_UNWRITTEN: u64 = 100_000;
-/// Subject of what happens to the process itself.
+/// Subject of changes of the process itself.
 const SUBJECT: &str = "gateway";
 
-/// The history, for those who read it; clones share it.
+/// The history for its readers. Clones share it.
 #[derive(Debug, Clone)]
 pub(super) struct SharedHistory(Arc<Mutex<Shared>>);
 
@@ -42,10 +42,10 @@ struct Shared {
     folder: Option<PathBuf>,
 }
 
-/// Why the frames of an entry cannot be shown.
+/// Reason why the frames of an entry cannot be shown.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub(super) enum NoFrames {
-    /// There is no entry of this number, or no longer.
+    /// There is no entry with this number, or no longer.
     #[error("there is no change of this number, or no longer")]
     NoEntry,
     /// No black box has been written for it.
@@ -53,7 +53,7 @@ pub(super) enum NoFrames {
         "no black box has the frames of this change: one is written around each change to ERROR, some seconds later"
     )]
     NotRecorded,
-    /// Its black box has been deleted, or was never written.
+    /// The black-box file has been deleted, or was never written.
     #[error("the black box {0} is no longer there; [black_box] keep says how many are kept")]
     NoFile(String),
 }
@@ -73,11 +73,11 @@ impl Shared {
 
 impl SharedHistory {
     fn lock(&self) -> MutexGuard<'_, Shared> {
-        // A history is whole between two calls.
+        // A panic cannot leave the history inconsistent.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns the entries that a request asks for.
+    /// Returns the requested entries.
     pub(super) fn page(&self, request: HistoryRequest) -> HistoryPage {
         self.lock().history.page(request)
     }
@@ -97,15 +97,15 @@ impl SharedHistory {
     }
 }
 
-/// Notes the changes of the gateway.
+/// Records the changes of the gateway.
 pub(super) struct HistoryKeeper {
     shared: SharedHistory,
     changes: Changes,
-    /// What was noted while somebody read the history: the gateway's loop waits for nobody.
+    /// Changes recorded while a client read the history, since the gateway's loop must not block.
     waiting: Vec<Note>,
     next_number: u64,
     clock: Clock,
-    /// Held for as long as the file is written.
+    /// Lock of the file, held while this process may write it.
     lock: Option<File>,
     writer: Option<HistoryWriter>,
 }
@@ -116,7 +116,7 @@ enum Note {
 }
 
 impl HistoryKeeper {
-    /// Begins an empty history, which is not written to a file.
+    /// Creates an empty history, which is not written to a file.
     pub(super) fn new() -> Self {
         let shared = Shared { history: History::new(MAX_BYTES), folder: None };
         Self {
@@ -130,22 +130,22 @@ impl HistoryKeeper {
         }
     }
 
-    /// The history, for those who read it.
+    /// Returns the history for its readers.
     pub(super) fn shared(&self) -> SharedHistory {
         self.shared.clone()
     }
 
-    /// Number of the next change, of those that are in the history already.
+    /// Returns the number of the next change, without the changes that still wait.
     pub(super) fn next_number(&self) -> u64 {
         self.next_number
     }
 
-    /// Notes that the process has started, after the history of the file in this folder, and writes the file
-    /// from now on; returns what was in it. A file that is not understood is left alone, and nothing is
-    /// written.
+    /// Continues the history of the file in this folder, records that the process has started, and writes the
+    /// file from now on; returns the entries of the file. An unreadable file is left unchanged, and nothing
+    /// is written.
     pub(super) fn begin(&mut self, folder: Option<&Path>) -> Vec<HistoryEntry> {
         let file = folder.and_then(|folder| self.restore(folder));
-        // Greater than all that an earlier process can have given, unless the clock was set back.
+        // Greater than any number of an earlier process, unless the clock was set back.
         let millis = self.clock.now().wall.as_nanos() / 1_000_000;
         self.shared.lock().history.go_on_from(u64::try_from(millis).unwrap_or(0));
         let earlier = self.shared.lock().history.entries();
@@ -194,7 +194,7 @@ impl HistoryKeeper {
         Some(file)
     }
 
-    /// Notes the changes in an output.
+    /// Records the changes in an output.
     pub(super) fn given_out(&mut self, output: &Output, at: MonoTime) {
         let changes = self.changes.of(output);
         if !changes.is_empty() {
@@ -207,13 +207,13 @@ impl HistoryKeeper {
         }
     }
 
-    /// Notes that the frames of this time are in a black-box recording.
+    /// Records that the frames of this time are in a black-box recording.
     pub(super) fn recorded(&mut self, time: RangeInclusive<MonoTime>, recording: String) {
         self.waiting.push(Note::Recorded(time, recording));
         self.take_over();
     }
 
-    /// Puts what waits into the history, unless somebody reads it at this moment.
+    /// Moves waiting changes into the history, unless a client is reading it at this moment.
     fn take_over(&mut self) {
         let mut shared = match self.shared.0.try_lock() {
             Ok(shared) => shared,
@@ -223,7 +223,7 @@ impl HistoryKeeper {
         self.next_number = shared.take(self.waiting.drain(..));
     }
 
-    /// Notes the end of the process, and begins to write the history for the last time.
+    /// Records the end of the process, and starts the last write of the history.
     pub(super) fn end(&mut self) {
         self.note(ChangeKind::Stopped, "stopped".to_owned());
         if let Some(writer) = &mut self.writer {
@@ -231,8 +231,8 @@ impl HistoryKeeper {
         }
     }
 
-    /// Waits until the history is written. Call it when all else has ended, so that the disk had that time as
-    /// well.
+    /// Waits until the history is written. Call it after everything else has ended, which gives the disk more
+    /// time.
     pub(super) fn wait(self) {
         let is_late = |writer: &HistoryWriter| {
             writer.ended.recv_timeout(STOP_PATIENCE) == Err(RecvTimeoutError::Timeout)
@@ -249,13 +249,13 @@ impl HistoryKeeper {
     }
 }
 
-/// What has happened to the process itself.
+/// Returns a change of the process itself.
 fn process(kind: ChangeKind, text: String) -> Change {
     let level = if kind == ChangeKind::Missing { Level::Warn } else { Level::Ok };
     Change { kind, level, subject: SUBJECT.to_owned(), text, remedy: String::new() }
 }
 
-/// Writes the file in a thread: from time to time, and at the end.
+/// Writes the file in a thread: at intervals, and at the end.
 struct HistoryWriter {
     /// Dropped to stop it.
     stop: Option<Sender<()>>,
@@ -267,7 +267,7 @@ impl HistoryWriter {
         let (stop, stopped) = channel();
         let (end, ended) = channel();
         thread::Builder::new().name("history".to_owned()).spawn(move || {
-            // Dropped at the end, which ends the wait of `stop`.
+            // Dropped when the thread ends, which wakes `stop`.
             let _end: Sender<()> = end;
             write_until(&stopped, &file, &shared);
         })?;
@@ -277,7 +277,7 @@ impl HistoryWriter {
 
 fn write_until(stopped: &Receiver<()>, file: &HistoryFile, shared: &SharedHistory) {
     let (mut written, mut is_failing) = (None, false);
-    // At once, so that the file tells that this process runs.
+    // The first write is immediate, so that the file shows that this process is running.
     let mut interval = Duration::ZERO;
     loop {
         let is_over = stopped.recv_timeout(interval) != Err(RecvTimeoutError::Timeout);

@@ -1,7 +1,7 @@
-//! `run` and `demo`: the gateway between its edges, in one loop.
+//! `run` and `demo`: the gateway with its input and output, in one loop.
 //!
-//! A single thread owns the gateway. It sleeps until an input, a deadline or a signal comes, and
-//! feeds the service manager's watchdog from the same loop: a loop that hangs is restarted.
+//! A single thread owns the gateway. It sleeps until an input, a deadline or a signal arrives, and feeds the
+//! service manager's watchdog from the same loop, so that a hanging loop leads to a restart.
 
 pub mod bus_survey;
 pub mod discover;
@@ -55,14 +55,14 @@ use reload::{ReadConfiguration, Reloader, Running};
 use service::{Waited, Woken};
 use signals::StopSignals;
 
-/// How a recording is played.
+/// Settings for playing a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Playback {
-    /// Factor on the original timing.
+    /// Speed relative to the original timing.
     pub speed: f64,
     /// True to start again at the end.
     pub repeat: bool,
-    /// Time that goes into message stamps.
+    /// Time used for message stamps.
     pub stamps: Stamps,
     /// True to continue at the end with silent buses instead of returning.
     pub stay: bool,
@@ -74,14 +74,14 @@ pub struct PlayedRecording<'a> {
     pub name: &'a str,
     /// Opens the recording, first at the start and again for each repetition.
     pub reopen: &'a dyn Fn() -> io::Result<Recording>,
-    /// The buses that its interfaces are.
+    /// Buses of the recording's interfaces.
     pub routes: Routes,
 }
 
-/// Longest wait for the last frames to the vehicle when the queue of the bus is full.
+/// Maximum wait for sending the last frames to the vehicle when the queue of the bus is full.
 const LAST_FRAMES: Duration = Duration::from_millis(300);
 
-/// Longest time for which a late recording is played without a check for a stop or for messages.
+/// Maximum time for which a late recording is played without checking for a stop or for messages.
 const MAX_SIGNAL_POLL: Duration = Duration::from_millis(20);
 
 /// Time without a frame after which [`listen`] passes an empty batch.
@@ -226,7 +226,7 @@ async fn run_live(
     // Deadline for the last frames to the vehicle, and the outcome, after a stop request or a failure.
     let mut ending: Option<(Instant, Result<(), DaemonError>)> = None;
     let outcome = loop {
-        // Read before frames are sent, so that frames that are due before the end are sent however long that
+        // Read before frames are sent, so that all frames due before the end are sent, however long that
         // takes.
         let looked = Instant::now();
         io.look(&mut live, &transmitters, &clock);
@@ -282,7 +282,7 @@ async fn next_received(inbox: Option<&Inbox>) -> Arrival {
     let Some(inbox) = inbox else { return pending().await };
     match inbox.take().await {
         Some(arrival) => arrival,
-        // The end of a session is noticed when something is published.
+        // The end of a session is detected when something is published.
         None => pending().await,
     }
 }
@@ -316,7 +316,7 @@ async fn play_on(
                 replay.rewind(reopen().map_err(unreadable)?).map_err(unreadable)?;
                 io.outputs.view.begin_again(now.mono);
             }
-            // A recording without a frame of ours has nothing to repeat.
+            // A recording without a frame for the gateway has nothing to repeat.
             if replay.next_time().is_none() {
                 if replay.counts().is_empty() {
                     return Err(unreadable(no_frame()));
@@ -329,7 +329,7 @@ async fn play_on(
             continue;
         };
         let wake = clock.instant(MonoTime::ZERO.after(next.since(MonoTime::ZERO).div_f64(playback.speed)));
-        // Frames are µs apart: only what lies ahead is waited for.
+        // Frames are µs apart, so the loop waits only for frames that lie ahead.
         if wake > Instant::now() || polled.elapsed() > MAX_SIGNAL_POLL {
             let received = next_received(inbox.as_deref());
             let waited = io.service.wait_until(wake, &mut timer, received).await?;

@@ -1,4 +1,4 @@
-//! Passes outputs to their destinations: ROS 2, the view, and what keeps them.
+//! Passes outputs to their destinations: ROS 2, the view, and the recorders.
 
 use std::time::Duration;
 
@@ -20,12 +20,12 @@ use gateway_core::gateway::live::GivenOut;
 use traffic_lights::output::TrafficLightOutput;
 use turn_signal::output::TurnSignalOutput;
 
-/// The destinations of outputs; their errors are kept until [`Self::take_failure`] returns them.
+/// The destinations of outputs. Their first error is stored until [`Self::take_failure`] returns it.
 pub(super) struct Outputs {
     pub(super) publisher: Publisher,
     pub(super) view: View,
     pub(super) recorders: Recorders,
-    /// The first error that was not taken yet.
+    /// The first error that has not been returned yet.
     failure: Option<DaemonError>,
 }
 
@@ -40,7 +40,7 @@ impl Outputs {
         Ok(Self { publisher, view, recorders, failure: None })
     }
 
-    /// Continues the history of the process before, where there is a folder for black-box files.
+    /// Continues the history of the previous process, if there is a folder for black-box files.
     pub(super) fn restore_history(&mut self, settings: &Settings) {
         let folder = fault_recorder::folder(settings);
         self.view.earlier(&self.recorders.history.begin(folder.as_deref()));
@@ -74,7 +74,7 @@ impl Outputs {
         }
     }
 
-    /// Shows that all outputs of a time were handled.
+    /// Signals that all outputs of a time have been handled.
     pub(super) fn end_moment(&mut self, at: MonoTime) {
         let shown = self.view.end_moment(at);
         self.note(shown);
@@ -83,7 +83,7 @@ impl Outputs {
         }
     }
 
-    /// Keeps the error of a destination.
+    /// Stores the error of a destination.
     pub(super) fn note(&mut self, outcome: Result<(), impl Into<DaemonError>>) {
         if let (Err(error), None) = (outcome, &self.failure) {
             self.failure = Some(error.into());
@@ -95,7 +95,7 @@ impl Outputs {
         self.failure.take()
     }
 
-    /// Leaves ROS 2, while the disk works, and ends the recorders.
+    /// Leaves ROS 2 while remaining data is written to the disk, and stops the recorders.
     pub(super) fn close(mut self) {
         self.recorders.end();
         self.publisher.stop();
@@ -104,7 +104,7 @@ impl Outputs {
     }
 }
 
-/// Keeps inputs and outputs: in the history, in black-box files and in the recording of everything.
+/// Records inputs and outputs: in the history, in black-box files and in the MCAP recording.
 pub(super) struct Recorders {
     pub(super) history: HistoryKeeper,
     pub(super) black_box: Option<FaultRecorder>,
@@ -112,8 +112,7 @@ pub(super) struct Recorders {
 }
 
 impl Recorders {
-    /// Keeps an input that is handled next for the black box, and writes the recording whose window has
-    /// ended.
+    /// Passes an input that is handled next to the black box, and writes a recording if its window has ended.
     pub(super) fn handled(&mut self, input: Option<CanInput>, at: Now) {
         let Some(black_box) = &mut self.black_box else { return };
         if let Some((start, name)) = black_box.handled(input, at) {
@@ -121,8 +120,8 @@ impl Recorders {
         }
     }
 
-    /// Keeps a decision of the gateway for the black box. The statuses of the process are not among it, since
-    /// a replay does not have them.
+    /// Passes a decision of the gateway to the black box, without the statuses of the process, which a replay
+    /// does not have.
     pub(super) fn decided(&mut self, output: &Output, at: Now) {
         if let Some(black_box) = &mut self.black_box {
             black_box.decided(output, at);
@@ -146,12 +145,12 @@ impl Recorders {
         }
     }
 
-    /// Records a sample of ROS 2 that is passed to the gateway now.
+    /// Records a ROS 2 sample that is passed to the gateway now.
     pub(super) fn sample(&self, arrival: &Arrival, at: WallStamp) {
         self.record(|mcap| mcap.sample(arrival.subscription, arrival.bytes.clone(), arrival.endian, at));
     }
 
-    /// Begins to write what is left, while other parts of the process end. [`Self::stop`] waits for it.
+    /// Starts writing the remaining data while other parts of the process end. [`Self::stop`] waits for it.
     pub(super) fn end(&mut self) {
         if let Some((start, name)) = self.black_box.as_mut().and_then(FaultRecorder::save_open) {
             self.history.recorded(start..=MonoTime::MAX, name);
@@ -159,7 +158,7 @@ impl Recorders {
         self.history.end();
     }
 
-    /// Waits a few seconds at most until everything is written.
+    /// Waits until everything is written, at most a few seconds.
     pub(super) fn stop(self) {
         if let Some(mut black_box) = self.black_box {
             black_box.stop();

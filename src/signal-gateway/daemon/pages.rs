@@ -28,26 +28,26 @@ use crate::report::page::Page;
 use crate::report::timeline::{Group, OpenedAt};
 use gateway_core::gateway::history::{ChangeKind, HistoryRequest};
 
-/// Time from one event of a stream to the next.
+/// Interval between events of a stream.
 const EVENT_INTERVAL: Duration = Duration::from_millis(200);
-/// Time after which a browser connects again.
+/// Time after which a browser reconnects.
 const RETRY: Duration = Duration::from_secs(1);
 
-/// Makes the page of a black-box log, opened at a place; an error is for people.
+/// Creates the page of a black-box log, opened at a position. An error is a message for the user.
 pub type ReportPage = Arc<dyn Fn(&Path, &OpenedAt) -> Result<Page, String> + Send + Sync>;
 
-/// What the answers are made of.
+/// Data sources of the responses.
 #[derive(Clone)]
 pub(super) struct Sources {
     pub(super) snapshots: SnapshotSource,
     pub(super) history: SharedHistory,
     /// `None` for a command without black-box files.
     pub(super) report: Option<ReportPage>,
-    /// Held while a report is made: one at a time, since each replays a recording.
+    /// Held while a report is created: only one at a time, since each replays a recording.
     pub(super) making: Arc<Semaphore>,
 }
 
-/// Answers by these sources; with the live page if `has_page`.
+/// Creates a router over these sources, with the live page if `has_page`.
 pub(super) fn router(sources: Sources, has_page: bool) -> Router {
     let mut router = Router::new().route("/metrics", get(metrics));
     if has_page {
@@ -62,7 +62,7 @@ pub(super) fn router(sources: Sources, has_page: bool) -> Router {
     router.with_state(sources)
 }
 
-/// Changes, as JSON. The parameters are those of [`HistoryRequest`].
+/// Responds with changes as JSON. Takes the parameters of [`HistoryRequest`].
 async fn history(State(sources): State<Sources>, uri: Uri) -> Response {
     match request_of(uri.query().unwrap_or_default()) {
         Ok(request) => {
@@ -88,7 +88,7 @@ fn request_of(query: &str) -> Result<HistoryRequest, String> {
     serde_json::from_value(fields.into()).map_err(|error| error.to_string())
 }
 
-/// The report of the black box that has the frames of a change, opened at the change.
+/// Responds with the report of the black box that contains the frames of a change, opened at the change.
 async fn frames(
     State(sources): State<Sources>,
     Extension(connection): Extension<Connection>,
@@ -117,14 +117,14 @@ async fn frames(
     #[allow(clippy::cast_precision_loss)] // exact for 285 years
     let opened_at = OpenedAt { group, label: entry.subject, at_s: place.at_us as f64 / 1e6 };
     let mut making = spawn_blocking(move || {
-        // Until it is made, whether its client waits or not.
+        // Held until the report is created, even if its client disconnects.
         let _permit = permit;
         report(&log, &opened_at)
     });
     let made = loop {
         match timeout(EVENT_INTERVAL, &mut making).await {
             Ok(made) => break made,
-            // What makes it is bounded in time.
+            // The time for creating the report is bounded.
             Err(_) => connection.extend(),
         }
     };
@@ -157,8 +157,8 @@ fn feed_json(snapshot: &Snapshot) -> String {
     serde_json::to_string(&GatewayView::of(snapshot)).unwrap_or_default()
 }
 
-/// What is shown of a snapshot as an event every [`EVENT_INTERVAL`]. A client that is slow gets fewer of
-/// them, each of them present when it is taken.
+/// Responds with a stream of snapshots for the live page, one event every [`EVENT_INTERVAL`]. A slow client
+/// receives fewer events, each current when it is taken.
 async fn events(State(sources): State<Sources>, Extension(connection): Extension<Connection>) -> Response {
     if !connection.begin_stream() {
         return (StatusCode::SERVICE_UNAVAILABLE, "too many streams\n").into_response();

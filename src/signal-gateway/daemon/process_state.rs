@@ -18,22 +18,22 @@ use ros_transport::link::LostLines;
 /// Interval at which the statuses of the process are checked.
 const CHECK_INTERVAL: Duration = Duration::from_millis(100);
 
-/// The state of the process that no other part of it knows, and its statuses.
+/// The part of the process's state that is not held elsewhere, and its statuses.
 pub(super) struct ProcessState {
-    /// The part of a snapshot that changes only when another configuration is read.
+    /// The part of a snapshot that changes only with the configuration.
     pub(super) known: ProcessSnapshot,
     started: Instant,
     traffic: Vec<TrafficMeter>,
     /// Node name for statuses of the process; `None` leaves them out.
     node: Option<String>,
-    /// Statuses of the process as they were last published.
+    /// Statuses of the process as last published.
     published: Vec<Status>,
-    /// When [`Self::changes`] checks the statuses again.
+    /// Time at which [`Self::changes`] checks the statuses again.
     pub(super) next_check: Instant,
 }
 
 impl ProcessState {
-    /// The state at the start, without statuses, and with a configuration that cannot be reloaded.
+    /// Creates the state at the start, without statuses, and with a configuration that cannot be reloaded.
     pub(super) fn new(settings: &Settings) -> Self {
         let known = ProcessSnapshot { pid: std::process::id(), build: build(), ..ProcessSnapshot::default() };
         let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.as_str());
@@ -88,7 +88,7 @@ impl ProcessState {
     }
 
     fn statuses(&self, outputs: &Outputs) -> Vec<Status> {
-        // Called in any case, since it writes lines that are due.
+        // Called in every case, since it also writes due log lines.
         let log = process_log::state();
         if self.node.is_none() {
             return Vec::new();
@@ -106,7 +106,7 @@ impl ProcessState {
         statuses.into_iter().flatten().collect()
     }
 
-    /// Returns the present state of the gateway and of the process.
+    /// Returns the current state of the gateway and of the process.
     pub(super) fn snapshot(&mut self, gateway: &Gateway, now: Now, outputs: &Outputs) -> Snapshot {
         let process = ProcessSnapshot {
             uptime_ms: millis(self.started.elapsed()),
@@ -135,7 +135,7 @@ fn changed(statuses: &[Status], published: &[Status]) -> Vec<Status> {
     statuses.iter().filter(|status| !is_known(status)).cloned().collect()
 }
 
-/// The origin of this binary.
+/// Returns the build information of this binary.
 pub fn build() -> Build {
     Build {
         version: env!("CARGO_PKG_VERSION").to_owned(),

@@ -32,10 +32,10 @@ use ros_transport::parameters::{DoorLayouts, Parameters, ServiceContents};
 use ros_transport::settings::Recovery;
 use turn_signal::planner_input::FactorTopic;
 
-/// The service that tells the layout of the doors.
+/// Service that reports the layout of the doors.
 const DOOR_LAYOUT: &str = "/vehicle/doors/layout";
 
-/// Publishes outputs, or nothing.
+/// Publishes outputs, or nothing if ROS 2 is disabled.
 #[derive(Debug)]
 pub struct Publisher {
     session: Option<RosSession>,
@@ -45,10 +45,10 @@ pub struct Publisher {
 /// Reason why nothing can be published.
 #[derive(Debug, thiserror::Error)]
 pub enum PublisherError {
-    /// An environment variable of ROS 2 has a value that cannot be followed.
+    /// An environment variable of ROS 2 has an unsupported value.
     #[error(transparent)]
     Environment(#[from] RosEnvironmentError),
-    /// A topic would be written and read by this node.
+    /// This node would both publish and subscribe to a topic.
     #[error("{0} would be both written and read by this node; give each topic its own name")]
     Loop(String),
     /// The build contains no DDS implementation.
@@ -62,7 +62,7 @@ pub enum PublisherError {
 }
 
 impl Publisher {
-    /// A publisher without a session.
+    /// Creates a publisher without a session.
     pub fn off() -> Self {
         Self { session: None, domain_id: 0 }
     }
@@ -77,7 +77,7 @@ impl Publisher {
         }
         for (Remapping { from, to }, meant) in unused_rules(settings) {
             let reason = format!("-r {from}:={to} has no effect: this node has no topic {from}");
-            // Launch files have rules for all their nodes.
+            // Launch files contain rules for all their nodes.
             match meant {
                 Some(meant) => tracing::warn!("{reason}; did you mean {meant}?"),
                 None => tracing::info!("{reason}"),
@@ -94,24 +94,24 @@ impl Publisher {
         Ok(Self { session: Some(RosSession::start(ros)?), domain_id })
     }
 
-    /// Hands an output to the session; never blocks.
+    /// Passes an output to the session. Never blocks.
     pub fn send(&self, output: &Output) {
         self.session.iter().for_each(|session| session.send(output));
     }
 
-    /// Has the parameters of the node show another configuration.
+    /// Updates the parameters of the node to another configuration.
     pub fn show_configuration(&self, settings: &Settings) {
         if let Some(session) = &self.session {
             session.set_parameters(parameters(settings, self.domain_id));
         }
     }
 
-    /// True while publishing works, or is off.
+    /// Returns true while publishing works or is disabled.
     pub fn is_healthy(&self) -> bool {
         self.session.as_ref().is_none_or(|session| session.status().running)
     }
 
-    /// The domain and what carries it, as text.
+    /// Returns the domain and its transport, as text.
     pub fn graph(&self) -> String {
         if let Some(session) = &self.session {
             let zenoh = if session.status().network.links.is_some() { " over Zenoh" } else { "" };
@@ -120,12 +120,12 @@ impl Publisher {
         "ROS 2 off".to_owned()
     }
 
-    /// State of the network side; `None` without a session.
+    /// Returns the state of the network side; `None` without a session.
     pub fn network(&self) -> Option<NetworkState> {
         self.session.as_ref().map(|session| session.status().network)
     }
 
-    /// The connection to ROS 2 for whoever watches; `None` without a session.
+    /// Returns the state of the ROS 2 connection for clients; `None` without a session.
     pub fn snapshot(&self) -> Option<RosSnapshot> {
         self.session.as_ref().map(|session| {
             let status = session.status();
@@ -150,7 +150,7 @@ impl Publisher {
         })
     }
 
-    /// The inbox of received messages; `None` without a session.
+    /// Returns the inbox of received messages; `None` without a session.
     pub fn inbox(&self) -> Option<Arc<Inbox>> {
         self.session.as_ref().map(RosSession::inbox)
     }
@@ -163,7 +163,7 @@ impl Publisher {
     }
 }
 
-/// Durability of the reports as configured.
+/// Returns the configured durability of the reports.
 pub(super) fn durability(settings: &Settings) -> Durability {
     match settings.ros.durability {
         ConfiguredDurability::TransientLocal => Durability::TransientLocal,
@@ -171,7 +171,7 @@ pub(super) fn durability(settings: &Settings) -> Durability {
     }
 }
 
-/// The names by which ROS 2 knows this node.
+/// Returns the names by which ROS 2 knows this node.
 fn names(settings: &Settings) -> NodeNames<'_> {
     NodeNames {
         node: &settings.gateway.node,
@@ -205,7 +205,8 @@ pub fn subscriptions(settings: &Settings) -> Vec<Subscription> {
     subscriptions
 }
 
-/// Rules of remapping about topics that this node does not have, each with the topic that was probably meant.
+/// Returns remapping rules for topics that this node does not have, each with the topic that was probably
+/// meant.
 fn unused_rules(settings: &Settings) -> Vec<(&Remapping, Option<String>)> {
     let (names, mut topics) = (names(settings), with_log(settings));
     let mut known: Vec<_> = topics.names_mut().map(|name| name.clone()).collect();
@@ -217,14 +218,15 @@ fn unused_rules(settings: &Settings) -> Vec<(&Remapping, Option<String>)> {
     unused.map(|rule| (rule, meant(rule))).collect()
 }
 
-/// A topic that is written as well as read.
+/// Returns a topic that is both published and subscribed to.
 fn loop_topic(ros: &RosSettings) -> Option<String> {
     let mut topics = ros.topics.clone();
     let is_read = |name: &&mut String| ros.subscriptions.iter().any(|topic| topic.name == **name);
     topics.names_mut().find(is_read).cloned()
 }
 
-/// Returns the topics as configured; what the profile leaves out has no topic, as it is never published.
+/// Returns the topics as configured. Reports that the profile does not provide have no topic, since they are
+/// never published.
 fn configured_topics(settings: &Settings) -> Topics {
     let lights = &settings.gateway.lights;
     let (ros, decider) = (&settings.ros, settings.turn_signal.as_ref().filter(|decider| decider.runs));
@@ -232,7 +234,7 @@ fn configured_topics(settings: &Settings) -> Topics {
         "ros.topics" => ros.topics.name(key),
         _ => decider.map_or("", |decider| decider.outputs.name(key)),
     };
-    // Without a key: the log, which is not part of a recording; see `ros_settings`.
+    // The row without a key is the log, which is not part of a recording; see `ros_settings`.
     let keys = OUTGOING.iter().filter_map(|row| Some((row.topic, row.key?)));
     let mut topics = keys.fold(Topics::default(), |topics, (topic, key)| topics.with(topic, named(key)));
     if matches!(lights.turn, TurnBinding::LeftOut) {
@@ -275,7 +277,7 @@ fn light_output(lights_output: &LightsOutput, settings: &Settings) -> LightsTopi
     }
 }
 
-/// The topics that are subscribed to, by what reads them.
+/// Returns the subscriptions, grouped by the part that reads them.
 fn configured_subscriptions(settings: &Settings) -> Vec<Subscription> {
     let topics = &settings.light_topics;
     let states =
@@ -286,14 +288,15 @@ fn configured_subscriptions(settings: &Settings) -> Vec<Subscription> {
         .then(|| Subscription::new(SubscriptionKind::Clock.row().default_name, SubscriptionKind::Clock));
     let commands = topics.command.iter().map(|name| Subscription::new(name, SubscriptionKind::Command));
     let decider = settings.turn_signal.iter().filter(|decider| decider.runs);
-    // Autoware's own commands only for comparing: where we command they are ours.
+    // Subscribes to Autoware's own commands only for comparison: if we publish commands, they are ours.
     let decider =
         decider.flat_map(|decider| decider_subscriptions(&decider.inputs, !decider.publishes_commands()));
     let vehicle = settings.command.iter().flat_map(command_subscriptions);
     states.chain(camera).chain(clock).chain(commands).chain(decider).chain(vehicle).collect()
 }
 
-/// Commands for the vehicle. The turn command is our own decider's where that is the source.
+/// Returns the subscriptions to commands for the vehicle. If our own decider is the source, the turn command
+/// is its command.
 fn command_subscriptions(command: &CommandConfig) -> Vec<Subscription> {
     let CommandConfig { settings, topics, .. } = command;
     let turn = match settings.source {
@@ -308,7 +311,7 @@ fn command_subscriptions(command: &CommandConfig) -> Vec<Subscription> {
     kinds.filter_map(|kind| subscription(topics, kind)).collect()
 }
 
-/// The inputs of the decider, and for comparing Autoware's own commands.
+/// Returns the subscriptions to the inputs of the decider and, for comparison, to Autoware's own commands.
 pub fn decider_subscriptions(inputs: &TopicNames, compares: bool) -> Vec<Subscription> {
     let own = SubscriptionKind::OWN_COMMANDS.into_iter().filter(|_| compares);
     let factors = FactorTopic::ALL.map(SubscriptionKind::Factors);
@@ -324,7 +327,8 @@ fn subscription(names: &TopicNames, kind: SubscriptionKind) -> Option<Subscripti
     Some(Subscription::new(&topic.in_folder(name), kind))
 }
 
-/// The keys of the configuration, and of `[ros]` and the clock what is in effect.
+/// Returns the node's parameters: the keys of the configuration, with the values in effect for `[ros]` and
+/// the clock.
 fn parameters(settings: &Settings, domain_id: u16) -> Parameters {
     let ros = &settings.ros;
     let mut parameters = settings.parameters.clone();
@@ -344,7 +348,7 @@ fn parameters(settings: &Settings, domain_id: u16) -> Parameters {
     parameters
 }
 
-/// The service that tells the layout of the doors; `None` for a profile without doors.
+/// Returns the service that reports the layout of the doors; `None` for a profile without doors.
 fn door_layouts(settings: &Settings) -> Option<DoorLayouts> {
     let doors = &settings.gateway.status.doors;
     let layout = |door: &Door| {
@@ -358,10 +362,10 @@ fn door_layouts(settings: &Settings) -> Option<DoorLayouts> {
     })
 }
 
-/// Returns the settings of the session: the configuration, and what the environment adds to it.
+/// Returns the settings of the session, from the configuration and the environment.
 ///
 /// # Errors
-/// A variable of ROS 2 that cannot be followed.
+/// Fails if an environment variable of ROS 2 has an unsupported value.
 pub fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
     let network = ros_environment::network(&settings.ros, |name| std::env::var(name).ok())?;
     network.warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
@@ -373,7 +377,7 @@ pub fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> 
         only_networks: network.only_networks,
         durability: durability(settings),
         topics: resolved(with_log(settings), settings),
-        // Services are only found by nodes that see this node in the graph.
+        // Only nodes that see this node in the graph find its services.
         services: settings.ros.graph.then(|| ServiceContents {
             parameters: parameters(settings, network.domain_id),
             doors: door_layouts(settings),

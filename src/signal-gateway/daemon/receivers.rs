@@ -1,5 +1,5 @@
-//! Supervises the tasks that receive frames, one for each bus. If one ends, the process ends, so that the
-//! service manager restarts it.
+//! Supervises the tasks that receive frames, one per bus. If one ends, the process ends, so that the service
+//! manager restarts it.
 
 use std::any::Any;
 use std::collections::HashMap;
@@ -19,14 +19,14 @@ use can_signal::can::{BusIndex, CanInput, IdMatch, LinkState};
 /// Number of batches between the receivers and the gateway. More frames wait in the kernel, which counts the
 /// ones that it drops.
 const QUEUED_BATCHES: usize = 16;
-/// Size of the receive buffer without a configuration, bytes.
+/// Default size of the receive buffer, bytes.
 const RECEIVE_BUFFER_BYTES: usize = 4 << 20;
 
 /// The receivers of all buses, which end when this is dropped.
 #[derive(Debug)]
 pub(super) struct Receivers {
     inputs: mpsc::Receiver<Vec<CanInput>>,
-    /// Identifiers that are received, by bus.
+    /// Received identifiers, by bus.
     ids: Vec<IdFilter>,
     tasks: JoinSet<()>,
     /// Interface of each task.
@@ -34,8 +34,8 @@ pub(super) struct Receivers {
 }
 
 impl Receivers {
-    /// Starts a receiver for the `ids` of each bus (all frames if `None`), and returns the transmitters of
-    /// the buses as well.
+    /// Starts a receiver for the `ids` of each bus (all frames if `None`), and returns it with the
+    /// transmitters of the buses.
     pub(super) fn start(
         settings: &Settings,
         ids: impl Fn(BusIndex) -> Option<Vec<IdMatch>>,
@@ -84,7 +84,7 @@ impl Receivers {
         self.interfaces.insert(id, interface.to_owned());
     }
 
-    /// Changes the identifiers that are received. Frames that were already let through come first. Returns
+    /// Changes the received identifiers. Frames that already passed the filters are delivered first. Returns
     /// the kernel's error for one bus; all filters are then unchanged.
     pub(super) fn receive_ids(&self, ids: impl Fn(BusIndex) -> Vec<IdMatch>) -> io::Result<()> {
         let buses = || (0..=u8::MAX).map(BusIndex).zip(&self.ids);
@@ -116,8 +116,8 @@ impl Receivers {
         }
     }
 
-    /// Waits until every receiver has reported its link, which each does first. Also returns the other inputs
-    /// until then.
+    /// Waits until every receiver has reported its link, which is its first input. Also returns the other
+    /// inputs received until then.
     pub(super) async fn first_links(
         &mut self,
         buses: usize,

@@ -20,7 +20,7 @@ pub(super) fn start(settings: &Settings) -> Option<McapRecorder> {
         .ok()
 }
 
-/// Creates an encoder for the published topics, the frames of all buses and the topics that are read.
+/// Creates an encoder for the published topics, the frames of all buses and the subscribed topics.
 pub fn encoder(settings: &Settings) -> Encoder {
     let buses = settings.gateway.buses.iter();
     let buses = buses.map(|bus| RecordedBus { name: bus.name.clone(), interface: bus.interface.clone() });

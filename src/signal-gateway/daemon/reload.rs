@@ -1,4 +1,4 @@
-//! Another configuration for the running gateway: read and checked beside the loop, then put into effect
+//! Reload of the running gateway's configuration: it is read and checked outside the loop, then applied
 //! within it.
 
 use std::future::pending;
@@ -16,22 +16,22 @@ use gateway_base::time::Now;
 use gateway_core::gateway::call::GatewayCall;
 use gateway_core::gateway::live::Live;
 
-/// Reads the configuration again, with all that it names, and checks it as at the start; an error is for
-/// people.
+/// Reads the configuration again, with all files that it names, and checks it as at the start. An error is a
+/// message for the user.
 pub type ReadConfiguration = Arc<dyn Fn() -> Result<Settings, String> + Send + Sync>;
 
-/// `MESSAGE_ID` of a reload in the journal. They never change.
+/// `MESSAGE_ID` of a reload in the journal. The message ids never change.
 const RELOADED: &str = "4c1e8a4b0f5d4a0e9f0b6a3d7c52e130";
 const REFUSED: &str = "4c1e8a4b0f5d4a0e9f0b6a3d7c52e131";
 
-/// A configuration that can be used.
+/// A usable configuration.
 type Read = Result<Box<Settings>, String>;
 
 /// Reads configurations, one at a time.
 pub(super) struct Reloader {
     read: ReadConfiguration,
     reading: Option<oneshot::Receiver<Read>>,
-    /// Requested while one was being read, which may have missed what it is about.
+    /// True if a reload was requested during a read, which may have missed the latest change.
     is_requested_again: bool,
 }
 
@@ -40,7 +40,7 @@ impl Reloader {
         Self { read, reading: None, is_requested_again: false }
     }
 
-    /// Begins to read; [`Self::finished`] gives the result.
+    /// Starts reading; [`Self::finished`] returns the result.
     pub(super) fn request(&mut self) {
         if self.reading.is_some() {
             self.is_requested_again = true;
@@ -58,8 +58,7 @@ impl Reloader {
         let _ = thread::Builder::new().name("reload".to_owned()).spawn(work);
     }
 
-    /// Waits for the configuration that is being read; for ever when none is. Loses nothing when it is given
-    /// up.
+    /// Waits for the configuration that is being read. Never completes if there is none. Cancel safe.
     pub(super) async fn finished(&mut self) -> Read {
         let Some(reading) = &mut self.reading else { return pending().await };
         let read = reading.await.unwrap_or_else(|_| Err("reading it has failed unexpectedly".to_owned()));
@@ -67,7 +66,7 @@ impl Reloader {
         read
     }
 
-    /// Begins to read again if that was requested meanwhile. Returns false if there is nothing more to read.
+    /// Reads again if that was requested meanwhile; otherwise returns false.
     pub(super) fn request_again(&mut self) -> bool {
         let is_requested = std::mem::take(&mut self.is_requested_again);
         if is_requested {
@@ -77,10 +76,10 @@ impl Reloader {
     }
 }
 
-/// A configuration that is not put into effect.
+/// A refused configuration.
 struct ReloadRefusal {
     reason: String,
-    /// What it would have changed, as far as that is known.
+    /// Changes that it would have made, as far as they are known.
     changes: Vec<Change>,
 }
 
@@ -92,8 +91,8 @@ pub(super) struct Running<'a> {
 }
 
 impl Running<'_> {
-    /// Puts a configuration into effect, or refuses it as a whole: the status, the diagnostics and the
-    /// journal say so.
+    /// Applies a configuration, or refuses it as a whole. Reports the result in the status, the diagnostics
+    /// and the journal.
     pub(super) fn apply(mut self, read: Read, now: Now) {
         let outcome = self.take_over(read, now);
         let state = self.io.process.known.configuration.get_or_insert_default();
@@ -116,7 +115,7 @@ impl Running<'_> {
         }
     }
 
-    /// Puts a configuration into effect. Returns its parts, and those that were others before.
+    /// Applies a configuration. Returns the effective configuration and the changes.
     fn take_over(
         &mut self,
         read: Read,
@@ -129,8 +128,8 @@ impl Running<'_> {
             let reason = format!("restart needed for {}", changes_text(&plan.restart));
             return Err(ReloadRefusal { reason, changes: plan.restart });
         }
-        // What is received from here on is handled under the new configuration, which leaves aside what it
-        // does not need.
+        // Frames received from here on are handled under the new configuration, which ignores unneeded
+        // frames.
         if let Err(error) = self.receivers.receive_ids(|bus| settings.gateway.relevant_ids(bus)) {
             let reason = format!("the CAN filters cannot be set: {error}");
             return Err(ReloadRefusal { reason, changes: plan.reloadable });

@@ -22,7 +22,7 @@ pub enum RosEnvironmentError {
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct RosNetwork {
     pub(super) domain_id: u16,
-    /// Own addresses to use; empty means all.
+    /// Own addresses to use; all if empty.
     pub(super) only_networks: Vec<IpAddr>,
     /// Variables that have no effect, for the log.
     pub(super) warnings: Vec<&'static str>,

@@ -1,4 +1,4 @@
-//! What the process owes to its service manager, to whoever signals it, and to its clients.
+//! Service duties of the process: service manager, signals, and clients.
 
 use std::future::pending;
 use std::io;
@@ -14,7 +14,7 @@ use crate::io::systemd::Supervisor;
 use crate::process_status::snapshot::Snapshot;
 use crate::report::gateway_view::GatewayView;
 
-/// Shortest interval from one status line of the service manager to the next.
+/// Minimum interval between two status lines for the service manager.
 const LINE_INTERVAL: Duration = Duration::from_secs(1);
 
 /// Signals, service manager and clients of the process.
@@ -24,12 +24,12 @@ pub(super) struct Service {
     pub(super) supervisor: Supervisor,
     ping_interval: Option<Interval>,
     clients: Clients,
-    /// Status line of the service manager, and when the next one may follow.
+    /// Last status line for the service manager.
     line: String,
     next_line: Instant,
 }
 
-/// What the process is requested to do.
+/// Request to the process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Woken {
     Stop,
@@ -38,7 +38,7 @@ pub(super) enum Woken {
     Show,
 }
 
-/// Why a wait has ended.
+/// Reason for the end of a wait.
 pub(super) enum Waited {
     Woken(Woken),
     Received(Arrival),
@@ -78,7 +78,7 @@ impl Service {
         timer: &mut PreciseTimer,
         received: impl Future<Output = Arrival>,
     ) -> io::Result<Waited> {
-        // Signals and timers are polled in between only, even when `wake` is past.
+        // Signals and timers are only polled here, even if `wake` has passed.
         tokio::task::yield_now().await;
         tokio::select! {
             biased;

@@ -12,7 +12,7 @@ use crate::io::hangup::ignore_hangup;
 /// ignored.
 ///
 /// SIGHUP requests a stop if a standard stream is a terminal, since it then means that the terminal was
-/// closed. Without a terminal a service takes it as [`ReloadSignal`], and a command ignores it.
+/// closed. Without a terminal a service treats it as [`ReloadSignal`], and a command ignores it.
 pub(super) struct StopSignals {
     stop: Vec<Signal>,
     ignored: Vec<(&'static str, Signal)>,
@@ -78,8 +78,8 @@ impl ReloadSignal {
         Ok(Self(hangup.transpose()?))
     }
 
-    /// Ignores further requests, in a process whose configuration cannot change. Other processes can see
-    /// that.
+    /// Ignores further requests, in a process whose configuration cannot change. Other processes can detect
+    /// this.
     pub(super) fn refuse(&mut self) {
         if self.0.take().is_some() {
             ignore_hangup();

@@ -55,7 +55,7 @@ pub fn run_vehicle(
         let mut stop = StopSignals::listen()?;
         let (mut receivers, transmitters) = Receivers::start(settings, |bus| Some(run.plan.command_ids(bus)));
         let mut transmitters: Vec<_> = transmitters.into_iter().map(|transmitter| BusChannel { transmitter, is_refusing: false }).collect();
-        // From then on frames can be sent, where the link is up.
+        // From now on frames can be sent if the link is up.
         receivers.first_links(transmitters.len()).await?;
         let clock = Clock::start();
         let mut vehicle = SimulatedVehicle::new(run.plan, run.simulation, MonoTime::ZERO);

@@ -18,15 +18,15 @@ use crate::io::snapshots::feed::SnapshotFeed;
 use crate::io::snapshots::socket::{StatusSocket, serve};
 use crate::io::systemd::service_folder;
 
-/// The clients of the gateway, who watch it.
+/// Clients that watch the gateway.
 pub(super) struct Clients {
     pub(super) feed: SnapshotFeed,
-    /// Held for its file.
+    /// Held because dropping it removes its file.
     _socket: Option<StatusSocket>,
 }
 
-/// Serves HTTP, and the socket of the configuration or one in systemd's `RUNTIME_DIRECTORY`. Without a socket
-/// the gateway runs as well: the log names the reason.
+/// Serves HTTP, and the socket of the configuration or one in systemd's `RUNTIME_DIRECTORY`. If there is no
+/// socket, the gateway runs without it, and the log states the reason.
 pub(super) fn serve_clients(
     settings: &Settings,
     history: SharedHistory,
@@ -95,7 +95,7 @@ fn open_browser(url: &str) {
     let mut command = Command::new("xdg-open");
     let command = command.arg(url).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     match command.spawn() {
-        // It ends at once, or with the browser.
+        // The opener ends at once, or with the browser.
         Ok(mut opener) => drop(thread::spawn(move || opener.wait())),
         Err(error) => tracing::warn!("no browser: xdg-open: {error}; the page is {url}"),
     }

@@ -1,4 +1,4 @@
-//! What runs on virtual time beside the gateway.
+//! Everything that runs on virtual time apart from the gateway.
 //!
 //! | module | what it is |
 //! |---|---|

@@ -1,7 +1,7 @@
-//! The files of a discovered vehicle, proven on the session that they were found in.
+//! The files of a discovered vehicle, verified against the session from which they were made.
 //!
-//! The gateway itself loads the texts and reports over the frames of the session. What it reports must meet
-//! the driver's marks; a file that contradicts its own session would be wrong on the road as well.
+//! The gateway itself loads the files and processes the frames of the session. Its reports must match the
+//! driver's marks: a file that contradicts its own session would also be wrong on the road.
 
 use std::io;
 use std::path::Path;
@@ -21,10 +21,10 @@ use vehicle_bringup::discovery::capture::{Capture, MessageKey};
 use vehicle_bringup::discovery::proof::{self, Contradiction, ReportedState, Requirements};
 use vehicle_bringup::discovery::timeline::{ActionTimeline, DriverAction};
 
-/// A reason for which no files are written.
+/// Reason why no files are written.
 #[derive(Debug, Clone, PartialEq, Eq, Display)]
 pub enum Refutation {
-    /// Both sides are not sure.
+    /// Neither side is certain.
     #[display("a wrong signal would be worse than none")]
     NotSure,
     /// The gateway does not accept the files.
@@ -35,10 +35,10 @@ pub enum Refutation {
     Contradicted(Contradiction),
 }
 
-/// Drafts the files and proves them on the session.
+/// Drafts the files and verifies them against the session.
 ///
 /// # Errors
-/// The reason for which nothing may be written.
+/// Returns the reason why no files may be written.
 pub fn proven_files(draft: &VehicleDraft<'_>, timeline: &ActionTimeline) -> Result<VehicleFiles, Refutation> {
     let files = draft.files().ok_or(Refutation::NotSure)?;
     let required = Requirements::of(draft.findings).ok_or(Refutation::NotSure)?;
@@ -60,8 +60,8 @@ impl Files for DraftFiles<'_> {
     }
 }
 
-/// The changes of what a gateway with these settings reports over the frames of a session, whose interfaces
-/// are named by [`BusIndex`].
+/// Returns the changes in the reports of a gateway with these settings over the frames of a session, whose
+/// interfaces are indexed by [`BusIndex`].
 pub fn reported(
     settings: &Settings,
     interfaces: &[String],
@@ -92,7 +92,7 @@ pub fn reported(
     reports.changes
 }
 
-/// The reports so far, as one state.
+/// The state composed of the reports so far.
 #[derive(Debug, Default)]
 struct Reports {
     turn: Option<TurnIndicators>,
@@ -101,7 +101,7 @@ struct Reports {
 }
 
 impl Reports {
-    /// Lets time pass until `end`, from deadline to deadline.
+    /// Advances time to `end`, from deadline to deadline.
     fn pass(&mut self, gateway: &mut Gateway, end: MonoTime, now: impl Fn(MonoTime) -> Now) {
         while gateway.next_deadline() <= end {
             let deadline = now(gateway.next_deadline());

@@ -1,4 +1,4 @@
-//! A discovery on a recording, with the driver's actions as marks in it or beside it.
+//! A discovery on a recording, with the driver's actions as marks in the recording or in a separate file.
 
 use std::io;
 use std::time::Duration;
@@ -22,17 +22,17 @@ pub struct RecordedSession {
     pub interfaces: Vec<String>,
 }
 
-/// Time of a mark, s: since the first entry of the recording, or since 1970 as its stamps.
+/// Time of a mark, seconds: since the first entry of the recording, or since 1970 like its stamps.
 pub type MarkTime = f64;
 
-/// From this time on a mark has a stamp, s: no recording is so long.
+/// Mark times from this on are stamps, seconds: no recording is that long.
 const FIRST_STAMP: f64 = 100_000_000.0;
 
 impl RecordedSession {
     /// Reads a recording to its end; `marks` come before those in it.
     ///
     /// # Errors
-    /// A recording that cannot be read, or of which not one frame was read.
+    /// Fails if the recording cannot be read, or contains no readable frame.
     pub fn read(mut log: Log, marks: &[(MarkTime, DriverMark)]) -> io::Result<Self> {
         let (mut capture, mut noted) = (Capture::default(), Vec::new());
         let (mut first, mut first_s, mut now) = (None, 0.0, MonoTime::ZERO);
@@ -65,21 +65,21 @@ impl RecordedSession {
         Ok(Self { capture, marks: noted, interfaces: log.interfaces().to_vec() })
     }
 
-    /// The requests that the marks stand for.
+    /// Returns the requests that the marks represent.
     pub fn timeline(&self) -> ActionTimeline {
         ActionTimeline::new(&self.marks, self.capture.span().unwrap_or_default())
     }
 
-    /// The signals that follow the marks.
+    /// Returns the signals that follow the marks.
     pub fn findings(&self) -> DiscoveryFindings {
         DiscoveryFindings::new(&self.capture, &self.timeline())
     }
 }
 
-/// Reads marks of a text: a time and a mark a line, `#` begins a comment.
+/// Parses marks: a time and a mark per line; `#` begins a comment.
 ///
 /// # Errors
-/// The number of the first line that is something else, with what is expected.
+/// Returns the number of the first invalid line, and the expected form.
 pub fn marks(text: &str) -> Result<Vec<(MarkTime, DriverMark)>, String> {
     let mut marks = Vec::new();
     for (number, line) in (1_u32..).zip(text.lines()) {

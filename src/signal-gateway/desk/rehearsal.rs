@@ -22,7 +22,7 @@ use vehicle_bringup::simulated_vehicle::request::SimulationRequest;
 use vehicle_bringup::simulated_vehicle::{SimulatedVehicle, SimulationSettings, VehicleOutput};
 
 const LAP_GAP: Duration = Duration::from_millis(100);
-/// Share of the path's heading rate that the vehicle takes up in a cycle.
+/// Fraction of the path's heading rate that the vehicle adopts in one cycle.
 const PATH_SHARE: f64 = 0.2;
 
 /// A gateway in its simulated surroundings.
@@ -35,7 +35,7 @@ pub struct Rehearsal<'a> {
     end: MonoTime,
 }
 
-/// Surroundings of the gateway: a vehicle, and a drive with its planner, lap by lap.
+/// Surroundings of the gateway: a vehicle, and a repeated drive with its planner.
 pub struct Surroundings<'a> {
     vehicle: SimulatedVehicle,
     drive: &'a DriveSimulation,
@@ -118,7 +118,7 @@ impl<'a> Rehearsal<'a> {
         Some(next.max(self.now.mono)).filter(|next| *next <= self.end)
     }
 
-    /// Performs everything that is due at [`Self::next_time`].
+    /// Performs everything due at [`Self::next_time`].
     pub fn step(&mut self) {
         let Some(mono) = self.next_time() else { return };
         self.now = Now { mono, wall: self.start.after(mono.since(MonoTime::ZERO)) };
@@ -137,14 +137,14 @@ impl<'a> Rehearsal<'a> {
         }
     }
 
-    /// Returns the next output of the gateway, oldest first; `None` when there is none.
+    /// Returns the oldest waiting output of the gateway; `None` if there is none.
     pub fn poll_output(&mut self) -> Option<Output> {
         self.outputs.pop_front()
     }
 }
 
 impl Surroundings<'_> {
-    /// Passes the planner's cycles and the vehicle's frames that are due to the gateway.
+    /// Passes due planner cycles and vehicle frames to the gateway.
     fn step(&mut self, gateway: &mut Gateway, now: Now) {
         while self.cycle_at().is_some_and(|at| at <= now.mono) {
             let Some(cycle) = self.next.take() else { break };
@@ -163,7 +163,7 @@ impl Surroundings<'_> {
                 self.lap = now.mono.after(LAP_GAP);
             } else if let Some(next) = &self.next {
                 let within_s = next.at_s - cycle.at_s;
-                // The path has corners, a car does not.
+                // The path has corners, but a car turns smoothly.
                 let of_path_radps = wrapped(next.pose.yaw_rad - cycle.pose.yaw_rad) / within_s;
                 self.heading_rate_radps += (of_path_radps - self.heading_rate_radps) * PATH_SHARE;
                 let within = Duration::try_from_secs_f64(within_s).unwrap_or_default();
@@ -185,7 +185,7 @@ impl Surroundings<'_> {
     }
 }
 
-/// Returns the messages of the planner in a cycle of the drive; the route comes with the first one.
+/// Returns the messages of the planner in a cycle of the drive; the route comes with the first cycle.
 fn planner_inputs(cycle: &DriveCycle, stamp: WallStamp) -> impl Iterator<Item = PlannerInput> {
     let route = (cycle.index == 0).then(|| {
         let (route, goal) = (&cycle.route, cycle.goal);

@@ -7,8 +7,8 @@ use vehicle_bringup::simulated_vehicle::plan::VehiclePlan;
 use vehicle_bringup::simulated_vehicle::request::SimulationRequest;
 use vehicle_bringup::simulated_vehicle::{SimulatedVehicle, SimulationSettings, VehicleOutput};
 
-/// Runs a vehicle for `length` and passes each output to `take`. The script has requests with their times
-/// since the start.
+/// Runs a vehicle for `length` and passes each output to `take`. The script contains requests with their
+/// times since the start.
 ///
 /// # Errors
 /// Returns the first error of `take`, which ends the run.

@@ -1,4 +1,4 @@
-//! The only reader of clocks in the live daemon.
+//! Reads the clocks. No other part of the live daemon does.
 
 use std::time::{Duration, Instant, SystemTime};
 
@@ -6,7 +6,7 @@ use gateway_base::time::{MonoTime, Now, WallStamp};
 
 /// Maximum time between the readings of both clocks for one instant.
 const MAX_SPREAD: Duration = Duration::from_micros(200);
-/// Number of readings that are tried; the last one then counts.
+/// Maximum number of attempts; the last reading is used regardless of its spread.
 const MAX_READINGS: usize = 4;
 
 /// Reads monotonic and wall time for this process.
@@ -21,7 +21,7 @@ impl Clock {
         Self { origin: Instant::now() }
     }
 
-    /// Returns the present time. The clocks are read again if the process was interrupted between them, which
+    /// Returns the current time. The clocks are read again if the process was interrupted between them, which
     /// would look like a step of the wall clock.
     pub fn now(&self) -> Now {
         let mut mono = self.origin.elapsed();

@@ -1,20 +1,20 @@
-//! Whether the wall clock is synchronised, and whether it was set meanwhile.
+//! Detects whether the wall clock is synchronised, and whether it was set during a measurement.
 
 use std::time::{Duration, Instant, SystemTime};
 
 use serde::{Deserialize, Serialize};
 
-/// What is known of the wall clock.
+/// State of the wall clock.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ClockState {
-    /// True while something keeps it synchronised (`adjtimex`); `None` if the kernel does not tell.
+    /// True while the clock is synchronised (`adjtimex`); `None` if the kernel does not report this.
     pub is_synchronised: Option<bool>,
-    /// How much it was set forward while it was watched, ms; negative = backward.
+    /// Amount by which the clock was set forward while it was watched, ms; negative = backward.
     pub jump_ms: i64,
 }
 
-/// Watches the wall clock beside the monotonic one.
+/// Compares the wall clock with the monotonic clock.
 #[derive(Debug, Clone, Copy)]
 pub struct ClockWatch {
     mono: Instant,
@@ -22,7 +22,7 @@ pub struct ClockWatch {
 }
 
 impl ClockWatch {
-    /// Starts to watch.
+    /// Starts the comparison.
     pub fn start() -> Self {
         Self { mono: Instant::now(), wall: SystemTime::now() }
     }
@@ -41,11 +41,11 @@ fn millis(duration: Duration) -> i64 {
     i64::try_from(duration.as_millis()).unwrap_or(i64::MAX)
 }
 
-/// Asks the kernel; reading needs no right.
+/// Queries the kernel; reading needs no privilege.
 #[allow(unsafe_code)]
 fn is_synchronised() -> Option<bool> {
-    // SAFETY: timex is integers throughout; zero is a value of each, and of `modes` it means that nothing is
-    // set.
+    // SAFETY: timex consists of integers, for each of which zero is valid; zero in `modes` means that nothing
+    // is set.
     let mut state: libc::timex = unsafe { std::mem::zeroed() };
     // SAFETY: the kernel reads and writes one timex, which `state` is.
     let result = unsafe { libc::adjtimex(&raw mut state) };

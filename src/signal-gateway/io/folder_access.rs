@@ -1,16 +1,17 @@
-//! Whether this process may write into a folder.
+//! Checks whether this process may write into a folder.
 
 use std::io;
 use std::path::Path;
 
 use rustix::fs::{Access, access};
 
-/// Asks the kernel whether files can be made in a folder, which may have to be made itself. Makes nothing.
+/// Checks with the kernel whether files can be created in a folder, which need not exist yet. Creates
+/// nothing.
 ///
 /// # Errors
 /// The reason: `NotADirectory`, `PermissionDenied`, `ReadOnlyFilesystem`, …
 pub fn check_writable(folder: &Path) -> io::Result<()> {
-    // The first folder above that exists; the others are made by the gateway.
+    // The nearest existing ancestor; the gateway creates the folders below it.
     let mut existing = folder.ancestors().filter(|folder| folder.symlink_metadata().is_ok());
     let here = Path::new(".");
     let existing = existing.next().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(here);

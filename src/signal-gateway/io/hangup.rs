@@ -1,4 +1,5 @@
-//! SIGHUP, the request to reload the configuration: sent to another process, or not meant for this one.
+//! SIGHUP, the request to reload the configuration: sending it to another process, and ignoring it in this
+//! one.
 
 use std::{fs, io};
 

@@ -1,5 +1,5 @@
-//! The file that keeps the history over the end of the process: a line of JSON for each entry, after a line
-//! that says how the process ended.
+//! The file that preserves the history across restarts: first a line with the state of the writing process,
+//! then one line of JSON per entry.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, BufRead, BufReader, BufWriter, ErrorKind, Write as _};
@@ -9,18 +9,17 @@ use serde::{Deserialize, Serialize};
 
 use gateway_core::gateway::history::HistoryEntry;
 
-/// Name of the file.
 const NAME: &str = "history.jsonl";
-/// Version of the file: it grows when an older program would misread it.
+/// Format version, incremented when an older program would misread the file.
 const VERSION: u32 = 1;
-/// Most bytes that are read; our own file has less than half of it.
+/// Maximum number of bytes that are read. A file that the gateway writes has less than half as many.
 const MAX_BYTES: u64 = 32 * 1024 * 1024;
 
-/// How the process that wrote the file stood then.
+/// State of the process when it wrote the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum WriterState {
-    /// It ran on: without a newer file it did not end in order.
+    /// It continued to run. If no newer file exists, it did not stop in an orderly way.
     Running,
     /// It was about to end.
     Stopped,
@@ -33,39 +32,39 @@ struct Header {
     writer: WriterState,
 }
 
-/// A file that was read.
+/// Contents of a history file.
 #[derive(Debug)]
 pub struct ReadHistory {
-    /// How the process that wrote it stood.
+    /// State of the process when it wrote the file.
     pub writer: WriterState,
-    /// Its entries, in their order in the file.
+    /// Entries in file order.
     pub entries: Vec<HistoryEntry>,
-    /// Number of lines that are no entry.
+    /// Number of lines that are not valid entries.
     pub unreadable: u64,
 }
 
-/// The file in a folder.
+/// The history file in a folder.
 #[derive(Debug, Clone)]
 pub struct HistoryFile {
     path: PathBuf,
 }
 
 impl HistoryFile {
-    /// The file in this folder, whether it exists or not.
+    /// Returns the history file of this folder, which need not exist.
     pub fn in_folder(folder: &Path) -> Self {
         Self { path: folder.join(NAME) }
     }
 
-    /// Path of the file.
+    /// Returns the path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Claims the file for this process until the result is dropped; `None` where no lock can be written, as
-    /// in a folder that cannot be written yet.
+    /// Claims the file for this process until the result is dropped; `None` if the lock file cannot be
+    /// created, e.g. because the folder is not writable yet.
     ///
     /// # Errors
-    /// Another process that keeps its history there.
+    /// Fails if another process stores its history there.
     pub fn claim(&self) -> io::Result<Option<File>> {
         let path = self.path.with_extension("lock");
         let folder = self.path.parent().map(fs::create_dir_all).transpose();
@@ -82,7 +81,7 @@ impl HistoryFile {
     /// Reads the file; `None` if there is none.
     ///
     /// # Errors
-    /// One that cannot be read, or is no history that this version knows.
+    /// Fails if the file cannot be read, or is not a history that this version supports.
     pub fn read(&self) -> io::Result<Option<ReadHistory>> {
         let invalid = |text: String| io::Error::new(ErrorKind::InvalidData, text);
         match fs::metadata(&self.path) {
@@ -95,10 +94,10 @@ impl HistoryFile {
         parse(BufReader::new(File::open(&self.path)?)).map(Some)
     }
 
-    /// Writes the file whole, or leaves the old one. Creates the folder if it is missing.
+    /// Writes the whole file, or leaves the old one unchanged. Creates the folder if it is missing.
     ///
     /// # Errors
-    /// A folder or a disk that does not take it.
+    /// Fails if the folder or the disk does not accept the file.
     pub fn write(&self, entries: &[HistoryEntry], writer: WriterState) -> io::Result<()> {
         if let Some(folder) = self.path.parent() {
             fs::create_dir_all(folder)?;
@@ -122,7 +121,7 @@ impl HistoryFile {
 /// Reads the lines of a history.
 ///
 /// # Errors
-/// What cannot be read, or is no history that this version knows.
+/// Fails if reading fails, or if this is not a history that this version supports.
 pub fn parse(reader: impl BufRead) -> io::Result<ReadHistory> {
     let invalid = |text: String| io::Error::new(ErrorKind::InvalidData, text);
     let mut lines = reader.take(MAX_BYTES).split(b'\n');
@@ -187,7 +186,7 @@ mod tests {
         let file = HistoryFile::in_folder(folder.path());
         file.write(&entries(&["one", "two"]), WriterState::Running).unwrap();
         let whole = fs::read(file.path()).unwrap();
-        // A power cut, and a byte that is no UTF-8.
+        // A power cut, and a byte that is not UTF-8.
         fs::write(file.path(), &whole[..whole.len() - 30]).unwrap();
         let cut = file.read().unwrap().unwrap();
         assert_eq!((cut.entries.len(), cut.unreadable), (1, 1));

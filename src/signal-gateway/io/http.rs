@@ -1,4 +1,5 @@
-//! A small HTTP server for whoever watches the gateway: read-only, bounded in connections, time and size.
+//! A small HTTP server for clients that watch the gateway: read-only, with limits on connections, time and
+//! size.
 
 use std::convert::Infallible;
 use std::io;
@@ -29,7 +30,7 @@ pub const MAX_CONNECTIONS: usize = 64;
 pub const MAX_STREAMS: usize = 64;
 /// Longest duration of a request, or between two events of a stream.
 const CONNECTION_TIMEOUT: Duration = Duration::from_secs(10);
-/// Maximum number of bytes in the kernel for a slow client, so that it reads recent data.
+/// Maximum number of bytes in the kernel for a slow client, so that the client reads recent data.
 const SEND_BUFFER: u32 = 64 * 1024;
 const BACKLOG: u32 = 128;
 /// Longest wait for the head of a request.
@@ -39,18 +40,19 @@ const MAX_HEAD: usize = 16 * 1024;
 /// Pause before the next connection if there are too many, or no file descriptors.
 const BUSY_PAUSE: Duration = Duration::from_millis(10);
 
-/// Binds a listener. Must be called within a runtime. Fails if the address is in use, or not one of this
-/// computer.
+/// Binds a listener. Must be called within a runtime. Fails if the address is in use, or does not belong to
+/// this computer.
 pub fn bind(address: SocketAddr) -> io::Result<TcpListener> {
     let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
     socket.set_reuseaddr(true)?;
-    // Those that are accepted inherit it.
+    // Accepted connections inherit it.
     socket.set_send_buffer_size(SEND_BUFFER)?;
     socket.bind(address)?;
     socket.listen(BACKLOG)?.into_std()
 }
 
-/// The connection of a request, among its extensions. It is closed in time unless its response is a stream.
+/// The connection of a request, stored in the request's extensions. It is closed at its deadline unless its
+/// response is a stream.
 #[derive(Debug, Clone)]
 pub struct Connection(Arc<ConnectionState>);
 
@@ -62,7 +64,7 @@ struct ConnectionState {
 }
 
 impl Connection {
-    /// Turns the request into a stream, which frees its place for another request. Returns false if there are
+    /// Turns the request into a stream, which frees its slot for another request. Returns false if there are
     /// too many streams.
     pub fn begin_stream(&self) -> bool {
         let Ok(place) = Arc::clone(&self.0.streams).try_acquire_owned() else { return false };
@@ -70,14 +72,14 @@ impl Connection {
         true
     }
 
-    /// Extends the deadline. Call it for each event of the stream, which shows that the client has taken the
-    /// previous one.
+    /// Extends the deadline. Call it for each event of the stream, which shows that the client has received
+    /// the previous one.
     pub fn extend(&self) {
         self.0.end.send_replace(Instant::now() + CONNECTION_TIMEOUT);
     }
 }
 
-/// Waits for the end of a connection, which may be extended meanwhile.
+/// Waits for the deadline of a connection, which may be extended meanwhile.
 async fn over(mut end: watch::Receiver<Instant>) {
     loop {
         let at = *end.borrow_and_update();
@@ -89,8 +91,8 @@ async fn over(mut end: watch::Receiver<Instant>) {
 }
 
 /// Serves GET and HEAD requests with `router` forever. The host must be an address, `localhost` or one of
-/// `hosts`, so that a page whose name points here gets nothing. Fails if the runtime does not accept the
-/// listener.
+/// `hosts`, so that a web page cannot reach the server through a host name that resolves to this address.
+/// Fails if the runtime does not accept the listener.
 pub async fn serve(listener: TcpListener, router: Router, hosts: Vec<String>) -> io::Result<()> {
     listener.set_nonblocking(true)?;
     let listener = tokio::net::TcpListener::from_std(listener)?;
@@ -156,18 +158,19 @@ async fn answer(request: Request, next: Next, hosts: &[String]) -> Response {
     response
 }
 
-/// The server that a request means.
+/// The server that a request addresses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Addressee {
-    /// This one.
+    /// This server.
     Known,
-    /// Another one, or none: HTTP/1.0 does not demand a host.
+    /// Another server, or none: HTTP/1.0 does not require a host.
     Unknown,
-    /// No request may name its host so (RFC 9112, 3.2). The text says why.
+    /// The request names its host in an invalid form (RFC 9112, 3.2); contains the reason.
     Malformed(&'static str),
 }
 
-/// Returns the server that a request means: by its target if that is a whole URL, else by its `Host`.
+/// Returns the server that a request addresses: by its target if that is an absolute URL, otherwise by its
+/// `Host`.
 fn addressee(request: &Request, hosts: &[String]) -> Addressee {
     let mut values = request.headers().get_all(HOST).iter();
     let named = match (values.next(), values.next()) {
@@ -188,7 +191,7 @@ fn addressee(request: &Request, hosts: &[String]) -> Addressee {
 
 const MALFORMED_HOST: Addressee = Addressee::Malformed("malformed host; expected NAME or NAME:PORT\n");
 
-/// Returns the server that `value`, a host with or without a port, means.
+/// Returns the server that `value`, a host with an optional port, addresses.
 fn addressee_of(value: &str, hosts: &[String]) -> Addressee {
     let (name, port) = match value.strip_prefix('[') {
         Some(rest) => match rest.split_once(']') {
@@ -203,7 +206,7 @@ fn addressee_of(value: &str, hosts: &[String]) -> Addressee {
     let is_port = |port: &str| {
         port.is_empty() || port.bytes().all(|byte| byte.is_ascii_digit()) && port.parse::<u16>().is_ok()
     };
-    // A port may be left out, with its colon or without (RFC 3986, 3.2.3).
+    // The port may be omitted, with or without its colon (RFC 3986, 3.2.3).
     let has_port = port.is_empty() || port.strip_prefix(':').is_some_and(is_port);
     let is_name = |name: &str| {
         !name.is_empty()
@@ -297,7 +300,8 @@ mod tests {
         }
     }
 
-    /// The status of the response to these bytes, empty if the connection is closed without one.
+    /// Returns the status of the response to these bytes; empty if the connection is closed without a
+    /// response.
     async fn status(address: SocketAddr, request: &str) -> String {
         let mut stream = tokio::net::TcpStream::connect(address).await.unwrap();
         stream.write_all(request.as_bytes()).await.unwrap();
@@ -357,7 +361,7 @@ mod tests {
             ("400", head("Host: localhost\r\nTransfer-Encoding: identity")),
             ("400", "GET / HTTP/1.1 x\r\nHost: localhost\r\n\r\n".to_owned()),
             ("400", "GET / HTTP/1.2\r\nHost: localhost\r\n\r\n".to_owned()),
-            // What follows a request is no second one.
+            // Bytes after a request are not parsed as a second request.
             ("200", head("Host: localhost") + &head("Host: localhost")),
         ] {
             let status = status(address, &request).await;

@@ -1,8 +1,8 @@
-//! Formats records for systemd's journal in its native protocol: a datagram each, with a priority and named
-//! fields.
+//! Formats records for systemd's journal in its native protocol: one datagram per record, with a priority and
+//! named fields.
 //!
-//! Our own code, as for the service manager: libraries for it send from the thread that logs, which would
-//! wait for a journal that does not read.
+//! Like the notifications of the service manager, this is our own code: existing libraries send from the
+//! logging thread, which would block if the journal does not read.
 
 use std::io;
 use std::os::fd::AsFd as _;
@@ -12,7 +12,7 @@ use std::os::unix::net::UnixDatagram;
 use tracing::Level;
 
 const SOCKET: &str = "/run/systemd/journal/socket";
-/// Longest text of one field, bytes; a datagram has room for several.
+/// Maximum length of a field's text, bytes; a datagram has room for several such fields.
 const MAX_TEXT: usize = 16 * 1024;
 
 /// Opens a socket to the journal if standard error goes there.
@@ -30,7 +30,7 @@ fn is_stream(variable: &str, device: u64, inode: u64) -> bool {
     variable == format!("{device}:{inode}")
 }
 
-/// Returns the priority of syslog: 3 for errors, 4 for warnings, 6 for information, 7 for debugging.
+/// Returns the syslog priority: 3 for errors, 4 for warnings, 6 for information, 7 for debugging.
 fn priority(level: Level) -> &'static str {
     match level {
         Level::ERROR => "3",
@@ -45,7 +45,7 @@ pub(super) fn with_priority(level: Level, text: &str) -> String {
     text.lines().map(|line| format!("<{}>{line}\n", priority(level))).collect()
 }
 
-/// Formats a record as a datagram. Names of fields are in capitals; empty fields are left out.
+/// Formats a record as a datagram. Field names are in capitals; empty fields are omitted.
 pub(super) fn datagram(level: Level, message: &str, fields: &[(&str, &str)]) -> Vec<u8> {
     let mut datagram = Vec::new();
     field(&mut datagram, "MESSAGE", message);

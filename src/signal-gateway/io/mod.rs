@@ -1,4 +1,4 @@
-//! Edges: each file touches one outside thing, and none decides.
+//! Input and output: each file handles one external interface and contains no decisions.
 
 pub mod can;
 pub mod clock;

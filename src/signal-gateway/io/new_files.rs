@@ -1,4 +1,4 @@
-//! New files in a folder, which replace nothing unless that is wanted.
+//! New files in a folder, which replace existing files only on request.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write as _};
@@ -12,8 +12,8 @@ pub struct NewFiles {
 }
 
 impl NewFiles {
-    /// Creates the folder if it is missing. Fails if that is impossible, or if it has files and `overwrite`
-    /// is false.
+    /// Creates the folder if it is missing. Fails if it cannot be created, or if it contains files and
+    /// `overwrite` is false.
     pub fn in_folder(folder: &Path, overwrite: bool) -> io::Result<Self> {
         fs::create_dir_all(folder)?;
         if !overwrite && fs::read_dir(folder)?.next().is_some() {
@@ -34,8 +34,8 @@ impl NewFiles {
     }
 }
 
-/// Writes a whole file or nothing: without space on the disk no part is left, and nothing is replaced. Fails
-/// if the file exists and `overwrite` is false.
+/// Writes a file completely or not at all: if the disk is full, no partial file remains and no existing file
+/// is replaced. Fails if the file exists and `overwrite` is false.
 pub fn write_new(path: &Path, text: &str, overwrite: bool) -> io::Result<()> {
     let old = fs::metadata(path).ok();
     let write = |to: &Path| {

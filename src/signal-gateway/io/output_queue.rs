@@ -1,7 +1,7 @@
 //! Text for a terminal, a pipe or the journal, written by a thread of its own.
 //!
-//! Whoever writes is never held up by a reader that does not read, and no error of the reader's end is a
-//! failure of ours: what does not fit, or is not taken, is counted.
+//! Writers are never blocked by a reader that does not read, and an error at the reader's end is not an error
+//! of the process: text that does not fit or is not accepted is counted.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -47,11 +47,11 @@ pub struct Losses {
     pub lines: u64,
     /// Reason for the last loss; `None` before the first.
     pub last: Option<Loss>,
-    /// True if a line was lost after the reader last took something.
+    /// True if a line was lost after the reader last accepted text.
     pub is_losing: bool,
 }
 
-/// Why text did not reach its reader.
+/// Reason why text did not reach its reader.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Loss {
     /// The reader does not read, and the queue is full.
@@ -197,13 +197,13 @@ mod tests {
     #[test]
     fn reader_that_does_not_read_delays_nothing_and_its_losses_are_counted() {
         let (mut reader, mut writer) = io::pipe().unwrap();
-        // Full, so that the first line waits whenever its thread runs.
+        // The pipe is full, so the first line waits whenever its thread runs.
         rustix::io::ioctl_fionbio(&writer, true).unwrap();
         let filled: usize = std::iter::from_fn(|| writer.write(&[0]).ok()).sum();
         rustix::io::ioctl_fionbio(&writer, false).unwrap();
         let queue = OutputQueue::start("test", &writer).unwrap();
         let line = [&[b'x'; 1023][..], b"\n"].concat();
-        // What is being written and what waits are far less than this.
+        // Far more than the text being written and the queue can hold.
         for _ in 0..4096 {
             queue.push(&line);
         }

@@ -1,5 +1,5 @@
-//! A timer as precise as the kernel's. The runtime's timer ends at whole milliseconds, up to two of them
-//! late.
+//! A timer as precise as the kernel's. The runtime's timer has a resolution of a millisecond and is up to 2
+//! ms late.
 
 use std::io;
 use std::os::fd::OwnedFd;
@@ -26,7 +26,7 @@ impl PreciseTimer {
         Ok(Self(unsafe { AsyncFd::register_with_interest(timer, Interest::READABLE)? }))
     }
 
-    /// Sleeps until `at`; returns at once if that is past. Cancel safe.
+    /// Sleeps until `at`; returns at once if that time has passed. Cancel safe.
     pub async fn sleep_until(&mut self, at: Instant) -> io::Result<()> {
         let ahead = at.saturating_duration_since(Instant::now());
         if ahead.is_zero() {
@@ -37,7 +37,7 @@ impl PreciseTimer {
         timerfd_settime(&self.0, TimerfdTimerFlags::empty(), &once)?;
         loop {
             let mut ready = self.0.readable().await?;
-            // It may be ready since an earlier sleep that was given up.
+            // It may still be ready from an earlier, cancelled sleep.
             ready.clear_ready_matching(Ready::READABLE);
             if Instant::now() >= at {
                 return Ok(());
@@ -56,7 +56,7 @@ mod tests {
     use super::*;
     use crate::waiting::let_pass;
 
-    /// Begins a sleep and gives it up.
+    /// Begins a sleep and cancels it.
     async fn give_up(timer: &mut PreciseTimer, at: Instant) {
         tokio::select! {
             biased;

@@ -2,7 +2,7 @@
 //! flood it.
 //!
 //! Lines wait in an [`OutputQueue`]. At most `MAX_LINES` of one kind are written within `WINDOW`, followed by
-//! a line with the number of further ones and the last of them. Debug and trace messages, which must be
+//! a line with the number of further messages and the last of them. Debug and trace messages, which must be
 //! requested, are not limited. If standard error is the journal, a line is a record with a priority and
 //! fields.
 
@@ -35,7 +35,7 @@ pub use warnings::{TakenWarnings, Warning, take_warnings};
 /// Longest time that a panicking thread waits for its message to be written.
 const PANIC_PATIENCE: Duration = Duration::from_millis(500);
 
-/// The crates of ours that log beside this one, which a level of this one is meant for as well.
+/// Our other crates that log; a level set for this crate also applies to them.
 pub const LOGGING_CRATES: [&str; 1] = ["ros_transport"];
 
 static LOG: OnceLock<ProcessLog> = OnceLock::new();
@@ -52,10 +52,10 @@ struct ProcessLog {
 /// The form of the log's lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LogForm {
-    /// With time and level, for a process that runs for long. Under systemd without time and colour, which
-    /// the journal adds.
+    /// With time and level, for a long-running process; without time and colour under systemd, since the
+    /// journal adds them.
     Timed,
-    /// With a word for the level, `warning: …`, for a command.
+    /// With the level as a word, `warning: …`, for a command.
     Messages,
 }
 
@@ -93,7 +93,7 @@ pub fn start(filter: EnvFilter, form: LogForm, has_color: bool) -> io::Result<()
         LogForm::Timed => layer.boxed(),
     };
     let subscriber = tracing_subscriber::registry().with(filter).with(layer.with_filter(KindLimit));
-    // Already started by somebody else: nothing to do.
+    // A subscriber is already installed; nothing to do.
     drop(subscriber.try_init());
     std::panic::set_hook(Box::new(|panic| {
         let trace = Backtrace::capture();
@@ -153,14 +153,14 @@ pub fn record(level: Level, subject: &str, text: &str, fields: &[(&str, &str)]) 
     }
 }
 
-/// Passes a message about a subject that is not in the log to the reader of the warnings.
+/// Passes a message about a subject to the warnings queue, without logging it.
 pub fn warn_others(level: Level, subject: &str, text: &str) {
     warnings::offer(MessageKind::of_subject(subject), Warning::new(level, text));
 }
 
 /// Writes to a duplicate of another file from the next line on, unless the log goes to the journal.
 pub fn redirect(to: &impl AsFd) {
-    // One that cannot be duplicated leaves the log where it is.
+    // If the file cannot be duplicated, the log keeps its present destination.
     let _ = LOG.get().filter(|log| !log.is_journal).map(|log| log.queue.redirect(to));
 }
 
@@ -300,7 +300,7 @@ impl io::Write for LineWriter {
     }
 }
 
-/// Lets messages through that [`LogLimits`] admit.
+/// Filters messages by [`LogLimits`].
 struct KindLimit;
 
 impl<S: Subscriber> Filter<S> for KindLimit {
@@ -324,8 +324,8 @@ impl<S: Subscriber> Filter<S> for KindLimit {
     }
 }
 
-/// Returns true for our own messages, except messages of the ROS side, which would be sent by the way that
-/// they are about.
+/// Returns true for our own messages, except messages of the ROS side, which would be sent over the transport
+/// that they report on.
 fn is_for_others(target: &str) -> bool {
     target.starts_with(env!("CARGO_CRATE_NAME"))
         && !target.starts_with(concat!(env!("CARGO_CRATE_NAME"), "::io::ros"))

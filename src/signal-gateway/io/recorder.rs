@@ -1,9 +1,9 @@
-//! Writes black-box files to disk in a thread, each completely or not at all, and keeps only a few.
+//! Writes black-box files to disk in a thread, each completely or not at all, and retains a limited number.
 //!
-//! A recording is `fault-<counter>-<boot>-<time>.log` with its `.decisions` and its `.mcap` beside it. The
-//! counter continues from the files in the folder and orders them whatever the clock says, since a vehicle
-//! computer without a battery-backed clock starts each boot in the past. The boot and the time help readers.
-//! A `.draft` is a file being written.
+//! A recording is `fault-<counter>-<boot>-<time>.log` with a `.decisions` and an `.mcap` file. The counter
+//! continues from the files in the folder and orders them whatever the clock says, since a vehicle computer
+//! without a battery-backed clock starts each boot in the past. Boot and time are for the reader. A `.draft`
+//! is a file being written.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -21,9 +21,9 @@ use crate::process_status::recordings::RecorderState;
 use gateway_base::time::MonoTime;
 use gateway_core::gateway::black_box::Recording;
 
-/// Number of recordings that wait for a slow disk; each needs about 10 MB.
+/// Maximum number of recordings that wait for a slow disk; each needs about 10 MB.
 const MAX_WAITING: usize = 1;
-/// Interval at which a folder that could not be written is tried again.
+/// Interval between attempts to write to a folder that could not be written.
 const RETRY: Duration = Duration::from_secs(10);
 
 const PREFIX: &str = "fault-";
@@ -44,8 +44,8 @@ pub struct BlackBoxRecorder {
 
 impl BlackBoxRecorder {
     /// Starts the thread, which keeps the newest `keep` recordings in `folder` and tests at once whether it
-    /// can write there; `encoder` makes the messages of the MCAP files. A folder that cannot be written is
-    /// reported in the log and in the state, and tried again. Fails if the thread cannot be started.
+    /// can write there; `encoder` creates the messages of the MCAP files. A folder that cannot be written is
+    /// reported in the log and in the state, and retried. Fails if the thread cannot be started.
     pub fn start(folder: &Path, keep: usize, line: DecisionLine, encoder: Encoder) -> io::Result<Self> {
         let state = RecorderState { folder: folder.display().to_string(), ..RecorderState::default() };
         let state = Arc::new(Mutex::new(state));
@@ -61,7 +61,7 @@ impl BlackBoxRecorder {
             state: Arc::clone(&state),
         };
         thread::Builder::new().name("black-box".to_owned()).spawn(move || {
-            // Dropped at the end, which ends the wait of `stop`.
+            // Dropped when the thread ends, which wakes `stop`.
             let _end: std::sync::mpsc::Sender<()> = end;
             writer.run(&recordings);
         })?;
@@ -107,7 +107,7 @@ impl BlackBoxRecorder {
 /// Returns the log of a recording in a folder, by the end of its name; `None` if there is none, or no longer.
 ///
 /// # Errors
-/// A folder that cannot be read.
+/// Fails if the folder cannot be read.
 pub fn log_of(folder: &Path, recording: &str) -> io::Result<Option<PathBuf>> {
     let end = format!("-{recording}.log");
     let mut found = Vec::new();
@@ -117,7 +117,7 @@ pub fn log_of(folder: &Path, recording: &str) -> io::Result<Option<PathBuf>> {
             found.push(folder.join(name));
         }
     }
-    // Of two within a second, or with a clock that was set back, the newest.
+    // The newest, if there are two within a second or the clock was set back.
     Ok(found.into_iter().max())
 }
 
@@ -233,14 +233,14 @@ struct Kept {
 #[derive(Debug)]
 struct Saved {
     path: PathBuf,
-    /// The outcome for the MCAP file.
+    /// Result of writing the MCAP file.
     mcap: io::Result<()>,
 }
 
 #[derive(Debug, Default)]
 struct RecordingFiles {
     paths: Vec<PathBuf>,
-    /// False for the rest of a failure or a power cut.
+    /// False for remnants of a failure or a power cut.
     is_whole: bool,
 }
 
@@ -254,9 +254,9 @@ impl Folder {
         written.and(removed)
     }
 
-    /// Writes a recording as the newest one; creates the folder if it is missing. After an error nothing is
-    /// left, except that a disk without space for the MCAP file, which is by far the largest, keeps the other
-    /// files: they can be replayed alone.
+    /// Writes a recording as the newest one; creates the folder if it is missing. After an error no files
+    /// remain, with one exception: if the disk has no space for the MCAP file, by far the largest, the other
+    /// files are kept, since they can be replayed without it.
     fn save(
         &mut self,
         time: &str,
@@ -270,15 +270,15 @@ impl Folder {
         self.last_counter = counter;
         let path = self.path.join(format!("{PREFIX}{counter:06}-{}-{time}.log", self.boot));
         let [draft, beside, mcap] = ["draft", "decisions", "mcap"].map(|end| path.with_extension(end));
-        // The log last: where it exists, the others exist.
+        // The log comes last, so that its existence implies the others.
         let mcap_written = write_mcap(&draft).and_then(|()| fs::rename(&draft, &mcap));
         if mcap_written.is_err() {
-            // Its part of the disk is for the others.
+            // Frees its disk space for the other files.
             let _ = fs::remove_file(&draft);
         }
         let written = write_whole(&draft, &beside, decisions).and_then(|()| write_whole(&draft, &path, log));
         if written.is_err() {
-            // What cannot be removed either is removed before the next recording is written.
+            // Files that cannot be removed now are removed before the next recording is written.
             for left in [&draft, &mcap, &beside, &path] {
                 let _ = fs::remove_file(left);
             }
@@ -331,7 +331,7 @@ fn write_whole(draft: &Path, path: &Path, text: &str) -> io::Result<()> {
     fs::rename(draft, path)
 }
 
-/// Writes inputs and outputs in the order of time.
+/// Writes inputs and outputs in chronological order.
 fn write_mcap(path: &Path, recording: &Recording, encoder: &mut Encoder) -> io::Result<()> {
     let mut messages: Vec<_> =
         recording.inputs().filter_map(|(input, at)| encoder.received(input, at)).collect();

@@ -1,5 +1,6 @@
-//! The samples of ROS 2 topics in a recording, decoded: MCAP, and the sqlite3 files of `rosbag2`, a file or
-//! the folder of a bag. They are inputs of the gateway and, in a recording of its own, its calls.
+//! Reads and decodes the samples of ROS 2 topics in a recording: MCAP or sqlite3 files of `rosbag2`, as a
+//! file or as the folder of a bag. The samples are inputs of the gateway and, in its own recordings, its
+//! calls.
 
 use std::collections::VecDeque;
 use std::io;
@@ -30,12 +31,12 @@ use ros_messages::{TypeName, can_msgs, full_name};
 pub struct SampleLog {
     reader: Box<dyn MessageReader<usize>>,
     choose: Choose<usize>,
-    /// Of all files.
+    /// Budget of all files together.
     budget: FileBudget,
     topics: Vec<SampleTopic>,
-    /// The files of a bag that follow.
+    /// The remaining files of a bag.
     rest: VecDeque<PathBuf>,
-    /// Identity of the next sample, as a call before it tells.
+    /// Identity of the next sample, given by the call before it.
     next_id: Option<SampleId>,
     losses: u64,
     first_loss: Option<String>,
@@ -47,13 +48,13 @@ pub struct SampleLog {
 pub enum SampleKind {
     /// Inputs of the gateway.
     Input(SubscriptionKind),
-    /// `TurnIndicatorsReport`: what the vehicle shows.
+    /// `TurnIndicatorsReport`: the turn signals of the vehicle.
     TurnReport,
-    /// Frames that were received on a bus.
+    /// Frames received on a bus.
     Frames {
-        /// The bus.
+        /// Bus that received the frames.
         bus: BusIndex,
-        /// They are of CAN FD.
+        /// True for CAN FD frames.
         is_fd: bool,
     },
     /// Calls of the gateway.
@@ -72,18 +73,18 @@ impl SampleKind {
     }
 }
 
-/// A topic, and what was read of it.
+/// A topic, with its counts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SampleTopic {
     /// Absolute name.
     pub name: String,
     /// The purpose of its samples.
     pub kind: SampleKind,
-    /// Samples that became inputs.
+    /// Number of decoded samples.
     pub received: u64,
-    /// Samples that could not be decoded.
+    /// Number of samples that could not be decoded.
     pub undecodable: u64,
-    /// Why the first of them could not.
+    /// Reason why the first of them could not be decoded.
     pub reason: Option<Unreadable>,
 }
 
@@ -92,33 +93,34 @@ pub struct SampleTopic {
 pub enum SampleContent {
     /// An input of the gateway.
     Input(Input),
-    /// The number of a `TurnIndicatorsReport`, as sent.
+    /// The number in a `TurnIndicatorsReport`, as published.
     TurnReport(u8),
     /// A call of the gateway.
     Call(TimedCall),
 }
 
-/// A sample, with the topic that it is of.
+/// A sample with its topic.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoggedSample {
     /// Position of its topic in [`SampleLog::topics`].
     pub topic: usize,
-    /// When the recorder received it.
+    /// Time at which the recorder received the sample.
     pub logged: WallStamp,
     /// The sample.
     pub content: SampleContent,
-    /// The sample of an [`Input`](SampleKind::Input) as it came, without its encapsulation header; empty for
-    /// others.
+    /// The original bytes of an [`Input`](SampleKind::Input), without the encapsulation header; empty for
+    /// other kinds.
     pub bytes: CdrBytes,
     /// Byte order of `bytes`.
     pub endian: Endian,
 }
 
 impl SampleLog {
-    /// Returns whether a path is one of a recording that may hold samples: by its first bytes, or a folder.
+    /// Returns true if a path is a recording that may contain samples: a folder, or a file with suitable
+    /// first bytes.
     ///
     /// # Errors
-    /// A file that cannot be read.
+    /// Fails if a file cannot be read.
     pub fn is_for(path: &Path) -> io::Result<bool> {
         Ok(path.is_dir() || path.is_file() && begins_like_a_bag(path)?)
     }
@@ -126,16 +128,16 @@ impl SampleLog {
     /// Opens a file, or all files of a bag's folder, for the samples of these topics.
     ///
     /// # Errors
-    /// A file that cannot be read, or is of another kind.
+    /// Fails if a file cannot be read, or is of another kind.
     pub fn open(path: &Path, topics: Vec<(String, SampleKind)>) -> io::Result<Self> {
         Self::open_within(path, topics, FileBudget::default())
     }
 
-    /// Like [`Self::open`], for a recording of which `log` reads the frames: together they cost no more than
-    /// one reader may.
+    /// Like [`Self::open`], for a recording whose frames `log` reads: both together share the budget of one
+    /// reader.
     ///
     /// # Errors
-    /// A file that cannot be read, or is of another kind.
+    /// Fails if a file cannot be read, or is of another kind.
     pub fn open_beside(log: &Log, path: &Path, topics: Vec<(String, SampleKind)>) -> io::Result<Self> {
         Self::open_within(path, topics, log.budget().clone())
     }
@@ -165,11 +167,11 @@ impl SampleLog {
         })
     }
 
-    /// Returns the next sample that can be decoded. A file that was cut or is damaged ends there, which
-    /// [`Self::losses`] tells; the next file of the bag follows.
+    /// Returns the next sample that can be decoded. Reading of a truncated or damaged file ends at the
+    /// damage, which [`Self::losses`] reports, and continues with the next file of the bag.
     ///
     /// # Errors
-    /// A file that cannot be read.
+    /// Fails if a file cannot be read.
     pub fn next_sample(&mut self) -> io::Result<Option<LoggedSample>> {
         while !self.is_ended {
             match self.budget.spend(ENTRY_WORK).and_then(|()| self.reader.advance()) {
@@ -190,18 +192,17 @@ impl SampleLog {
         Ok(None)
     }
 
-    /// Returns the topics, as they were given.
+    /// Returns the topics in their original order.
     pub fn topics(&self) -> &[SampleTopic] {
         &self.topics
     }
 
-    /// Returns the number of places where the recording could not be read, and the reason at the first of
-    /// them.
+    /// Returns the number of places where the recording could not be read, and the reason at the first place.
     pub fn losses(&self) -> (u64, Option<&str>) {
         (self.losses, self.first_loss.as_deref())
     }
 
-    /// Returns the topics of the file read last that are not read, as the end of a sentence.
+    /// Returns the other topics in the last file, as the end of a sentence.
     pub fn other_topics(&self) -> String {
         self.reader.choice().others()
     }
@@ -226,7 +227,7 @@ impl SampleLog {
         Ok(())
     }
 
-    /// Decodes the message that was read last; `None` if it cannot be decoded, which counts.
+    /// Decodes the last message; returns `None` and counts it if it cannot be decoded.
     fn sample(&mut self) -> Option<LoggedSample> {
         let message = self.reader.message()?;
         let (index, logged) = (*message.topic, message.logged);
@@ -273,13 +274,13 @@ impl SampleLog {
     }
 }
 
-/// Returns the identity of a sample whose writer is not recorded: the samples of a topic are in the order of
-/// the file.
+/// Returns the identity of a sample whose writer is not recorded: the samples of a topic are numbered in file
+/// order.
 fn next_of_unknown(received: u64) -> SampleId {
     SampleId { writer: WriterId::default(), sequence: i64::try_from(received + 1).unwrap_or(i64::MAX) }
 }
 
-/// Returns a frame as the input of a bus.
+/// Converts a frame to the input of a bus.
 fn received(message: &[u8], bus: BusIndex, is_fd: bool, logged: WallStamp) -> Result<CanInput, Unreadable> {
     let layout = |reason: String| Unreadable::Layout(reason);
     let (stamp, content) =
@@ -310,8 +311,8 @@ mod tests {
         SampleContent::Input(Input::Planner(PlannerInput::OwnTurnCommand(EnumOrUnknown::Known(turn))))
     }
 
-    /// A file as the gateway records it: a turn command of each byte order, one that is cut off, and a hazard
-    /// command.
+    /// Writes a file as the gateway records it: a turn command in each byte order, a truncated one, and a
+    /// hazard command.
     fn write(path: &Path) {
         let kinds = [(TURN, SubscriptionKind::OwnTurnCommand), (HAZARD, SubscriptionKind::OwnHazardCommand)];
         let subscriptions = kinds.map(|(name, kind)| Subscription::new(name, kind));

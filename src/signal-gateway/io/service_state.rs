@@ -11,30 +11,30 @@ const UNIT: &str = "signal-gateway.service";
 const ENVIRONMENT: &str = "/etc/default/signal-gateway";
 const PROPERTIES: &str = "LoadState,UnitFileState,ActiveState,SubState,ExecMainStatus,MainPID,ExecStart";
 
-/// The unit, if it is installed.
+/// State of the unit.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ServiceState {
-    /// True if there is such a unit.
+    /// True if the unit is installed.
     pub is_installed: bool,
     /// `enabled`, `disabled`, `masked`, …
     pub unit_file_state: String,
     /// `active`, `inactive`, `failed`, `activating`, …
     pub active_state: String,
-    /// Exit code of its last process.
+    /// Exit code of the unit's last process.
     pub exit_code: i32,
-    /// Its process; `None` while it has none.
+    /// Id of its process; `None` while it has none.
     pub pid: Option<u32>,
-    /// The configuration that its command line names; `None` if it names none.
+    /// Configuration named on its command line; `None` if there is none.
     pub configuration: Option<String>,
     /// `ROS_DOMAIN_ID` in its environment file; `None` if it is not set there.
     pub domain_id: Option<String>,
 }
 
-/// Asks systemd for the unit.
+/// Queries systemd for the state of the unit.
 ///
 /// # Errors
-/// The reason why it cannot be asked, as text.
+/// Returns the reason why the query failed, as text.
 pub fn service_state() -> Result<ServiceState, String> {
     let show = ["show", UNIT, "--no-pager", "--property", PROPERTIES];
     let output = Command::new("systemctl").args(show).stdin(Stdio::null()).output();
@@ -47,7 +47,7 @@ pub fn service_state() -> Result<ServiceState, String> {
     Ok(parsed(&String::from_utf8_lossy(&output.stdout), &environment))
 }
 
-/// Reads the properties, and the file of the environment: `NAME=value` in lines.
+/// Parses the properties and the environment file, both with lines of `NAME=value`.
 fn parsed(properties: &str, environment: &str) -> ServiceState {
     let value = |text: &str, name: &str| {
         let mut values = text.lines().filter_map(|line| line.trim().split_once('='));
@@ -65,8 +65,8 @@ fn parsed(properties: &str, environment: &str) -> ServiceState {
     }
 }
 
-/// Returns the configuration of a command line, as systemd shows it: `{ path=… ; argv[]=… run --config FILE ;
-/// … }`.
+/// Returns the configuration named in a command line, in the form that systemd shows: `{ path=… ; argv[]=…
+/// run --config FILE ; … }`.
 fn configuration(command: &str) -> Option<String> {
     let mut words = command.split_whitespace();
     while let Some(word) = words.next() {
@@ -83,7 +83,7 @@ fn configuration(command: &str) -> Option<String> {
 mod tests {
     use super::*;
 
-    /// As systemd 252 answers.
+    /// Output of systemd 252.
     const SHOWN: &str = "ExecMainStatus=3\nExecStart={ path=/usr/local/bin/signal-gateway ; \
         argv[]=/usr/local/bin/signal-gateway run --config /etc/signal-gateway/gateway.toml ; ignore_errors=no ; \
         start_time=[n/a] ; stop_time=[n/a] ; pid=0 ; code=(null) ; status=0/0 }\nMainPID=0\nLoadState=loaded\n\

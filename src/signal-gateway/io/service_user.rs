@@ -1,4 +1,4 @@
-//! The user of the packaged service, and what it may read.
+//! The user of the packaged service, and its read permissions.
 
 use std::ffi::OsStr;
 use std::os::unix::ffi::OsStrExt as _;
@@ -11,8 +11,8 @@ pub const SERVICE_USER: &str = "signal-gateway";
 /// Prints the arguments that cannot be read.
 const SCRIPT: &str = r#"for file; do test -r "$file" || printf '%s\0' "$file"; done"#;
 
-/// Returns the files that the service's user cannot read, by absolute paths. This asks the kernel, which
-/// knows groups and access lists. Returns `None` without root, or without this user.
+/// Returns the files that the service's user cannot read, by absolute paths. The kernel decides, so groups
+/// and access lists are respected. Returns `None` if this process is not root or the user does not exist.
 pub fn unreadable_for_service(files: &[PathBuf]) -> Option<Vec<PathBuf>> {
     let user = [format!("--reuid={SERVICE_USER}"), format!("--regid={SERVICE_USER}")];
     let mut command = Command::new("setpriv");

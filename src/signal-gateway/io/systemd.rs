@@ -1,7 +1,7 @@
 //! The service manager: readiness, a status line and the watchdog, by `sd_notify(3)`'s protocol.
 //!
-//! Our own code, for three things that a gateway in a container on a vehicle needs: abstract
-//! sockets, a send that never blocks the frame loop, and addresses that are arguments in tests.
+//! Our own code, because of three requirements: abstract sockets (for a gateway in a container), a send that
+//! never blocks the frame loop, and addresses that tests can pass as arguments.
 
 use std::ffi::{OsStr, OsString};
 use std::io;
@@ -20,7 +20,7 @@ pub struct Supervisor {
 }
 
 impl Supervisor {
-    /// Reads `NOTIFY_SOCKET`, `WATCHDOG_USEC` and `WATCHDOG_PID`; without them it does nothing.
+    /// Reads `NOTIFY_SOCKET`, `WATCHDOG_USEC` and `WATCHDOG_PID`. Without them all methods do nothing.
     ///
     /// Fails if `NOTIFY_SOCKET` is not an address that this process can use (neither an absolute path nor
     /// `@name`, or too long), since the unit would otherwise wait for readiness until its timeout.
@@ -73,7 +73,7 @@ impl Supervisor {
         }
     }
 
-    /// Announces that the gateway stops.
+    /// Announces that the gateway is stopping.
     pub fn stopping(&mut self) {
         self.send("STOPPING=1");
     }
@@ -97,13 +97,13 @@ impl Supervisor {
     }
 }
 
-/// Returns a folder of the service, such as systemd's `STATE_DIRECTORY`; `None` outside of a service.
+/// Returns a folder of the service, such as systemd's `STATE_DIRECTORY`; `None` outside a service.
 pub fn service_folder(variable: &str) -> Option<PathBuf> {
     first_folder(&std::env::var_os(variable)?)
 }
 
 fn first_folder(folders: &OsStr) -> Option<PathBuf> {
-    // A list separated by colons; ours has one entry.
+    // A colon-separated list; ours has one entry.
     let first = folders.to_str()?.split(':').next()?;
     (!first.is_empty()).then(|| PathBuf::from(first))
 }
@@ -120,7 +120,7 @@ fn open(address: &OsString) -> io::Result<(UnixDatagram, SocketAddr)> {
     Ok((socket, address))
 }
 
-/// Returns the time of the clock that orders a reload against its request: µs since boot.
+/// Returns the time of the clock by which systemd orders a reload after its request, µs since boot.
 #[allow(unsafe_code)] // rustix wants a vDSO for this, which not every kernel gives
 fn monotonic_micros() -> i64 {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
@@ -129,7 +129,7 @@ fn monotonic_micros() -> i64 {
     time.tv_sec.saturating_mul(1_000_000).saturating_add(time.tv_nsec / 1_000)
 }
 
-/// Returns one assignment for any `text`, since a line break would start another one.
+/// Returns a single assignment for any `text`: a line break, which would start another one, becomes a space.
 fn status_line(text: &str) -> String {
     format!("STATUS={}", text.replace(['\n', '\r'], " "))
 }

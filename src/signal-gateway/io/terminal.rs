@@ -1,7 +1,7 @@
 //! The terminal of this process while a view is up: raw keys, the alternate screen, and standard error, whose
 //! lines go into the view.
 //!
-//! Drawings go through an [`OutputQueue`]: a slow terminal skips drawings and delays nothing.
+//! Drawings go through an [`OutputQueue`]: for a slow terminal, drawings are skipped, and nothing is delayed.
 
 use std::fs::File;
 use std::io::{self, BufRead as _, BufReader, IsTerminal as _, Read as _, Write};
@@ -27,17 +27,17 @@ use rustix::termios::tcgetpgrp;
 use super::output_queue::OutputQueue;
 use super::process_log;
 
-/// Longest wait for a slow terminal at the end.
+/// Maximum wait for a slow terminal at the end.
 const PATIENCE: Duration = Duration::from_millis(300);
-/// Longest line of standard error, bytes.
+/// Maximum length of a line of standard error, bytes.
 const MAX_LINE: u64 = 16 * 1024;
 
-/// The terminal while it is taken.
+/// The terminal, while a view uses it.
 static TAKEN: Mutex<Option<TakenTerminal>> = Mutex::new(None);
 
 struct TakenTerminal {
     queue: OutputQueue,
-    /// Original standard error; `None` if it is not a terminal, and is left alone.
+    /// Original standard error; `None` if it is not a terminal and was therefore not replaced.
     stderr: Option<OwnedFd>,
 }
 
@@ -45,7 +45,7 @@ fn taken() -> MutexGuard<'static, Option<TakenTerminal>> {
     TAKEN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Returns true if a view can be shown: standard input and output are a terminal that knows control
+/// Returns true if a view can be shown: standard input and output are a terminal that supports control
 /// sequences, and this process is in its foreground.
 pub fn is_usable() -> bool {
     let is_dumb = std::env::var_os("TERM").is_none_or(|name| name.is_empty() || name == "dumb");
@@ -55,7 +55,7 @@ pub fn is_usable() -> bool {
 
 /// Requests an orderly stop of this process, as Ctrl-C does.
 pub fn request_stop() {
-    // Our own process is there, and may be signalled.
+    // Our own process exists and may be signalled.
     let _ = kill_process(getpid(), Signal::INT);
 }
 
@@ -79,7 +79,7 @@ pub struct Screen {
 }
 
 impl Screen {
-    /// Takes the terminal. If standard error is a terminal too, `line` gets each line of it, from another
+    /// Takes the terminal. If standard error is a terminal too, `line` receives each line of it, on another
     /// thread. Fails if the terminal cannot be set, a file cannot be duplicated, or a thread cannot be
     /// started.
     pub fn take(line: impl Fn(String) + Send + 'static) -> io::Result<Self> {
@@ -97,7 +97,7 @@ impl Screen {
         Ok(Self { terminal, queue, lost: 0 })
     }
 
-    /// Draws, unless the terminal has not taken the last drawing yet. Fails if the size of the terminal is
+    /// Draws, unless the terminal has not accepted the last drawing yet. Fails if the size of the terminal is
     /// unknown.
     pub fn draw(&mut self, draw: impl FnOnce(&mut Frame<'_>)) -> io::Result<()> {
         if !self.queue.flush(Duration::ZERO) {
@@ -106,14 +106,14 @@ impl Screen {
         let lost = self.queue.losses().lines;
         if self.lost != lost {
             self.lost = lost;
-            // Something is missing on the screen: all of it is drawn again.
+            // Part of the screen is missing, so everything is drawn again.
             self.terminal.resize(self.terminal.size()?.into())?;
         }
         self.terminal.draw(draw)?;
         Ok(())
     }
 
-    /// Waits for the next key until `end`; returns `None` without one.
+    /// Waits for the next key until `end`; returns `None` if there is none.
     pub fn key(&self, end: Instant) -> Option<KeyEvent> {
         loop {
             // Keys that were read already come first. Reading from a terminal that is gone would never end.
@@ -139,7 +139,7 @@ impl Screen {
 /// The terminal is gone; SIGHUP ends the process.
 struct Gone;
 
-/// Waits for input at most for `patience`; returns true if there is some.
+/// Waits for input at most for `patience`; returns true if there is any.
 fn wait_for_input(patience: Duration) -> Result<bool, Gone> {
     let input = io::stdin();
     let mut waited = [PollFd::new(&input, PollFlags::IN)];
@@ -199,7 +199,7 @@ impl Write for ScreenBuffer {
         Ok(bytes.len())
     }
 
-    /// Passes the whole drawing to the terminal, if it is still taken.
+    /// Passes the whole drawing to the terminal, if a view still uses it.
     fn flush(&mut self) -> io::Result<()> {
         let bytes = std::mem::take(&mut self.0);
         if let Some(taken) = taken().as_ref().filter(|_| !bytes.is_empty()) {

@@ -70,7 +70,7 @@ pub static ROS: Section = Section { names: &["ros"], messages: &[NETWORK] };
 /// The statuses of the process, in the order of `docs/diagnostics.md`.
 pub static PROCESS: [&Section; 5] = [&CONFIGURATION, &BLACK_BOX, &MCAP, &LOG, &ROS];
 
-/// Returns all statuses of the program, in the order of `docs/diagnostics.md`: first those of the gateway.
+/// Returns all statuses of the program, in the order of `docs/diagnostics.md`, starting with the gateway's.
 pub fn sections() -> impl Iterator<Item = &'static Section> {
     gateway::SECTIONS.into_iter().chain(PROCESS)
 }

@@ -1,4 +1,4 @@
-//! The configuration that is in effect, part by part, and what another one would change of it.
+//! The configuration in effect, by parts, and the changes that another configuration would make.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -71,7 +71,7 @@ pub struct Reload {
 }
 
 impl ConfigurationState {
-    /// The state at the start.
+    /// Creates the state at the start.
     pub fn new(in_effect: EffectiveConfiguration) -> Self {
         Self { in_effect, ..Self::default() }
     }
@@ -91,7 +91,7 @@ impl ConfigurationState {
         self.last_reload = Some(Reload { stamp_ns, is_applied: false, reason: Some(reason), changes });
     }
 
-    /// The status of the configuration.
+    /// Returns the status of the configuration.
     pub fn status(&self) -> Status {
         let reason = self.last_reload.as_ref().and_then(|reload| reload.reason.as_deref());
         let first = reason.and_then(|reason| reason.lines().next());
@@ -113,7 +113,7 @@ impl ConfigurationState {
 }
 
 impl ReloadPlan {
-    /// True if both configurations are the same.
+    /// Returns true if both configurations are the same.
     pub fn is_empty(&self) -> bool {
         self.reloadable.is_empty() && self.restart.is_empty()
     }
@@ -139,7 +139,7 @@ fn changes(old: &BTreeMap<String, String>, new: &BTreeMap<String, String>) -> Ve
     parts.into_iter().map(change).filter(|change| change.before != change.after).collect()
 }
 
-/// A digest says only that a value is another one.
+/// Returns true for a digest, which only shows that a value differs.
 fn is_digest(value: &str) -> bool {
     let digits = value.strip_prefix('#').unwrap_or_default();
     digits.len() == 16 && digits.bytes().all(|digit| digit.is_ascii_hexdigit())
@@ -160,7 +160,7 @@ impl fmt::Display for Change {
     }
 }
 
-/// The list of changes as one text, separated by semicolons.
+/// Returns the changes as one text, separated by semicolons.
 pub fn changes_text(changes: &[Change]) -> String {
     changes.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
 }

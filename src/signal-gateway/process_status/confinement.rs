@@ -1,4 +1,4 @@
-//! How the network process is confined, as far as diagnostics tell of it.
+//! Confinement of the network process as reported in diagnostics.
 
 use std::collections::BTreeMap;
 
@@ -7,21 +7,21 @@ use ros_transport::link::{Layer, Layers};
 /// The confinement of a network process.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Confinement {
-    /// Layers that this system does not have, or refused.
+    /// Layers that this system does not support or has refused.
     pub missing: Layers,
-    /// System calls that were refused, with how often.
+    /// Refused system calls, with their counts.
     pub refused: BTreeMap<&'static str, u64>,
 }
 
 impl Confinement {
-    /// The layers that are missing, for people.
+    /// Returns the missing layers as text.
     pub fn layers(&self) -> String {
         let missing = Layer::ALL.into_iter().filter(|layer| self.missing.contains(*layer));
         let missing: Vec<_> = missing.map(|layer| layer.to_string()).collect();
         if missing.is_empty() { "complete".to_owned() } else { format!("without {}", missing.join(", ")) }
     }
 
-    /// The calls that were refused, for people.
+    /// Returns the refused calls as text.
     pub fn refused_calls(&self) -> String {
         let refused: Vec<_> = self.refused.iter().map(|(name, count)| format!("{name} {count}")).collect();
         if refused.is_empty() { "none".to_owned() } else { refused.join(", ") }

@@ -1,4 +1,4 @@
-//! Status of the log on standard error, and how many of its lines are lost.
+//! Status of the log on standard error, and the number of its lost lines.
 
 use ros_transport::link::LostLines;
 use schemars::JsonSchema;
@@ -21,19 +21,19 @@ pub struct LogState {
 }
 
 impl LogState {
-    /// The lines of this process that were not written.
+    /// Returns the lines that this process could not write.
     pub fn lost_lines(&self) -> LostLines {
         LostLines { suppressed: self.suppressed, dropped: self.dropped }
     }
 
-    /// The state with the lost lines of another process added.
+    /// Returns the state with the lost lines of another process added.
     #[must_use]
     pub fn with(self, other: LostLines) -> Self {
         let LostLines { suppressed, dropped } = self.lost_lines().plus(other);
         Self { suppressed, dropped, ..self }
     }
 
-    /// The status of the log.
+    /// Returns the status of the log.
     pub fn status(&self) -> Status {
         let last_error = self.last_error.as_deref().unwrap_or("none");
         let message = if self.is_failing { catalogue::lines_lost(last_error) } else { catalogue::written() };

@@ -1,5 +1,5 @@
-//! Statuses of the process, its configuration, files, log and network side, and what a snapshot has of them.
-//! The gateway learns of none of them, and a replay has none.
+//! Statuses of the process (configuration, files, log and network side), and their part of a snapshot. They
+//! are unknown to the gateway, and absent in a replay.
 
 pub mod catalogue;
 pub mod configuration;

@@ -1,4 +1,4 @@
-//! The network side of ROS 2, as far as diagnostics tell of it.
+//! State of the ROS 2 network side as reported in diagnostics.
 
 use std::time::Duration;
 
@@ -11,49 +11,49 @@ use super::catalogue::{self, ROS};
 use super::confinement::Confinement;
 use gateway_base::diagnostics::{MessagePart, Status};
 
-/// Time for which a network side that replaced another counts as new.
+/// Time for which a replacement network side counts as new.
 const RECENT: Duration = Duration::from_secs(60);
-/// Time in which a network side that has just joined finds a router or a peer of Zenoh.
+/// Time that a network side that has just joined has to find a router or a peer of Zenoh.
 const SEARCH: Duration = Duration::from_secs(5);
 
-/// State of the network side, as its session knows it.
+/// State of the network side, as known to its session.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 #[allow(clippy::struct_excessive_bools)] // each by itself
 pub struct NetworkState {
-    /// True for a process of its own, false for a thread of the gateway.
+    /// Where the network side runs.
     pub place: Place,
     /// True while it has joined the network and answers.
     pub is_up: bool,
     /// True while its own samples come back to it; if they do not, only its thread is known to work.
     pub has_echo: bool,
-    /// Times it was replaced.
+    /// Number of replacements.
     pub restarts: u64,
-    /// Why it ended the last time.
+    /// Cause of its last end.
     pub last_failure: Option<NetworkFailure>,
     /// Time since it joined the network; `None` while it is not up.
     pub age: Option<Duration>,
     /// Memory in use by its process, bytes; `None` where that is not known.
     pub memory_bytes: Option<u64>,
-    /// How its process is confined; `None` for a thread, and before it has said so.
+    /// Confinement of its process; `None` for a thread, and before the process has reported it.
     pub confinement: Option<Confinement>,
-    /// Log lines that its processes did not write since the session's start.
+    /// Number of log lines lost by its processes since the session's start.
     pub lost_lines: LostLines,
-    /// True if the ROS 2 graph is of another distribution, so that the node is not in it.
+    /// True if the ROS 2 graph belongs to another distribution, so the node is not in it.
     pub has_other_graph: bool,
-    /// What weighs on it now.
+    /// Current load on the network side.
     pub burden: Option<Burden>,
-    /// The part of a processor that its process takes, percent; `None` where that is not known.
+    /// Processor load of its process, percent; `None` where that is not known.
     pub processor_percent: Option<u32>,
-    /// Participants of others, and their endpoints that are matched with ours; zero with Zenoh.
+    /// Number of other participants plus their endpoints that are matched with ours; zero with Zenoh.
     pub peers: u32,
-    /// Times since start that it ended within the last minute.
+    /// Number of ends within the last minute.
     pub recent_ends: usize,
-    /// Writers since start that were accepted again, as they continued below numbers that came under their
-    /// identity.
+    /// Number of writers since start that were accepted again after continuing below numbers received under
+    /// their identity.
     pub taken_anew: u64,
-    /// Time since one was.
+    /// Time since the last of them.
     pub since_taken_anew: Option<Duration>,
-    /// Its connections; `None` with DDS, which has none.
+    /// Connections of Zenoh; `None` with DDS, which has none.
     pub links: Option<ZenohLinks>,
     /// Reports on the vehicle that other nodes publish too.
     pub shared_topics: Vec<SharedTopic>,
@@ -84,14 +84,14 @@ pub enum Place {
     Service,
 }
 
-/// What weighs on a network side that has joined; the first that is true counts.
+/// Load on a network side that has joined; if several apply, the first counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Burden {
-    /// No sample of it arrives at a reader of our own, where some did.
+    /// No sample of it arrives at a reader of our own, although some did before.
     Unheard,
-    /// There are more peers than any ROS network has.
+    /// More peers than any ROS network has.
     Crowd,
-    /// It has taken a whole processor for some seconds.
+    /// It has used a whole processor for some seconds.
     Busy,
 }
 
@@ -132,12 +132,12 @@ pub enum NetworkFailure {
 }
 
 impl NetworkState {
-    /// What carries the messages.
+    /// Returns the transport of the messages.
     pub fn transport(&self) -> &'static str {
         if self.links.is_some() { "zenoh" } else { "dds" }
     }
 
-    /// The status of the network side.
+    /// Returns the status of the network side.
     pub fn status(&self) -> Status {
         let mut values = vec![("runs_as", self.place.to_string()), ("restarts", self.restarts.to_string())];
         values.push(("restarts_last_minute", self.recent_ends.to_string()));
@@ -208,7 +208,8 @@ fn message(state: &NetworkState) -> MessagePart {
 mod tests {
     use super::*;
 
-    /// Level and message of a network side that has joined and then changed like this, as `WARN message`.
+    /// Returns level and message, as `WARN message`, of a network side that has joined and then changed by
+    /// `change`.
     fn headline(change: impl FnOnce(&mut NetworkState)) -> String {
         let age = Some(Duration::from_secs(1));
         let mut state = NetworkState { is_up: true, has_echo: true, age, ..NetworkState::default() };

@@ -1,4 +1,4 @@
-//! Statuses of what is recorded on disk: black-box files, and the MCAP recording.
+//! Statuses of the recordings on disk: black-box files, and the MCAP recording.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -26,7 +26,7 @@ pub struct RecorderState {
 }
 
 impl RecorderState {
-    /// The status of the recordings. It is never an ERROR, which would ask for another recording.
+    /// Returns the status of the recordings. It is never an ERROR, which would trigger another recording.
     pub fn status(&self) -> Status {
         let last_error = self.last_error.as_deref().unwrap_or("none");
         let message = if self.is_failing { catalogue::not_written(last_error) } else { catalogue::ready() };
@@ -47,9 +47,9 @@ impl RecorderState {
 pub struct McapState {
     /// Folder of the bags.
     pub folder: String,
-    /// Name of the bag being written; `None` before the first was begun.
+    /// Name of the bag being written; `None` before the first.
     pub bag: Option<String>,
-    /// Number of its files.
+    /// Number of files in this bag.
     pub files: usize,
     /// Size of all bags in the folder, bytes.
     pub bytes: u64,
@@ -66,7 +66,7 @@ pub struct McapState {
 }
 
 impl McapState {
-    /// The status of the recording.
+    /// Returns the status of the recording.
     pub fn status(&self) -> Status {
         let last_error = self.last_error.as_deref().unwrap_or("none");
         let message =

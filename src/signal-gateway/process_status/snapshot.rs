@@ -1,4 +1,5 @@
-//! The process in a snapshot, for people and programs that watch it. `docs/status.md` describes its JSON.
+//! The process's part of a snapshot, for users and programs that watch the gateway. `docs/status.md`
+//! describes its JSON.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -11,7 +12,7 @@ use gateway_base::time::millis;
 use gateway_core::provenance::ProvenanceSummary;
 use ros_transport::link::ZenohLinks;
 
-/// The present state of the gateway and of the process around it.
+/// The current state of the gateway and of the process around it.
 pub type Snapshot = gateway_core::gateway::snapshot::Snapshot<ProcessSnapshot>;
 
 /// The process that the gateway runs in.
@@ -90,7 +91,7 @@ pub struct TopicSnapshot {
 }
 
 impl RosSnapshot {
-    /// The part of it that its network side gives.
+    /// Returns the part that comes from the network side.
     pub fn of(network: &NetworkState) -> Self {
         Self {
             is_up: network.is_up,

@@ -1,8 +1,8 @@
-//! The gateway over a recording, on virtual time: both of its machines on one clock.
+//! Runs the gateway over a recording, on virtual time: both of its state machines on one clock.
 //!
-//! The recording's stamps drive that clock: virtual time is zero at the first frame and moves with
-//! the stamps, never backwards. Deadlines that lie before the next frame come first, so the same
-//! recording gives the same outputs byte for byte, however fast it is played.
+//! The recording's stamps drive that clock: virtual time is zero at the first frame and follows the stamps,
+//! never backwards. Deadlines before the next frame are handled first, so the same recording produces the
+//! same outputs, byte for byte, at any speed.
 
 mod recorded_run;
 mod routes;
@@ -28,16 +28,16 @@ pub struct Replay {
     gateway: Gateway,
     tape: Tape,
     now: Now,
-    /// Wall time that replaces the recording's, if it is to be replaced.
+    /// Wall time that replaces the recording's; `None` to use the recording's.
     wall: Option<WallStamp>,
     ended: bool,
     /// Time of the last input.
     last_input: MonoTime,
-    /// For how long deadlines are handled in the gaps of the recording; `None` for all the time of each.
+    /// Limit for handling deadlines in gaps of the recording; `None` for no limit.
     filling: Option<GapFilling>,
 }
 
-/// For how long reports are repeated and statuses refreshed in a gap of a recording, unless it is played in
+/// Time for which reports are repeated and statuses refreshed in a gap of a recording, unless it is played in
 /// real time.
 pub const FILLED_GAP: Duration = Duration::from_secs(60);
 
@@ -45,7 +45,7 @@ impl Replay {
     /// Creates a replay and reads up to the first frame; stamps come from the recording.
     ///
     /// # Errors
-    /// When the recording cannot be read.
+    /// Fails if the recording cannot be read.
     pub fn new(
         settings: GatewaySettings,
         recording: impl Into<Recording>,
@@ -54,10 +54,11 @@ impl Replay {
         Self::begin(settings, Tape::new(recording.into(), routes), None)
     }
 
-    /// As [`new`](Self::new), and counts the frames that resemble bound messages for [`seen`](Self::seen).
+    /// Like [`new`](Self::new), but also counts the frames that resemble bound messages for
+    /// [`seen`](Self::seen).
     ///
     /// # Errors
-    /// When the recording cannot be read.
+    /// Fails if the recording cannot be read.
     pub fn surveying(settings: GatewaySettings, log: Log, routes: Routes) -> io::Result<Self> {
         let mut tape = Tape::new(log.into(), routes);
         let bound = settings.lights.table.messages.iter().chain(&settings.v2i.table.messages);
@@ -65,11 +66,11 @@ impl Replay {
         Self::begin(settings, tape, None)
     }
 
-    /// As [`new`](Self::new), with the present wall time in place of the recording's: now `start`, then as
-    /// [`set_wall_time`](Self::set_wall_time) says.
+    /// Like [`new`](Self::new), but with the current wall time instead of the recording's: initially `start`,
+    /// later set by [`set_wall_time`](Self::set_wall_time).
     ///
     /// # Errors
-    /// When the recording cannot be read.
+    /// Fails if the recording cannot be read.
     pub fn in_the_present(
         start: WallStamp,
         settings: GatewaySettings,
@@ -84,7 +85,7 @@ impl Replay {
         let start = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
         let mut now = tape.next.as_ref().map_or(start, |(_, now)| *now);
         now.wall = wall.unwrap_or(now.wall);
-        // A command of the recording must not reach a vehicle.
+        // A recorded command must not reach a vehicle.
         let gateway = Gateway::new(settings.dry(), LinkState::Up, now);
         Ok(Self {
             gateway,
@@ -97,14 +98,14 @@ impl Replay {
         })
     }
 
-    /// Handles all deadlines, however long the recording is silent.
+    /// Handles all deadlines, regardless of the length of gaps.
     #[must_use]
     pub fn in_real_time(self) -> Self {
         Self { filling: None, ..self }
     }
 
-    /// The next deadline before the next input; `None` if that comes first, or if the deadline lies in a part
-    /// of a gap that is not filled.
+    /// Returns the next deadline before the next input; `None` if the input comes first, or if the deadline
+    /// lies in the unfilled part of a gap.
     #[inline]
     fn deadline_before_input(&self) -> Option<MonoTime> {
         let deadline = self.gateway.next_deadline().max(self.now.mono);
@@ -128,10 +129,10 @@ impl Replay {
         }
     }
 
-    /// Takes the next step: a deadline, or the next frame. False at the end of the recording.
+    /// Performs the next step: a deadline, or the next frame. Returns false at the end of the recording.
     ///
     /// # Errors
-    /// When the recording cannot be read on; everything before has been handled.
+    /// Fails if the recording cannot be read further; everything before has been handled.
     pub fn step(&mut self) -> io::Result<bool> {
         match (self.deadline_before_input(), &mut self.tape.next) {
             (None, Some((input, at))) => {
@@ -166,12 +167,12 @@ impl Replay {
         }
     }
 
-    /// Replaces the wall time of what is handled from now on, if it is not the recording's.
+    /// Sets the wall time for all further steps, unless the recording's wall time is used.
     pub fn set_wall_time(&mut self, now: WallStamp) {
         self.wall = self.wall.map(|_| now);
     }
 
-    /// Takes an input that is not of the recording, at a virtual time that is not after the next step's.
+    /// Passes an input from outside the recording to the gateway, at a virtual time not after the next step.
     pub fn receive(&mut self, input: Input, at: MonoTime) {
         self.advance(at.max(self.now.mono).min(self.next_time().unwrap_or(at)));
         self.gateway.handle(input, self.now);
@@ -183,7 +184,7 @@ impl Replay {
         self.now = Now { mono, wall };
     }
 
-    /// Ends the links of the gateway. Afterwards only deadlines are handled.
+    /// Sets the gateway's links to their end state. Afterwards only deadlines are handled.
     pub fn end(&mut self) {
         self.ended = true;
         for (_, bus) in &self.tape.routes.0 {
@@ -194,7 +195,7 @@ impl Replay {
     /// Starts the same recording again; virtual time and stamps continue.
     ///
     /// # Errors
-    /// When the recording cannot be read.
+    /// Fails if the recording cannot be read.
     pub fn rewind(&mut self, recording: Recording) -> io::Result<()> {
         self.tape.rewind(recording);
         self.tape.read_next()
@@ -205,17 +206,17 @@ impl Replay {
         self.gateway.poll_output()
     }
 
-    /// Returns the virtual time, and the wall time that belongs to it.
+    /// Returns the virtual time and the corresponding wall time.
     pub fn now(&self) -> Now {
         self.now
     }
 
-    /// Returns the gateway that the recording is played to.
+    /// Returns the gateway that receives the recording.
     pub fn gateway(&self) -> &Gateway {
         &self.gateway
     }
 
-    /// Returns the next input of the recording and its virtual time, if no deadline lies before it.
+    /// Returns the next input of the recording and its virtual time, if no deadline comes before it.
     pub fn upcoming(&self) -> Option<(&RecordedInput, MonoTime)> {
         let (input, at) = self.tape.next.as_ref()?;
         self.deadline_before_input().is_none().then_some((input, at.mono))
@@ -224,7 +225,7 @@ impl Replay {
     /// Takes the next input without passing it to the gateway; `None` at the end of the recording.
     ///
     /// # Errors
-    /// When the recording cannot be read on.
+    /// Fails if the recording cannot be read further.
     pub fn skim(&mut self) -> io::Result<Option<RecordedInput>> {
         let Some((input, at)) = self.tape.next.take() else { return Ok(None) };
         self.now = at;
@@ -232,23 +233,23 @@ impl Replay {
         Ok(Some(input))
     }
 
-    /// Returns the virtual time of the last entry read, of whatever interface.
+    /// Returns the virtual time of the last entry read, from any interface.
     pub fn length(&self) -> MonoTime {
         self.tape.length()
     }
 
-    /// Returns the frames that resemble a bound message: their interface, identifier and number.
+    /// Returns the frames that resemble a bound message: interface, identifier and count.
     pub fn seen(&self) -> impl Iterator<Item = (&str, CanId, u64)> {
         let name = |interface: InterfaceIndex| self.tape.log.interfaces()[interface.0].as_str();
         self.tape.ids.iter().map(move |((interface, id), count)| (name(*interface), *id, *count))
     }
 
-    /// Returns the bus that an interface of the recording is taken for; `None` when its frames are left out.
+    /// Returns the bus assigned to an interface of the recording; `None` if its frames are ignored.
     pub fn bus_of(&self, interface: &str) -> Option<BusIndex> {
         self.tape.routes.bus_of(interface)
     }
 
-    /// Returns the gaps that were filled for a shorter time than others.
+    /// Returns the gaps that were only partly filled.
     pub fn shortened_gaps(&self) -> ShortenedGaps {
         self.filling.map(|filling| filling.shortened()).unwrap_or_default()
     }
@@ -258,7 +259,7 @@ impl Replay {
         self.tape.counts
     }
 
-    /// Returns the samples of ROS 2 in the recording, with what could not be read of them.
+    /// Returns the reader of the recording's ROS 2 samples, with its read errors.
     pub fn samples(&self) -> Option<&SampleLog> {
         self.tape.samples.as_ref()
     }
@@ -286,7 +287,7 @@ mod tests {
         Replay::new(settings.gateway, log, routes).unwrap()
     }
 
-    /// The times of the outputs of a whole replay.
+    /// Returns the times of all outputs of a whole replay.
     fn output_times(mut replay: Replay) -> (Vec<MonoTime>, RecordCounts) {
         let mut times = Vec::new();
         while replay.step().unwrap() {
@@ -332,7 +333,7 @@ mod tests {
         assert_eq!(shortened.first, MonoTime::from_millis(36_000_000));
     }
 
-    /// Played at double speed, virtual time is ahead of the present, and no stamp is.
+    /// At double speed virtual time runs ahead of the present, but stamps do not.
     #[test]
     fn stamps_in_the_present_are_never_of_the_future_however_fast_it_is_played() {
         let settings = load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap();

@@ -1,5 +1,6 @@
-//! A recorded run of the gateway, call by call: what it received, when it looked, and what became of its
-//! frames are in the recording, so that it decides the same again, to the byte and at the same times.
+//! A recorded run of the gateway, call by call. The recording contains its inputs, the times of its calls,
+//! and the results of sending its frames, so a replay makes the same decisions, to the byte and at the same
+//! times.
 
 use std::collections::VecDeque;
 use std::io;
@@ -19,16 +20,16 @@ use gateway_core::gateway::call::{GatewayCall, TimedCall};
 use gateway_core::gateway::event::{Input, Output};
 use gateway_core::gateway::live::{Edges, GivenOut, Live};
 
-/// Most inputs of a batch; the gateway reads far fewer.
+/// Maximum number of inputs in a batch; the gateway reads far fewer.
 const MAX_BATCH: u32 = 1 << 16;
-/// Messages that are read ahead, to see whether they are in the order in which the gateway read them.
+/// Number of messages read ahead to check whether they are in the order in which the gateway read them.
 const AHEAD: usize = 256;
-/// The longest time between two calls of a gateway that is not held up: its statuses are due each second.
+/// Maximum time between two calls of a gateway that is not held up, since its statuses are due every second.
 const USUAL_STEP: Duration = Duration::from_secs(1);
 
-/// What takes part in a recorded run.
+/// Receives the events of a recorded run.
 pub trait RunSink {
-    /// A call is made, at the time that it has.
+    /// A call is made at its recorded time.
     fn call(&mut self, call: &TimedCall);
 
     /// An input of a bus is queued for this time.
@@ -43,64 +44,64 @@ pub trait RunSink {
     /// An output was decided at this time.
     fn decided(&mut self, output: &Output, at: MonoTime);
 
-    /// An output was published, or the frame of one sent.
+    /// An output was published, or its frame was sent.
     fn published(&mut self, output: &Output, at: WallStamp);
 }
 
-/// Where a replay could not do as the recorded run did.
+/// Points where a replay could not follow the recorded run.
 #[derive(Debug, Clone, PartialEq, Eq, Display)]
 #[display("the replay departs from the recorded run {times} times, first at {:.3} s: {reason}", at.since(MonoTime::ZERO).as_secs_f64())]
 pub struct Departures {
-    /// How often.
+    /// Number of departures.
     pub times: u64,
-    /// The first time, since the start of the run.
+    /// Time of the first departure, since the start of the run.
     pub at: MonoTime,
-    /// What happened there.
+    /// Description of the first departure.
     pub reason: &'static str,
 }
 
-/// Why a recording is not replayed call by call.
+/// Reason why a recording is not replayed call by call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 pub enum NoRun {
-    /// It has no calls, as those of other recorders.
+    /// It has no calls, like recordings of other recorders.
     #[display("it has no calls of the gateway")]
     NoCalls,
     /// Its first part is missing.
     #[display("it does not begin with the start of the gateway")]
     NoStart,
-    /// The configuration has another number of buses.
+    /// The configuration has a different number of buses.
     #[display("its gateway had another number of buses")]
     OtherBuses,
-    /// A tool has put the messages in another order.
+    /// A tool has reordered the messages.
     #[display("its messages are not in the order in which the gateway read them")]
     OtherOrder,
 }
 
-/// A gateway with the calls of a recorded run.
+/// A gateway that replays the calls of a recorded run.
 pub struct RecordedRun {
     live: Live,
     settings: GatewaySettings,
     calls: Calls,
 }
 
-/// The recording, read to some samples ahead.
+/// The recording, with some samples read ahead.
 struct Calls {
     log: SampleLog,
     ahead: VecDeque<LoggedSample>,
-    /// Number of the call that was taken last.
+    /// Number of the last call.
     number: u64,
-    /// Its time.
+    /// Time of the last call.
     at: Now,
-    /// What is left of the time that all steps together are longer than [`USUAL_STEP`].
+    /// Remaining total time by which steps may exceed [`USUAL_STEP`].
     held_up: Duration,
     departures: Option<Departures>,
 }
 
 impl RecordedRun {
-    /// Begins a run with settings, or tells why the recording is none.
+    /// Begins a run with these settings, or returns the reason why the recording is not a run.
     ///
     /// # Errors
-    /// A recording that cannot be read.
+    /// Fails if the recording cannot be read.
     pub fn begin(
         settings: GatewaySettings,
         mut log: SampleLog,
@@ -131,10 +132,10 @@ impl RecordedRun {
         Ok(Ok(Self { live, settings, calls }))
     }
 
-    /// Makes the next call; false at the end of the recording.
+    /// Makes the next call; returns false at the end of the recording.
     ///
     /// # Errors
-    /// A recording that cannot be read on.
+    /// Fails if the recording cannot be read further.
     pub fn step(&mut self, sink: &mut impl RunSink) -> io::Result<bool> {
         let Some(sample) = self.calls.take()? else { return Ok(false) };
         match sample.content {
@@ -209,7 +210,7 @@ impl RecordedRun {
         self.calls.departures.as_ref()
     }
 
-    /// Returns the recording, with what could not be read of it.
+    /// Returns the recording, with its read errors.
     pub fn log(&self) -> &SampleLog {
         &self.calls.log
     }
@@ -228,8 +229,8 @@ impl Calls {
         if self.ahead.front().is_some_and(is_wanted) { self.take() } else { Ok(None) }
     }
 
-    /// Goes on to a call that was taken. Its clock cannot run back, nor so far ahead that the deadlines until
-    /// then never end.
+    /// Advances to a recorded call. Its clock can neither run back, nor so far ahead that handling the
+    /// deadlines until then never ends.
     fn accept(&mut self, timed: &mut TimedCall, sink: &mut impl RunSink) {
         let from = self.at.mono;
         let to = from.after(MAX_SILENCE.min(USUAL_STEP.saturating_add(self.held_up)));
@@ -246,7 +247,7 @@ impl Calls {
         sink.call(timed);
     }
 
-    /// Takes the inputs of a batch.
+    /// Reads the inputs of a batch.
     fn batch(&mut self, count: u32, sink: &mut impl RunSink) -> io::Result<Vec<CanInput>> {
         let mut batch = Vec::new();
         for _ in 0..count.min(MAX_BATCH) {
@@ -274,7 +275,7 @@ impl Calls {
     }
 }
 
-/// Returns true if each frame and sample is where a call says that it was read, as far as the messages go.
+/// Returns true if every frame and sample read ahead is in the position given by its call.
 fn is_in_order(ahead: &VecDeque<LoggedSample>) -> bool {
     let mut messages = ahead.iter();
     let is_next = |next: Option<&LoggedSample>, is: fn(&LoggedSample) -> bool| next.is_none_or(is);
@@ -317,7 +318,7 @@ fn is_result(next: &LoggedSample) -> bool {
     matches!(&next.content, SampleContent::Call(timed) if is_result(&timed.call))
 }
 
-/// The edges of a recorded run: what became of each frame is the next call of the recording.
+/// Input and output of a recorded run. The result of sending each frame is the next call of the recording.
 struct RunEdges<'a, S> {
     calls: &'a mut Calls,
     sink: &'a mut S,

@@ -12,8 +12,8 @@ use gateway_core::gateway::GatewaySettings;
 pub struct Routes(pub Vec<(String, BusIndex)>);
 
 impl Routes {
-    /// Returns each configured interface under its own name, and under the name of its bus, which the
-    /// gateway's own recordings have.
+    /// Maps each configured interface by its own name, and by the name of its bus, which the gateway's own
+    /// recordings use.
     pub fn by_interface(settings: &GatewaySettings) -> Self {
         let buses = || settings.buses.iter().zip((0..=u8::MAX).map(BusIndex));
         let interfaces = buses().map(|(bus, index)| (bus.interface.clone(), index));

@@ -16,18 +16,18 @@ use gateway_base::time::{MonoTime, Now, WallStamp};
 use gateway_core::gateway::call::{GatewayCall, TimedCall};
 use gateway_core::gateway::event::Input;
 
-/// A stamp earlier than the one before by less than this is a late line; by more, the recorder's
-/// clock was set back.
+/// A stamp that precedes the previous one by less than this belongs to a late line; if by more, the
+/// recorder's clock was set back.
 const LATE_LINE: Duration = Duration::from_secs(1);
 
-/// The largest number of identifiers whose frames are counted: a J1939 group may come with half a million.
+/// Maximum number of identifiers whose frames are counted: a J1939 group may use half a million.
 const MAX_COUNTED_IDS: usize = 4096;
 
-/// What is replayed: frames, and with a bag the samples of ROS 2 in it.
+/// The replayed data: frames, and for a bag also its ROS 2 samples.
 pub struct Recording {
-    /// The frames; it may have none if there are samples.
+    /// The frames; there may be none if there are samples.
     pub log: Log,
-    /// The samples, of the topics that the gateway reads.
+    /// The samples of the topics that the gateway subscribes to.
     pub samples: Option<SampleLog>,
 }
 
@@ -40,9 +40,9 @@ impl From<Log> for Recording {
 /// An input of a recording.
 #[derive(Debug)]
 pub enum RecordedInput {
-    /// Of a bus.
+    /// Input of a bus.
     Can(CanInput),
-    /// Of ROS 2.
+    /// Sample of ROS 2.
     Sample(Box<LoggedSample>),
 }
 
@@ -53,52 +53,52 @@ impl RecordCounts {
     }
 }
 
-/// Counts of the entries read of a recording.
+/// Counts of the entries read from a recording.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct RecordCounts {
-    /// Entries of any kind, but for samples of ROS 2.
+    /// Number of entries of any kind, except samples of ROS 2.
     pub records: u64,
-    /// Samples of ROS 2.
+    /// Number of samples of ROS 2.
     pub samples: u64,
-    /// Entries of interfaces that no bus is configured for.
+    /// Number of entries from interfaces without a configured bus.
     pub foreign: u64,
-    /// Stamps that lay before an earlier one.
+    /// Number of stamps earlier than a previous one.
     pub backwards: u64,
-    /// Steps of the recorder's clock longer than [`MAX_SILENCE`].
+    /// Number of steps of the recorder's clock longer than [`MAX_SILENCE`].
     pub jumps: u64,
-    /// Silences of all interfaces that are longer than [`FILLED_GAP`], jumps left out.
+    /// Number of silences of all interfaces longer than [`FILLED_GAP`], except jumps.
     pub gaps: u64,
-    /// The longest of them.
+    /// The longest of these silences.
     pub longest_gap: Duration,
 }
 
 pub(super) struct Tape {
     pub(super) log: Log,
     pub(super) samples: Option<SampleLog>,
-    /// The record and the sample that were read and not taken.
+    /// The record and the sample that have been read but not used yet.
     record: Option<LogRecord>,
     sample: Option<Box<LoggedSample>>,
-    /// The recording has no frames.
+    /// True if the recording has no frames.
     has_only_samples: bool,
     pub(super) routes: Routes,
     clock: Option<TapeClock>,
     /// Added to recorded stamps, ns.
     shift: i64,
-    /// Stamp for the next record, when the recording begins again.
+    /// Stamp for the next record when the recording is repeated.
     start: Option<WallStamp>,
-    /// The input that was read last; `None` when it was taken, and at the end.
+    /// The last input read; `None` once it has been taken, and at the end.
     pub(super) next: Option<(RecordedInput, Now)>,
-    /// An input that follows the bad lines before it.
+    /// An input held back until the bad lines before it are passed on.
     held: Option<(CanInput, Now)>,
     bad_reported: u64,
     pub(super) counts: RecordCounts,
-    /// The messages whose frames are counted, with those that resemble them.
+    /// The messages for which frames with the same or a similar identifier are counted.
     pub(super) counted: Vec<IdMatch>,
     /// Number of data frames by interface and counted identifier.
     pub(super) ids: BTreeMap<(InterfaceIndex, CanId), u64>,
 }
 
-/// Virtual time, and the newest stamp that was read by then.
+/// Virtual time, and the newest stamp read so far.
 #[derive(Debug, Clone, Copy)]
 struct TapeClock {
     mono: MonoTime,
@@ -111,8 +111,8 @@ impl RecordedInput {
         if let Self::Can(input) = self { Some(input) } else { None }
     }
 
-    /// Returns the input as the gateway takes it; `None` for a sample that is none, such as a call of the
-    /// gateway that recorded it.
+    /// Converts to an input of the gateway; `None` for a sample that is not an input, such as a call of the
+    /// recording gateway.
     pub fn into_input(self) -> Option<Input> {
         match self {
             Self::Can(input) => Some(input.into()),
@@ -160,7 +160,7 @@ impl Tape {
         self.start = self.clock.map(|clock| clock.stamp.after(Duration::from_millis(1)));
     }
 
-    /// Reads the next input, which replaces the one before.
+    /// Reads the next input, which replaces the previous one.
     pub(super) fn read_next(&mut self) -> io::Result<()> {
         self.next = self.held.take().map(|(input, now)| (RecordedInput::Can(input), now));
         if self.next.is_some() {
@@ -174,7 +174,7 @@ impl Tape {
                 return Ok(());
             }
             let read = self.next_record();
-            // Looked at where it lies, since each copy of a record costs as much as the rest of this.
+            // Borrowed, since copying a record costs as much as the rest of this function.
             let record = match &read {
                 Ok(Some(record)) => record,
                 Ok(None) => break,

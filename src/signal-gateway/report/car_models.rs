@@ -1,4 +1,4 @@
-//! Texts and JSON of the cars that are supported, for `profiles`.
+//! Formats the supported cars as text and JSON, for `profiles`.
 
 use std::fmt::Write as _;
 
@@ -8,14 +8,14 @@ use super::text::escaped;
 use gateway_core::provenance::ProvenanceSummary;
 use vehicle_bringup::car_model::{CarModel, DimensionRange, ModelProfile, ModelSearch, ModelVerdict};
 
-/// What a shipped profile describes, and how much of it is verified.
+/// Contents of a shipped profile, and how much of it is verified.
 #[derive(Debug, Serialize)]
 pub struct ProfileSummary {
     /// Name of the profile.
     pub profile: String,
     /// Name of its vehicle.
     pub vehicle: String,
-    /// What it requires to be observed before it reports, as texts.
+    /// Observations that it requires before it reports, as texts.
     pub requires: Vec<String>,
     /// Names of its buses.
     pub buses: Vec<String>,
@@ -27,19 +27,19 @@ pub struct ProfileSummary {
     pub verified: ProvenanceSummary,
 }
 
-/// The answer whether a car is supported.
+/// Answer to the question whether a car is supported.
 #[derive(Debug, Serialize)]
 pub struct ModelAnswer<'a> {
-    /// Name of the car as it was given.
+    /// Name of the car as entered.
     pub car: &'a str,
-    /// The models that it may be.
+    /// Models that match the search.
     #[serde(flatten)]
     pub search: &'a ModelSearch<'a>,
     /// The profiles of these models.
     pub profiles: Vec<ProfileSummary>,
 }
 
-/// Largest number of models in an answer; more than all variants of one model.
+/// Maximum number of models in an answer; more than all variants of one model.
 const LISTED: usize = 12;
 
 impl ModelAnswer<'_> {

@@ -1,4 +1,4 @@
-//! What does the bus show: frames at this bit rate, errors, the messages of the vehicle?
+//! Checks the traffic of the bus: frames at this bit rate, errors, the messages of the vehicle.
 
 use super::facts::{Facts, InterfaceFacts, Known};
 use super::{CheckRow, FindingRow, Outcome};
@@ -92,7 +92,7 @@ fn errors(facts: &Facts, interface: &InterfaceFacts, survey: &BusSurvey) -> Opti
     } else if survey.drops > 0 {
         Some(DROPS.with(&[values[0], values[1], ("drops", &counted(survey.drops, "frame"))]))
     } else {
-        // Without a frame, the bit rate is in question.
+        // Error frames without any other frame put the bit rate in question, which another check judges.
         (survey.error_frames == 0).then(|| Outcome::sound(format!("{name}: no error frame in {time}")))
     }
 }
@@ -124,7 +124,7 @@ pub(super) const VEHICLE_MESSAGES: CheckRow = CheckRow {
     },
 };
 
-/// Judges what was heard on each interface; says so where nothing could be heard.
+/// Judges the survey of each interface; reports an interface that could not be surveyed as not checked.
 fn surveyed(
     facts: &Facts,
     judge: impl Fn(&Facts, &InterfaceFacts, &BusSurvey) -> Option<Outcome>,
@@ -148,7 +148,7 @@ fn rates(interface: &InterfaceFacts) -> String {
     }
 }
 
-/// Error frames by kind, the most frequent first: `protocol 12, bus-error 12`.
+/// Returns the error frames by kind, most frequent first: `protocol 12, bus-error 12`.
 fn kinds(survey: &BusSurvey) -> String {
     let mut kinds: Vec<_> = survey.errors.iter().collect();
     kinds.sort_by_key(|(_, count)| std::cmp::Reverse(**count));

@@ -1,4 +1,4 @@
-//! Can the configuration be used?
+//! Checks whether the configuration can be used.
 
 use super::facts::{ConfigurationProblem, Facts};
 use super::{CheckRow, FindingRow, Outcome};

@@ -1,5 +1,5 @@
-//! What is known of a set-up before it is judged. The facts are gathered by `cli::doctor`, printed with
-//! `--json`, and read again by the tests.
+//! Facts about a set-up, the input of all checks. They are gathered by `cli::doctor`, printed with `--json`,
+//! and read by the tests.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use can_signal::can::bus_survey::BusSurvey;
 use can_signal::can::interface_state::InterfaceState;
 use ros_transport::survey::DomainSurvey;
 
-/// The variables of ROS 2 that are read from the environment.
+/// Environment variables of ROS 2 that are read.
 pub const VARIABLES: [&str; 5] = [
     "ROS_DOMAIN_ID",
     "ROS_LOCALHOST_ONLY",
@@ -21,39 +21,39 @@ pub const VARIABLES: [&str; 5] = [
     "RMW_IMPLEMENTATION",
 ];
 
-/// A set-up.
+/// The facts about a set-up.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Facts {
-    /// Time for which buses and the domain were watched, ms.
+    /// Time for which buses and the domain were observed, ms.
     pub listened_ms: u64,
-    /// The configuration file; `None` where only interfaces are examined.
+    /// The configuration file; `None` if only interfaces are examined.
     pub configuration: Option<ConfigurationFacts>,
-    /// The configured interfaces, or those that were asked for.
+    /// The configured interfaces, or the requested interfaces.
     pub interfaces: Vec<InterfaceFacts>,
     /// All CAN interfaces of this computer, by name.
     pub known_interfaces: Vec<String>,
-    /// The variables of ROS 2 that are set in this shell.
+    /// Environment variables of ROS 2 that are set in this shell.
     pub environment: BTreeMap<String, String>,
-    /// The ROS 2 side; `None` without a configuration that can be used.
+    /// The ROS 2 side; `None` without a usable configuration.
     pub ros: Option<RosFacts>,
     /// The packaged service.
     pub service: Known<ServiceState>,
     /// The gateway that serves the status socket.
     pub running: RunningFacts,
-    /// What this process and the service may do.
+    /// Permissions of this process and the service.
     pub permissions: PermissionFacts,
     /// The wall clock.
     pub clock: ClockState,
 }
 
-/// Something that was found out, or the reason why it was not.
+/// A fact, or the reason why it could not be determined.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Known<T> {
-    /// What was found out.
+    /// The fact.
     Yes(T),
-    /// The reason why it was not, as the end of "not checked: …".
+    /// Reason why it could not be determined, as the end of "not checked: …".
     No(String),
 }
 
@@ -71,19 +71,19 @@ pub struct ConfigurationFacts {
     pub path: String,
     /// Name of its vehicle profile; empty if it cannot be used.
     pub vehicle: String,
-    /// Why it cannot be used; `None` if it can.
+    /// Reason why it cannot be used; `None` if it can.
     pub problem: Option<ConfigurationProblem>,
 }
 
-/// Why a configuration cannot be used.
+/// Reason why a configuration cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ConfigurationProblem {
-    /// There is no such file.
+    /// The file does not exist.
     Missing,
     /// This user may not read it.
     Denied,
-    /// It, or a file that it names, is refused: the first reason.
+    /// The file, or a file that it names, is refused, for this first reason.
     Refused(String),
 }
 
@@ -94,16 +94,16 @@ pub struct InterfaceFacts {
     /// Name of its bus in the vehicle profile; empty without a configuration.
     #[serde(default)]
     pub bus: String,
-    /// Whether the configuration sends commands there; `None` without a configuration.
+    /// True if the configuration sends commands on the interface; `None` without a configuration.
     pub sends: Option<bool>,
-    /// What the kernel reports.
+    /// State as reported by the kernel.
     pub state: InterfaceState,
-    /// What its bus shows.
+    /// Observed traffic of its bus.
     #[serde(default)]
     pub survey: Known<BusSurvey>,
 }
 
-/// The ROS 2 side of the configuration, and of the domain.
+/// Facts about ROS 2 in the configuration and in the domain.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RosFacts {
@@ -117,32 +117,32 @@ pub struct RosFacts {
     pub is_domain_configured: bool,
     /// Own addresses that are used; all if empty.
     pub only_networks: Vec<String>,
-    /// The variable of the environment that cannot be followed, as text.
+    /// Description of an environment variable with an unsupported value.
     pub problem: Option<String>,
-    /// Topics that are written.
+    /// Published topics.
     pub written: Vec<OwnTopic>,
-    /// Topics that are read.
+    /// Subscribed topics.
     pub read: Vec<OwnTopic>,
-    /// What discovery told of the domain.
+    /// Result of discovery in the domain.
     pub survey: Known<DomainSurvey>,
-    /// What discovery told of the domain of this shell, where that is another one.
+    /// Result of discovery in the domain of this shell, if it is a different domain.
     pub shell_survey: Option<DomainSurvey>,
 }
 
-/// The gateway that runs.
+/// Facts about the running gateway.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RunningFacts {
     /// Path of the status socket.
     pub socket: String,
-    /// Whether it answers.
+    /// Whether the socket answers.
     pub reach: Reach,
-    /// Its domain; `None` while it publishes nothing.
+    /// Domain of the gateway; `None` while it publishes nothing.
     pub domain_id: Option<u16>,
-    /// Topics that it writes.
+    /// Topics that it publishes.
     pub written: Vec<String>,
-    /// Keys and files in which its configuration differs from the one that is examined; `None` if it does not
-    /// tell.
+    /// Keys and files in which its configuration differs from the examined configuration; `None` if it does
+    /// not report them.
     pub differences: Option<Vec<String>>,
 }
 
@@ -152,16 +152,16 @@ pub struct RunningFacts {
 pub enum Reach {
     /// A gateway answers.
     Served,
-    /// No gateway serves it.
+    /// No gateway serves the socket.
     #[default]
     Absent,
-    /// This user may not use it.
+    /// This user may not use the socket.
     Denied,
-    /// What answers cannot be read.
+    /// The answer cannot be read.
     Unreadable,
 }
 
-/// What this process and the service may do.
+/// Permissions of this process and the service.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PermissionFacts {
@@ -171,7 +171,8 @@ pub struct PermissionFacts {
     pub folders: Vec<FolderFacts>,
     /// Files of the configuration in folders that the unit hides from the service.
     pub hidden_from_service: Vec<String>,
-    /// Files of the configuration that the user of the service cannot read; `None` if that cannot be asked.
+    /// Files of the configuration that the user of the service cannot read; `None` if this cannot be
+    /// determined.
     pub unreadable_for_service: Option<Vec<String>>,
     /// Interfaces on which some process sends commands.
     pub locked_interfaces: Vec<String>,
@@ -183,8 +184,8 @@ pub struct PermissionFacts {
 pub struct FolderFacts {
     /// The key that names it, e.g. `[black_box] folder`.
     pub key: String,
-    /// Its path.
+    /// Path of the folder.
     pub path: String,
-    /// Why this user cannot write into it; `None` if he can.
+    /// Reason why this user cannot write into it; `None` if writing is possible.
     pub problem: Option<String>,
 }

@@ -1,4 +1,4 @@
-//! Is the computer ready: the service, the rights of its user, the clock?
+//! Checks the computer: the service, the permissions of its user, the clock.
 
 use super::facts::{Facts, Known, Reach};
 use super::{CheckRow, FindingRow, Outcome};
@@ -207,9 +207,9 @@ fn permissions(facts: &Facts) -> Vec<Outcome> {
     outcomes
 }
 
-/// Largest step of a clock that something only slews, ms.
+/// Maximum step of a clock that is only slewed, ms.
 const MAX_STEP_MS: i64 = 50;
-/// Largest distance between the stamp of a frame and the time when it is read, ms.
+/// Maximum difference between the stamp of a frame and the time of reading it, ms.
 const MAX_STAMP_DISTANCE_MS: i64 = 1000;
 
 const UNSYNCHRONISED: FindingRow = FindingRow {

@@ -1,4 +1,4 @@
-//! Are the interfaces there, and is each controller set up for what the configuration does with it?
+//! Checks that the interfaces exist, and that each controller is set up for its use by the configuration.
 
 use super::facts::{Facts, InterfaceFacts};
 use super::{CheckRow, FindingRow, Outcome};
@@ -10,8 +10,8 @@ const REPORTS: &str = "docs/troubleshooting.md#no-reports";
 const LISTEN: &str = "docs/doctor.md#listen-only";
 const CONTROLLERS: &str = "docs/doctor.md#controller";
 
-/// Longest queue of an interface that sends commands. The kernel's own is 10; what waits behind a blocked bus
-/// is sent when it is free again, though it is outdated.
+/// Maximum queue length of an interface that sends commands; the kernel's default is 10. Frames that wait
+/// while a bus is blocked are sent later, although they are outdated by then.
 const MAX_QUEUE: u32 = 128;
 
 const MISSING: FindingRow = FindingRow {
@@ -137,7 +137,7 @@ fn controller(interface: &InterfaceFacts, controller: &ControllerSettings) -> Ve
     if controller.modes.loopback {
         outcomes.push(LOOPBACK.with(&values));
     }
-    // One that only listens never gets to bus-off.
+    // A controller in listen-only mode never enters bus-off.
     if controller.restart_ms == Some(0) && !controller.modes.listen_only {
         outcomes.push(NO_RESTART.with(&values));
     }
@@ -222,7 +222,7 @@ pub(super) const TRANSMIT_QUEUE: CheckRow = CheckRow {
         if !outcomes.is_empty() {
             return outcomes;
         }
-        // Without a configuration it is not known of any interface.
+        // Without a configuration, it is unknown for all interfaces.
         let is_known = facts.interfaces.iter().any(|interface| interface.sends.is_some());
         vec![if is_known {
             Outcome::sound("no command is sent")
@@ -232,7 +232,7 @@ pub(super) const TRANSMIT_QUEUE: CheckRow = CheckRow {
     },
 };
 
-/// Judges each controller; says so where there is none.
+/// Judges each controller; reports an interface without a controller as not checked.
 fn with_controller(
     facts: &Facts,
     judge: impl Fn(&InterfaceFacts, &ControllerSettings) -> Vec<Outcome>,
@@ -249,7 +249,7 @@ fn with_controller(
     facts.interfaces.iter().flat_map(judge).collect()
 }
 
-/// Returns the settings with which an interface comes up; none for a virtual one, which refuses them.
+/// Returns the settings for bringing an interface up; empty for a virtual interface, which refuses them.
 fn settings(interface: &InterfaceFacts) -> String {
     let Some(controller) = &interface.state.controller else { return String::new() };
     let bitrate = bitrate_options(controller, " bitrate RATE");
@@ -259,7 +259,7 @@ fn settings(interface: &InterfaceFacts) -> String {
     }
 }
 
-/// Returns the bit rates as options of `ip link`; `unless_set` for a controller without one.
+/// Returns the bit rates as options of `ip link`; `unless_set` for a controller without a bit rate.
 fn bitrate_options(controller: &ControllerSettings, unless_set: &str) -> String {
     let rate = |timing: BitTiming| timing.bitrate_bps;
     let nominal =

@@ -1,5 +1,5 @@
-//! `doctor`: judges a set-up by its facts. Each check and each finding is a row; the same facts give the same
-//! findings.
+//! `doctor`: judges a set-up by its facts. Each check and each finding is a table row, and the same facts
+//! always give the same findings.
 
 mod bus;
 mod configuration;
@@ -22,30 +22,29 @@ pub struct CheckRow {
     pub name: &'static str,
     /// The question.
     pub asks: &'static str,
-    /// What can be found.
+    /// Possible findings.
     pub findings: &'static [&'static FindingRow],
     judge: fn(&Facts) -> Vec<Outcome>,
 }
 
-/// Something that can be wrong. In its texts `{name}` stands for a value.
+/// A possible problem. In its texts `{name}` is replaced by a value.
 #[derive(Debug)]
 pub struct FindingRow {
     /// Short name, also in JSON.
     pub name: &'static str,
-    /// WARN, or ERROR where the gateway cannot do its work.
+    /// WARN, or ERROR if the gateway cannot work.
     pub level: Level,
-    /// What was found.
+    /// Description of the problem.
     pub text: &'static str,
-    /// Why it matters.
+    /// Consequence of the problem.
     pub why: &'static str,
-    /// What mends it.
+    /// Remedy.
     pub remedy: &'static str,
-    /// The document that says more, and its section.
+    /// Document and section with details.
     pub see: &'static str,
 }
 
-/// All checks, in the order in which they are printed: from the file to the bus, then to ROS 2, then to the
-/// computer.
+/// All checks in printing order: file, bus, ROS 2, computer.
 pub const CHECKS: [&CheckRow; 13] = [
     &configuration::CONFIGURATION,
     &interface::INTERFACE,
@@ -62,38 +61,38 @@ pub const CHECKS: [&CheckRow; 13] = [
     &host::CLOCK,
 ];
 
-/// Outcome of a check for one thing.
+/// Outcome of a check for one item.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[serde(tag = "outcome", rename_all = "snake_case")]
 pub enum Outcome {
-    /// Nothing is wrong; what was seen.
+    /// No problem was found.
     Sound {
-        /// What was seen.
+        /// The observation.
         text: String,
     },
-    /// Something is wrong.
+    /// A problem was found.
     Found(Finding),
-    /// It could not be checked.
+    /// The check could not be performed.
     NotChecked {
         /// The reason.
         reason: String,
     },
 }
 
-/// Something that is wrong, with its values.
+/// A problem with its values.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Finding {
     /// Name of the row.
     pub finding: &'static str,
     /// Level of the row.
     pub level: Level,
-    /// What was found.
+    /// Description of the problem.
     pub text: String,
-    /// Why it matters.
+    /// Consequence of the problem.
     pub why: String,
-    /// What mends it.
+    /// Remedy.
     pub remedy: String,
-    /// The document that says more, and its section.
+    /// Document and section with details.
     pub see: &'static str,
 }
 
@@ -108,7 +107,7 @@ impl Outcome {
 }
 
 impl FindingRow {
-    /// Returns the finding with these values in the place of their names.
+    /// Returns the finding with these values inserted for their names.
     fn with(&self, values: &[(&str, &str)]) -> Outcome {
         let filled = |text: &str| {
             values
@@ -126,16 +125,16 @@ impl FindingRow {
     }
 }
 
-/// What all checks came to.
+/// Results of all checks.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Diagnosis {
-    /// The worst level of a finding.
+    /// Worst level of all findings.
     pub level: Level,
-    /// Findings that are errors.
+    /// Number of errors.
     pub errors: usize,
-    /// Findings that are warnings.
+    /// Number of warnings.
     pub warnings: usize,
-    /// Things that could not be checked.
+    /// Number of items that could not be checked.
     pub not_checked: usize,
     /// All checks in their order.
     pub checks: Vec<CheckOutcomes>,
@@ -148,7 +147,7 @@ pub struct CheckOutcomes {
     pub name: &'static str,
     /// Its question.
     pub asks: &'static str,
-    /// What it came to, for each thing.
+    /// Its outcome for each item.
     pub outcomes: Vec<Outcome>,
 }
 

@@ -1,4 +1,4 @@
-//! Is the gateway in the domain of the others, and do its topics fit theirs?
+//! Checks that the gateway is in the same domain as the other nodes, and that its topics match theirs.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use ros_transport::survey::{DdsEndpoint, DomainSurvey};
 
 const DOMAIN: &str = "docs/doctor.md#the-ros-2-domain";
 const TOPIC: &str = "docs/doctor.md#topics";
-/// Longest lists of topics in a text.
+/// Maximum number of topics listed in a text.
 const MAX_TOPICS: usize = 5;
 
 const VARIABLE: FindingRow = FindingRow {
@@ -125,7 +125,7 @@ fn domain(facts: &Facts, ros: &RosFacts) -> Vec<Outcome> {
     outcomes
 }
 
-/// The domain of the service: of the one that runs, else of its environment file.
+/// Returns the domain of the service: from the running gateway, otherwise from its environment file.
 fn service_domain(facts: &Facts, ros: &RosFacts) -> Option<String> {
     if let Some(domain_id) = facts.running.domain_id {
         return Some(domain_id.to_string());
@@ -206,7 +206,7 @@ fn topics(facts: &Facts, ros: &RosFacts, survey: &DomainSurvey) -> Vec<Outcome> 
         let found = pairs.filter(|(topic, other)| topic.name == other.topic);
         let found: Vec<_> = found.filter_map(|(topic, other)| mismatch(topic, other, is_reader)).collect();
         for outcome in found {
-            // Many readers of one kind are one finding.
+            // Several identical readers give one finding.
             if !outcomes.contains(&outcome) {
                 outcomes.push(outcome);
             }
@@ -218,7 +218,7 @@ fn topics(facts: &Facts, ros: &RosFacts, survey: &DomainSurvey) -> Vec<Outcome> 
     outcomes
 }
 
-/// Writers of others on a topic; the one of the running gateway does not count.
+/// Judges the writers of other nodes on a topic, without the running gateway's writer.
 fn publishers(facts: &Facts, topic: &OwnTopic, survey: &DomainSurvey) -> Option<Outcome> {
     let mut others = BTreeMap::<&str, u64>::new();
     for writer in survey.writers.iter().filter(|writer| writer.topic == topic.name) {
@@ -239,7 +239,7 @@ fn publishers(facts: &Facts, topic: &OwnTopic, survey: &DomainSurvey) -> Option<
         .then(|| PUBLISHER.with(&[("topic", &topic.name), ("others", &texts.join(", ")), ("key", key)]))
 }
 
-/// Returns true if a gateway runs that writes this topic, or may do so without telling it.
+/// Returns true if a gateway runs that publishes this topic, or might publish it without reporting so.
 fn is_written_by_ours(facts: &Facts, topic: &OwnTopic, domain_id: u16) -> bool {
     let running = &facts.running;
     match running.reach {
@@ -249,7 +249,7 @@ fn is_written_by_ours(facts: &Facts, topic: &OwnTopic, domain_id: u16) -> bool {
     }
 }
 
-/// The implementation of DDS that a running gateway is known by.
+/// The DDS implementation by which a running gateway is recognised.
 const OWN_IMPLEMENTATION: &str = "RustDDS";
 
 fn mismatch(topic: &OwnTopic, other: &DdsEndpoint, is_reader: bool) -> Option<Outcome> {
@@ -279,7 +279,7 @@ fn mismatch(topic: &OwnTopic, other: &DdsEndpoint, is_reader: bool) -> Option<Ou
     Some(row.with(&[values.as_slice(), &kinds, &key].concat()))
 }
 
-/// The lights' reports have a durability that can be chosen.
+/// Returns the key for a topic's durability, which is configurable for the reports of the lights.
 fn reports_key(topic: &OwnTopic) -> &'static str {
     const CONFIGURABLE: [&str; 2] = ["TurnIndicatorsReport", "HazardLightsReport"];
     let is_configurable = CONFIGURABLE.iter().any(|name| topic.type_name.ends_with(name));
@@ -310,7 +310,7 @@ fn readers(ros: &RosFacts, survey: &DomainSurvey) -> String {
     }
 }
 
-/// Judges the ROS 2 side; says so where there is none.
+/// Judges the ROS 2 side; reports it as not checked if there is none.
 fn with_ros(facts: &Facts, judge: impl Fn(&Facts, &RosFacts) -> Vec<Outcome>) -> Vec<Outcome> {
     match &facts.ros {
         None => vec![Outcome::not_checked("no configuration that can be used says what is published")],

@@ -19,8 +19,8 @@ pub fn remedy(interface: &str, refusal: ScanRefusal) -> String {
     }
 }
 
-/// Formats the verdict, each rate that was tried, and what is left of the scan. `had_bitrate` is whether a
-/// bit rate was set before.
+/// Formats the verdict, each rate that was tried, and the state in which the scan leaves the interface.
+/// `had_bitrate` is whether a bit rate was set before.
 pub fn text(interface: &str, result: &ScanResult, had_bitrate: bool) -> String {
     let mut text = format!("{interface}: {}\n", verdict(result.verdict));
     for TriedRate { bitrate_bps, heard } in &result.tried {

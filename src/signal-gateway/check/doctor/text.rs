@@ -15,7 +15,7 @@ const LABEL: usize = 8;
 const RESET: &str = "\u{1b}[0m";
 
 impl Diagnosis {
-    /// Formats all outcomes, or with `only_findings` what is wrong, and the counts.
+    /// Formats all outcomes, or only the problems with `only_findings`, and the counts.
     pub fn text(&self, layout: Layout, only_findings: bool) -> String {
         let mut text = String::new();
         for check in &self.checks {
@@ -37,7 +37,7 @@ impl Diagnosis {
         text + &format!("\n{errors}, {warnings}, {} not checked\n", self.not_checked)
     }
 
-    /// Formats the outcomes with the facts that they follow from, as one JSON object.
+    /// Formats the outcomes and the underlying facts as one JSON object.
     pub fn json(&self, facts: &Facts) -> String {
         let Self { level, errors, warnings, not_checked, checks } = self;
         let whole = json!({

@@ -1,4 +1,4 @@
-//! Recordings of a few frames, and what the survey reports of them.
+//! Tests the survey's reports on recordings of a few frames.
 
 use std::io;
 use std::path::Path;
@@ -13,7 +13,7 @@ use crate::replay::Routes;
 use can_log::Log;
 use vehicle_bringup::plausibility::finding::Severity;
 
-/// Number of findings from warnings up.
+/// Returns the number of findings that are at least warnings.
 fn concerns(report: &CheckReport) -> usize {
     report.count(Severity::Warning) + report.count(Severity::Error)
 }
@@ -51,7 +51,7 @@ fn the_time_until_the_first_frame_counts_as_unknown() {
     assert!(text.contains("turn_indicators would be published for 0.100 s of 0.400 s"), "{text}");
 }
 
-/// The Volvo's two bits of counter, and 20 ms between frames.
+/// Surveys a Volvo's frames at intervals of 20 ms, with these values of its two-bit counter.
 fn volvo(counters: &[u8]) -> (Settings, CheckReport) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/vehicles/volvo_s60_2002.toml");
     let settings = load_profile(&Disk, &path).unwrap();
@@ -141,7 +141,7 @@ const CAR: [(&str, &str); 2] = [
     ),
 ];
 
-/// Frames of the car: milliseconds, and the turn signal's raw value.
+/// Surveys frames of the car, given by time in ms and the turn signal's raw value.
 fn car(frames: impl IntoIterator<Item = (u64, u8)>, length: usize) -> CheckReport {
     let settings = load_profile(&TestFiles(&CAR), Path::new("car.toml")).unwrap();
     let mut text = String::new();
@@ -154,7 +154,7 @@ fn car(frames: impl IntoIterator<Item = (u64, u8)>, length: usize) -> CheckRepor
     survey_of(&settings, &text)
 }
 
-/// Every 100 ms for so long, with the value at the time.
+/// Returns a frame every 100 ms until `until_ms`, with the value at that time.
 fn each_100_ms(until_ms: u64, turn: impl Fn(u64) -> u8) -> Vec<(u64, u8)> {
     (0..until_ms).step_by(100).map(|ms| (ms, turn(ms))).collect()
 }

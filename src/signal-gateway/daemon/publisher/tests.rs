@@ -1,4 +1,4 @@
-//! The topics that a configuration has.
+//! Tests the topics of configurations.
 
 use std::path::Path;
 use std::time::Duration;
@@ -12,7 +12,8 @@ use gateway_core::command::settings::{CommandBinding, CommandSettings, Transmit}
 
 const CROSSROADS: &str = include_str!("../../../../tests/maps/crossroads.osm");
 
-/// Topics of commands, the number of subscriptions, and whether Autoware's own commands are among them.
+/// Returns the command topics, the number of subscriptions, and whether Autoware's own commands are among
+/// them.
 fn graph(keys: &str) -> ([Option<String>; 2], usize, bool) {
     let text = format!("[turn_signal]\nmap = \"map.osm\"\n{keys}");
     let files = TestFiles(&[("gateway.toml", &text), ("map.osm", CROSSROADS)]);

@@ -1,5 +1,5 @@
-//! A drive scenario on virtual time: the inputs of a vehicle and its planner at each cycle, what the
-//! decider makes of them, and whether that is what was expected.
+//! A drive scenario on virtual time: the inputs of a vehicle and its planner at each cycle, the decider's
+//! decisions, and their comparison with the expectations.
 //!
 //! | file | what it is |
 //! |---|---|

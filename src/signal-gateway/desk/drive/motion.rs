@@ -2,7 +2,7 @@
 
 use crate::config::drive::{SpeedProfile, Stop};
 
-/// A position nearer than this is reached, metres; for rounding only.
+/// A position nearer than this counts as reached, metres; only compensates for rounding.
 const SAME_M: f64 = 1e-9;
 
 /// Resolution of positions, metres.
@@ -33,16 +33,16 @@ impl<'a> Motion<'a> {
         if self.standing_s > 0.0 { 0.0 } else { self.driving_mps() }
     }
 
-    /// Drives for a time, stops and steps of the profile in between included.
+    /// Drives for a time, including any stops and steps of the profile.
     pub(super) fn advance(&mut self, by_s: f64) {
         self.drive(by_s);
-        // Rounding does not add up: a metre a cycle is a metre a cycle.
+        // Prevents rounding errors from accumulating: a metre per cycle stays a metre per cycle.
         self.at_m = (self.at_m / GRAIN_M).round() * GRAIN_M;
     }
 
     fn drive(&mut self, by_s: f64) {
         let mut left_s = by_s;
-        // Each pass ends at a step or a stop, the number of which is known.
+        // Each pass ends at a step or a stop, so their number limits the passes.
         for _ in 0..self.most_steps() {
             if left_s <= 0.0 {
                 return;
@@ -122,7 +122,7 @@ mod tests {
         let stops = [Stop { at_m: -1.0, for_s: 9.0 }, Stop { at_m: 4.0, for_s: 0.75 }];
         let mut motion = Motion::new(&profile, &stops, 0.0);
         let expected = [(2.0, 4.0), (3.5, 2.0), (4.0, 0.0), (4.0, 2.0), (5.0, 2.0), (6.0, 0.0), (6.0, 0.0)];
-        // At 4 m after 1.25 s, on again after 2 s.
+        // At 4 m after 1.25 s, moving again after 2 s.
         assert_eq!(positions(&mut motion, 7), expected);
         assert!((motion.at_s - 3.5).abs() < 1e-9);
     }

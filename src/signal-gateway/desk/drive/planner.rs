@@ -1,4 +1,4 @@
-//! The manoeuvres of a drive as the planner publishes them at a cycle.
+//! The manoeuvres that the planner of a drive publishes at a cycle.
 
 use std::iter::successors;
 
@@ -19,18 +19,18 @@ use turn_signal::shift::{ShiftLine, ShiftedPath};
 const BEHIND_M: f64 = 100.0;
 const AHEAD_M: f64 = 300.0;
 const SPACING_M: f64 = 0.5;
-/// Points nearer to each other than this are one, metres.
+/// Points closer together than this count as one, metres.
 const SAME_M: f64 = 1e-6;
-/// A manoeuvre is over when its end is so far behind, metres.
+/// A manoeuvre is over when its end is this far behind, metres.
 const OVER_M: f64 = 1.0;
-/// This near to the end of the first part of a path counts as there, metres.
+/// Distance from the end of the first part of a path within which the end counts as reached, metres.
 const NEAR_PART_END_M: f64 = 1.0;
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct DrivePosition<'a> {
     pub(super) file: &'a DriveFile,
     pub(super) route_path: &'a RoutePath,
-    /// Added to a position of the drive, gives the position on the route path, metres.
+    /// Offset from a position of the drive to the position on the route path, metres.
     pub(super) moved_m: f64,
     pub(super) at_m: f64,
     pub(super) at_s: f64,
@@ -43,8 +43,8 @@ pub(super) fn offset_m(file: &DriveFile, at_m: f64) -> f64 {
 }
 
 impl DrivePosition<'_> {
-    /// Returns the manoeuvres of the planner, in the order of its chain: starting first, then what is
-    /// approved, then what waits, then the goal.
+    /// Returns the manoeuvres of the planner, in the order of its chain: start, approved manoeuvres, waiting
+    /// manoeuvres, goal.
     pub(super) fn manoeuvres(&self) -> Vec<Manoeuvre> {
         let mut known: Vec<&ManoeuvrePlan> =
             self.file.manoeuvres.iter().filter(|plan| self.knows(plan)).collect();
@@ -58,7 +58,7 @@ impl DrivePosition<'_> {
         known.into_iter().filter_map(|plan| self.manoeuvre(plan)).collect()
     }
 
-    /// Returns whether a position or a time has been reached.
+    /// Returns true if a position or a time has been reached.
     pub(super) fn has_come(&self, moment: DriveMoment) -> bool {
         match moment {
             DriveMoment::AtM(at_m) => self.at_m >= at_m - 1e-9,
@@ -201,7 +201,7 @@ impl DrivePosition<'_> {
         part_end_m.is_some_and(|end_m| (self.at_m - end_m).abs() < NEAR_PART_END_M)
     }
 
-    /// Returns the path around the vehicle with offsets that change evenly.
+    /// Returns the path around the vehicle with linearly changing offsets.
     fn shifted(&self, kind: &PlanKind) -> Result<ShiftedPath, PathError> {
         let mut positions = self.positions(self.at_m - BEHIND_M, self.at_m + AHEAD_M);
         // The ends of shifts are points of the path.
@@ -221,7 +221,7 @@ impl DrivePosition<'_> {
         self.positions(from_m, to_m).iter().map(|at_m| self.pose(*at_m, &offset_m)).collect()
     }
 
-    /// Returns positions of the drive at equal steps that do not move with the vehicle.
+    /// Returns positions of the drive on a fixed grid, which does not move with the vehicle.
     fn positions(&self, from_m: f64, to_m: f64) -> Vec<f64> {
         let from_m = from_m.max(-self.moved_m).max(self.at_m - BEHIND_M);
         let to_m = to_m.min(self.route_path.length_m() - self.moved_m).min(self.at_m + AHEAD_M);
@@ -230,7 +230,7 @@ impl DrivePosition<'_> {
     }
 }
 
-/// Returns the offset on paths of the planner: ramps without rounding, metres.
+/// Returns the offset on the planner's paths, with linear ramps, metres.
 fn linear_offset_m(kind: &PlanKind, at_m: f64) -> f64 {
     own_offset_m(kind, at_m, |share| share.clamp(0.0, 1.0))
 }
@@ -245,7 +245,7 @@ fn ends_m(kind: &PlanKind) -> Vec<f64> {
     }
 }
 
-/// Returns the share of one manoeuvre in the offset at a position, metres; `ramp` goes from 0 to 1.
+/// Returns one manoeuvre's contribution to the offset at a position, metres; `ramp` maps 0 to 1 onto 0 to 1.
 fn own_offset_m(kind: &PlanKind, at_m: f64, ramp: impl Fn(f64) -> f64) -> f64 {
     let part = |shift: &PlannedShift| ramp((at_m - shift.from_m) / (shift.to_m - shift.from_m));
     match kind {

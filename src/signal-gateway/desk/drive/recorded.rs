@@ -1,5 +1,5 @@
-//! A recorded drive: the decider over the messages that Autoware sent, on the recorder's clock, and the judge
-//! of the signals that were given.
+//! A recorded drive: runs the decider over Autoware's messages, on the recorder's clock, and judges the
+//! recorded signals.
 
 use std::time::Duration;
 
@@ -19,24 +19,24 @@ use turn_signal::planner_input::{Odometry, PlannerInput, PlannerRoute};
 use turn_signal::signal_judge::{JudgeSettings, JudgedCounts, JudgedCycle, JudgedManoeuvre, SignalJudge};
 use turn_signal::vehicle_state::VehicleState;
 
-/// For how long cycles run on in a silence of the recording: after it, everything has been too old for long.
+/// Time for which cycles continue in a gap of the recording; by then all inputs have long been too old.
 const FILLED_GAP: Duration = Duration::from_secs(10);
-/// A step of the pose that is longer is a jump of the localisation, and no way that was driven, metres.
+/// A longer step of the pose is a jump of the localisation rather than a driven distance, metres.
 const JUMP_M: f64 = 20.0;
 
-/// A signal of a recording that can be judged.
+/// A recorded signal that can be judged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SignalSource {
     /// The command of Autoware's own decider or of another planner.
     Planner,
     /// The command that the vehicle interface receives.
     Command,
-    /// The report of the vehicle: what a driver signals as well.
+    /// The report of the vehicle, which includes the driver's own signals.
     Report,
 }
 
 impl SignalSource {
-    /// Every source, in the order in which one is chosen.
+    /// All sources, in the order of preference.
     pub const ALL: [Self; 3] = [Self::Planner, Self::Command, Self::Report];
 
     /// Returns the name on the command line.
@@ -48,7 +48,7 @@ impl SignalSource {
         }
     }
 
-    /// Returns the kind of its samples.
+    /// Returns the kind of the source's samples.
     pub const fn sample_kind(self) -> SampleKind {
         match self {
             Self::Planner => SampleKind::Input(SubscriptionKind::OwnTurnCommand),
@@ -58,7 +58,7 @@ impl SignalSource {
     }
 }
 
-/// The decider with the messages of a recording as its inputs.
+/// The decider, with the messages of a recording as inputs.
 #[derive(Debug)]
 pub struct RecordedDrive {
     settings: TurnSignalSettings,
@@ -83,16 +83,16 @@ struct JudgedSignal {
 /// A cycle of the decider in a recorded drive.
 #[derive(Debug, Clone, Copy)]
 pub struct RecordedCycle<'a> {
-    /// The time since the first message.
+    /// Time since the first message.
     pub at: MonoTime,
     /// The vehicle and the decision.
     pub snapshot: Snapshot<'a>,
-    /// The signal of each source, in the order of [`SignalSource::ALL`]; `None` while it is not known.
+    /// The signal of each source, in the order of [`SignalSource::ALL`]; `None` while it is unknown.
     pub received: [Option<TurnCommand>; SignalSource::ALL.len()],
 }
 
 impl RecordedDrive {
-    /// Begins a drive whose first message was received at `start`.
+    /// Creates a drive whose first message was received at `start`.
     pub fn new(settings: TurnSignalSettings, start: WallStamp) -> Self {
         let now = Now { mono: MonoTime::ZERO, wall: start };
         let flow = TurnSignalFlow::new(settings.clone(), now);
@@ -106,8 +106,7 @@ impl RecordedDrive {
         Self { settings, flow, start, now: now.mono, filling, odometry, route, driven_m: 0.0, signals }
     }
 
-    /// Passes the cycles to `each` that come before a sample, and takes the sample. Time never goes back
-    /// here.
+    /// Passes the cycles before a sample to `each`, then handles the sample. Time never goes backwards here.
     pub fn take(&mut self, sample: LoggedSample, kind: SampleKind, each: impl FnMut(&RecordedCycle<'_>)) {
         self.advance(sample.logged, each);
         let turn = match &sample.content {
@@ -132,15 +131,15 @@ impl RecordedDrive {
         self.flow.handle_input(input, now);
     }
 
-    /// Ends what is judged at the last cycle.
+    /// Ends all open judgements at the last cycle.
     pub fn finish(&mut self) {
         for signal in &mut self.signals {
             signal.judged.extend(signal.judge.finish());
         }
     }
 
-    /// Returns the manoeuvres so far with the verdicts on a signal, in the order of their ends, and the
-    /// number of each verdict.
+    /// Returns the manoeuvres so far with the verdicts on a signal, ordered by their ends, and the number of
+    /// each verdict.
     pub fn judged(&self, source: SignalSource) -> (&[JudgedManoeuvre], &JudgedCounts) {
         let [planner, command, report] = &self.signals;
         let signal = match source {
@@ -158,7 +157,7 @@ impl RecordedDrive {
         let filled = from.after(self.filling.of_gap(gap));
         let mut last = from;
         loop {
-            // After a gap the cycles go on from its end.
+            // After a gap the cycles continue from its end.
             let due = self.flow.next_deadline().max(self.now);
             if due >= to || due > filled {
                 break;
@@ -200,7 +199,7 @@ impl RecordedDrive {
         }
     }
 
-    /// Measures the way from pose to pose; backwards it counts back.
+    /// Adds the distance from the last pose; driving backwards subtracts it.
     fn drive_to(&mut self, odometry: Odometry) {
         if !odometry.pose.is_finite() || !odometry.speed_mps.is_finite() {
             return;

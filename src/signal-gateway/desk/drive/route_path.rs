@@ -14,10 +14,10 @@ use turn_signal::side::Side;
 
 /// Length of a lane change without a position of its own, metres, if there is room.
 const LANE_CHANGE_M: f64 = 50.0;
-/// Half the length of the piece of path that gives the heading in its middle, metres.
+/// Half the length of the path section whose direction gives the heading at its middle, metres.
 const HEADING_M: f64 = 0.25;
 
-/// The line that positions are measured along.
+/// The line along which positions are measured.
 #[derive(Debug, Clone)]
 pub struct RoutePath {
     road: Arc<LaneNetwork>,
@@ -27,23 +27,23 @@ pub struct RoutePath {
 #[derive(Debug, Clone)]
 enum Line {
     Lanes(RouteTracks),
-    /// A line from the file, with the lanelets it may be on.
+    /// A line from the file, with the lanelets that it may lie on.
     Points(Vec<Point>, Vec<LaneId>),
 }
 
-/// Lanes of a route, side by side, with changes between them.
+/// Parallel lanes of a route, with changes between them.
 #[derive(Debug, Clone)]
 struct RouteTracks {
     /// Start of each segment, and the end of the last one, metres.
     starts_m: Vec<f64>,
-    /// The lanes that are driven, at least one.
+    /// Driven lanes, at least one.
     tracks: Vec<LaneTrack>,
     changes: Vec<RouteLaneChange>,
     /// Lengths of all lanelets of the route, metres.
     lengths_m: BTreeMap<LaneId, f64>,
 }
 
-/// Lanelets one after the other, one for each segment from the first on.
+/// Consecutive lanelets, one for each segment from the first on.
 #[derive(Debug, Clone)]
 struct LaneTrack {
     first: usize,
@@ -61,10 +61,10 @@ pub struct RouteLaneChange {
     pub to_m: f64,
 }
 
-/// A reason for which lanelets do not form a path.
+/// Reason why lanelets do not form a path.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum RoutePathError {
-    /// The lanelets do not lead on.
+    /// A lanelet cannot be reached from the one before.
     #[error(
         "lanelet {to} follows no lanelet of the segment before, nor is there one beside it to come from; the \
          path ends in lanelet {from}"
@@ -75,7 +75,7 @@ pub enum RoutePathError {
         /// The lanelet that cannot be reached.
         to: LaneId,
     },
-    /// A lane change lies where there are not both lanes.
+    /// A lane change lies outside the part with both lanes.
     #[error("both lanes of the lane change lie side by side from {from_m:.1} to {to_m:.1} m only")]
     ChangeOutside {
         /// Start of the part with both lanes, metres.
@@ -83,15 +83,15 @@ pub enum RoutePathError {
         /// End of the part with both lanes, metres.
         to_m: f64,
     },
-    /// This lanelet has no middle.
+    /// The centreline of this lanelet has no length.
     #[error("lanelet {0} has no length")]
     NoLength(LaneId),
 }
 
 impl RoutePath {
-    /// Creates the path through the preferred lanelets. Where one does not follow the one before, the vehicle
-    /// changes lanes: as the first of `changes` on the proper side that lies where both lanes are,
-    /// else over fifty metres in the middle of that.
+    /// Creates the path through the preferred lanelets. If a lanelet does not follow the previous one, the
+    /// vehicle changes lanes: at the first of `changes` to the right side that lies where both lanes exist,
+    /// otherwise over fifty metres in the middle of that part.
     pub fn of_route(
         road: Arc<LaneNetwork>,
         segments: &[Segment],
@@ -115,12 +115,12 @@ impl RoutePath {
         Ok(Self { road, line: Line::Lanes(lanes) })
     }
 
-    /// Creates a line as drawn, at least two points, with the lanelets it may be on.
+    /// Creates the path from a drawn line of at least two points, with the lanelets that it may lie on.
     pub fn of_points(road: Arc<LaneNetwork>, points: Vec<Point>, lanes: Vec<LaneId>) -> Self {
         Self { road, line: Line::Points(points, lanes) }
     }
 
-    /// Returns the position of its end, metres.
+    /// Returns the position of the path's end, metres.
     pub fn length_m(&self) -> f64 {
         match &self.line {
             Line::Lanes(lanes) => lanes.starts_m.last().copied().unwrap_or_default(),
@@ -128,15 +128,16 @@ impl RoutePath {
         }
     }
 
-    /// Returns the pose at a position, `offset_m` to the left of the path, which may change along it; beyond
-    /// the ends it goes straight on.
+    /// Returns the pose at a position, `offset_m` to the left of the path, which may change along it. Beyond
+    /// its ends the path continues straight.
     pub fn pose(&self, at_m: f64, offset_m: impl Fn(f64) -> f64) -> Pose {
         let along = Pose { position: self.middle(at_m), yaw_rad: self.heading_rad(at_m) };
         let rise = (offset_m(at_m + HEADING_M) - offset_m(at_m - HEADING_M)) / (2.0 * HEADING_M);
         Pose { position: along.point_at(0.0, offset_m(at_m)), yaw_rad: along.yaw_rad + rise.atan() }
     }
 
-    /// Returns the lanelet at a position, the one that is reached in the middle of a lane change.
+    /// Returns the lanelet at a position. In a lane change, the middle is where the vehicle reaches the
+    /// target lanelet.
     pub fn lane_at(&self, at_m: f64) -> Option<LaneId> {
         match &self.line {
             Line::Lanes(lanes) => {
@@ -161,13 +162,13 @@ impl RoutePath {
         found
     }
 
-    /// Returns the position nearest to a point, and its distance from there, metres.
+    /// Returns the position nearest to a point, and the distance between them, metres.
     pub fn nearest(&self, query: Point) -> (f64, f64) {
         let length_m = self.length_m();
         let positions = metres_from(0.0).take_while(|at_m| *at_m < length_m).chain([length_m]);
         let line: Vec<Point> = positions.map(|at_m| self.middle(at_m)).collect();
         let projection = nearest(&line, query);
-        // A piece of the line is a metre of the path, but for the last.
+        // Each segment of the line is a metre of the path, except the last.
         let arcs_m = arc_lengths_m(&line);
         projection.map_or((0.0, f64::INFINITY), |projection| {
             let piece = arcs_m.partition_point(|arc_m| *arc_m <= projection.arc_m).saturating_sub(1);
@@ -341,7 +342,7 @@ fn lead_on(road: &LaneNetwork, segments: &[Segment], track: &mut LaneTrack) {
 mod tests {
     use super::*;
 
-    /// 3.5 m wide pieces of 50 m towards +x: 1, 2, 3 in the right lane and 11, 12, 13 to its left.
+    /// Lanelets of 50 m by 3.5 m towards +x: 1, 2, 3 in the right lane and 11, 12, 13 to its left.
     fn two_lanes() -> Arc<LaneNetwork> {
         let lane = |id: LaneId| {
             let (left, index) = if id > 10 { (3.5, id - 11) } else { (0.0, id - 1) };
@@ -366,7 +367,7 @@ mod tests {
     fn positions_are_metres_along_the_middle_whatever_the_lane() {
         let route = segments(&[&[1, 11], &[12, 2], &[13]]);
         let route_path = RoutePath::of_route(two_lanes(), &route, &[]).unwrap();
-        // Both lanes from 0 to 100 m: over 50 m in the middle.
+        // Both lanes exist from 0 to 100 m, so the change takes 50 m in the middle.
         let points = [0.0, 25.0, 50.0, 75.0, 150.0].map(|at_m| point(&route_path, at_m));
         assert_eq!(points, [(0.0, 0.0), (25.0, 0.0), (50.0, 1.75), (75.0, 3.5), (150.0, 3.5)]);
         assert_eq!(

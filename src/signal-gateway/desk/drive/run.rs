@@ -8,7 +8,7 @@ use turn_signal::inputs::{Inputs, Timed};
 use turn_signal::manoeuvre::Manoeuvre;
 use turn_signal::planner_input::Odometry;
 
-/// A decider with the odometry it received last.
+/// A decider with the last odometry that it received.
 #[derive(Debug, Clone)]
 pub struct DriveRun<'a> {
     simulation: &'a DriveSimulation,

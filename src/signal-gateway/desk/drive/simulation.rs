@@ -1,4 +1,4 @@
-//! The simulation of a drive cycle by cycle: the inputs of the vehicle and its planner, without any decider.
+//! Simulates a drive cycle by cycle: the inputs from the vehicle and its planner, without a decider.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -21,16 +21,16 @@ use turn_signal::manoeuvre::Manoeuvre;
 use turn_signal::planner_input::{Odometry, PlannedPathPoint};
 use turn_signal::route::{Route, RouteError};
 
-/// The clock at the start, late enough to jump back.
+/// The clock at the start, late enough for jumps backwards.
 const START: MonoTime = MonoTime::from_millis(200_000_000);
 /// Distance between the end of a drive without `until_m` and the end of its route path, metres.
 const BEFORE_END_M: f64 = 0.5;
 /// Reach of the planned path behind and ahead of the vehicle, metres.
 const PATH_BEHIND_M: f64 = 8.0;
 const PATH_AHEAD_M: f64 = 300.0;
-/// Greatest distance of another route from the vehicle, metres.
+/// Maximum distance of a new route from the vehicle, metres.
 const NEAR_ROUTE_M: f64 = 5.0;
-/// Distance after which a vehicle has departed, metres.
+/// Distance after which a vehicle counts as departed, metres.
 const DEPARTED_M: f64 = 0.1;
 
 /// A drive scenario whose lanelets form a path, ready to be simulated.
@@ -53,11 +53,11 @@ struct Leg {
 pub struct DriveCycle {
     /// Number of the cycle, from 0.
     pub index: usize,
-    /// Seconds from the start, without jumps.
+    /// Time since the start, seconds, without jumps.
     pub at_s: f64,
     /// The clock of the inputs, which may jump.
     pub now: MonoTime,
-    /// The rear axle, metres along the route path.
+    /// Position of the rear axle, metres along the route path.
     pub at_m: f64,
     /// The lanelet at that position.
     pub lane: Option<LaneId>,
@@ -65,9 +65,9 @@ pub struct DriveCycle {
     pub pose: Pose,
     /// The true speed, m/s.
     pub speed_mps: f64,
-    /// The odometry; `None` when none is received at this cycle.
+    /// The odometry; `None` if none is received in this cycle.
     pub odometry: Option<Odometry>,
-    /// The planned path, from some metres behind the vehicle on.
+    /// The planned path, starting a few metres behind the vehicle.
     pub path: Vec<PlannedPathPoint>,
     /// The manoeuvres of the planner, in the order of its chain.
     pub manoeuvres: Vec<Manoeuvre>,
@@ -75,12 +75,12 @@ pub struct DriveCycle {
     pub route: Arc<Route>,
     /// The end of the route.
     pub goal: Pose,
-    /// The planner is in the lane-driving scenario.
+    /// True if the planner is in the lane-driving scenario.
     pub lane_driving: bool,
 }
 
 impl DriveCycle {
-    /// Returns a snapshot of the cycle with what was decided at it.
+    /// Returns a snapshot of the cycle with its decision.
     pub fn snapshot<'a>(&self, compat: DeciderCompat, decision: &'a Decision) -> Snapshot<'a> {
         let Self { at_s, at_m, pose, speed_mps, lane, .. } = *self;
         Snapshot { compat, at_s, at_m, pose, speed_mps, lane, decision }
@@ -91,7 +91,7 @@ impl DriveSimulation {
     /// Prepares a scenario.
     ///
     /// # Errors
-    /// Lanelets that do not form a path, each with its location in the file.
+    /// Fails if lanelets do not form a path, and names each with its location in the file.
     pub fn new(file: DriveFile) -> Result<Self, Refused> {
         let changes: Vec<RouteLaneChange> =
             file.manoeuvres.iter().filter_map(|plan| change_of(&plan.kind)).collect();
@@ -106,17 +106,17 @@ impl DriveSimulation {
         Ok(simulation)
     }
 
-    /// Returns the scenario that is simulated.
+    /// Returns the simulated scenario.
     pub fn file(&self) -> &DriveFile {
         &self.file
     }
 
-    /// Returns the lanelets of its map.
+    /// Returns the lanelets of the scenario's map.
     pub fn road(&self) -> &LaneNetwork {
         &self.file.road
     }
 
-    /// Returns the cycles from the start to the end; the same at each call.
+    /// Returns the cycles from the start to the end. Each call returns the same cycles.
     pub fn cycles(&self) -> Cycles<'_> {
         let file = &self.file;
         Cycles {
@@ -131,7 +131,7 @@ impl DriveSimulation {
         }
     }
 
-    /// Returns the expectations at a cycle with one `compat`, with their indices in the file.
+    /// Returns the expectations at a cycle for one `compat`, with their indices in the file.
     pub fn expected(
         &self,
         cycle: &DriveCycle,
@@ -152,7 +152,7 @@ impl DriveSimulation {
                 (DisturbanceKind::Reroute(route), DriveMoment::AtM(at_m)) => Some((route, at_m)),
                 _ => None,
             });
-        // Only the first one: the position on later ones depends on those before.
+        // Only the first reroute, since positions on later routes depend on earlier reroutes.
         for ((route, at_m), leg) in reroutes.zip(self.legs.iter().skip(1)).take(1) {
             let position = first.route_path.pose(at_m, |at_m| offset_m(file, at_m)).position;
             let (_, far_m) = leg.route_path.nearest(position);
@@ -271,7 +271,7 @@ impl Cycles<'_> {
         }
     }
 
-    /// Changes to the next route when it is due, at the same point of the map.
+    /// Switches to the next route when it is due, at the same point of the map.
     fn change_legs(&mut self) {
         let simulation = self.simulation;
         while let (Some(leg), Some(next)) = (simulation.legs.get(self.leg), simulation.legs.get(self.leg + 1))

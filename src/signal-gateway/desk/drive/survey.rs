@@ -1,5 +1,5 @@
-//! Many drives over a map, held against its geometry: which turns are not signalled, too short, to the wrong
-//! side, or flicker.
+//! Many drives over a map, compared with its geometry: finds turns whose signal is missing, too short, to the
+//! wrong side, or flickering.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -29,15 +29,15 @@ pub use sweep::{Sweep, SweepError};
 pub struct WrongTurn {
     /// The first lanelet of the turn.
     pub lane: LaneId,
-    /// The side to which it turns.
+    /// Side to which it turns.
     pub side: Side,
-    /// Where it begins on its route, metres.
+    /// Position of its start on its route, metres.
     pub at_m: f64,
     /// The first and the last lanelet of the route.
     pub way: [LaneId; 2],
-    /// What is wrong with its signal.
+    /// Fault of its signal.
     pub fault: SignalFault,
-    /// The flaw of the map at its lanelets, for which no decider can be right; `None` = the fault is the
+    /// Flaw of the map at its lanelets, with which no decider can be right; `None` if the fault is the
     /// decider's.
     pub flaw: Option<MapFlaw>,
 }
@@ -58,20 +58,20 @@ impl fmt::Display for WrongTurn {
     }
 }
 
-/// What a survey of a map has found.
+/// Results of a survey of a map.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct TurnSurvey {
-    /// Routes that were driven.
+    /// Number of routes driven.
     pub routes: usize,
-    /// Turns on these routes.
+    /// Number of turns on these routes.
     pub turns: usize,
-    /// Those that are wrong, in the order of the routes.
+    /// Turns with a wrong signal, in the order of the routes.
     pub wrong: Vec<WrongTurn>,
 }
 
 impl TurnSurvey {
-    /// Returns the number of turns with each fault, in the order of [`SignalFault::ALL`]: of the map where it
-    /// has a flaw, or else of the decider.
+    /// Returns the number of turns with each fault, in the order of [`SignalFault::ALL`]: turns at flaws of
+    /// the map if `of_map`, otherwise turns with faults of the decider.
     pub fn counts(&self, of_map: bool) -> [usize; 4] {
         let of = |wrong: &&WrongTurn| wrong.flaw.is_some() == of_map;
         SignalFault::ALL
@@ -79,7 +79,7 @@ impl TurnSurvey {
     }
 }
 
-/// Routes over the map of a drive, each driven with its speed and its settings.
+/// Routes over the map of a drive, each driven with the drive's speed and settings.
 #[derive(Debug, Clone)]
 pub struct Surveyor {
     file: DriveFile,
@@ -88,13 +88,13 @@ pub struct Surveyor {
 }
 
 impl Surveyor {
-    /// Chooses the routes over the map of a drive; the same each time.
+    /// Chooses the routes over the map of a drive, deterministically.
     pub fn new(file: DriveFile, choice: RouteChoice) -> Self {
         let (routes, expected) = (choice.routes(&file.road), expected_sides(&file.road));
         Self { file, routes, expected }
     }
 
-    /// Returns the decider that the drive is for first.
+    /// Returns the first `compat` of the drive.
     pub fn compat(&self) -> DeciderCompat {
         self.file.compats.first().copied().unwrap_or_default()
     }
@@ -107,7 +107,7 @@ impl Surveyor {
     /// Drives all routes with these settings.
     ///
     /// # Errors
-    /// A route whose lanelets do not form a path.
+    /// Fails if the lanelets of a route do not form a path.
     pub fn survey(&self, compat: DeciderCompat, settings: &DeciderSettings) -> Result<TurnSurvey, Refused> {
         let mut survey = TurnSurvey::default();
         for lanes in &self.routes {
@@ -130,8 +130,8 @@ impl Surveyor {
     }
 }
 
-/// Returns the side to which each lanelet turns: by its tag, unless its geometry says otherwise, as `check`
-/// finds.
+/// Returns the side to which each lanelet turns: by its tag, unless its geometry contradicts the tag, as in
+/// `check`.
 fn expected_sides(road: &LaneNetwork) -> BTreeMap<LaneId, ExpectedSide> {
     let by_tag = |lane: &Lanelet| match lane.turn_direction {
         TurnDirection::Left => Some((lane.id, ExpectedSide { side: Side::Left, flaw: None })),
@@ -151,7 +151,7 @@ fn expected_sides(road: &LaneNetwork) -> BTreeMap<LaneId, ExpectedSide> {
     sides
 }
 
-/// Returns the side that is shown at each position of the rear axle, metres.
+/// Returns the signalled side at each position of the rear axle, metres.
 fn shown(simulation: &DriveSimulation, compat: DeciderCompat) -> Vec<(f64, Option<Side>)> {
     let mut run = DriveRun::new(simulation, compat);
     simulation.cycles().map(|cycle| (cycle.at_m, run.step(&cycle).turn.side())).collect()

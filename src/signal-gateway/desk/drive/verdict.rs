@@ -7,7 +7,7 @@ use turn_signal::compat::DeciderCompat;
 use turn_signal::decision::Decision;
 use turn_signal::resolve::CandidateSource;
 
-/// The outcomes of all expectations with one `compat`, so far.
+/// The results of all expectations for one `compat`, so far.
 #[derive(Debug, Clone)]
 pub struct DriveVerdicts<'a> {
     simulation: &'a DriveSimulation,
@@ -24,7 +24,7 @@ struct ExpectationState {
 }
 
 impl<'a> DriveVerdicts<'a> {
-    /// Verdicts before the first cycle.
+    /// Creates the verdicts before the first cycle.
     pub fn new(simulation: &'a DriveSimulation, compat: DeciderCompat) -> Self {
         Self {
             simulation,
@@ -33,7 +33,7 @@ impl<'a> DriveVerdicts<'a> {
         }
     }
 
-    /// Compares the decision at a cycle with what is expected there.
+    /// Compares the decision at a cycle with the expectations for it.
     pub fn take(&mut self, cycle: &DriveCycle, decision: &Decision) {
         for (index, expected) in self.simulation.expected(cycle, self.compat) {
             let Some(state) = self.states.get_mut(index) else { continue };
@@ -48,7 +48,7 @@ impl<'a> DriveVerdicts<'a> {
         }
     }
 
-    /// Returns the expectations that held and those that did not.
+    /// Returns the expectations that were met and the failed ones.
     pub fn verdict(&self) -> Verdict<'a> {
         let failed: Vec<_> = self
             .all()

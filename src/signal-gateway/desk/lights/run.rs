@@ -1,4 +1,4 @@
-//! A scenario from its start to its end, one step for each time at which something is due.
+//! Runs a scenario from its start to its end, one step per time at which something is due.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -24,8 +24,8 @@ pub struct ScenarioRun {
 }
 
 impl ScenarioRun {
-    /// Creates a run before its start, to the end of the scenario or `until`. It has the camera's and the V2I
-    /// topic, whatever the topics of the settings.
+    /// Creates a run before its start, to the end of the scenario or `until`. It has the camera topic and the
+    /// V2I topic, regardless of the topics in the settings.
     pub fn new(mut settings: LightsSettings, until: Duration) -> Self {
         settings.topics = [LightsTopic::Camera, LightsTopic::V2i].into();
         Self {
@@ -77,17 +77,17 @@ impl ScenarioRun {
         Some(Snapshot { at, is_frame, has_changed, events: &self.events, states: &self.states, scenario })
     }
 
-    /// Returns the lights that showed red and green at once, with the time at which each first did so.
+    /// Returns the lights that showed red and green simultaneously, each with the first such time.
     pub fn contradictions(&self) -> impl Iterator<Item = (StoreId, i64, MonoTime)> {
         self.contradictions.iter().map(|((store, id), at)| (*store, *id, *at))
     }
 
-    /// Returns the scenario, for the names behind positions.
+    /// Returns the scenario, which has the names for positions.
     pub fn scenario(&self) -> &Scenario {
         self.lights.scenario()
     }
 
-    /// Returns the outcome of the scenario; `None` before its end.
+    /// Returns the result of the scenario; `None` before its end.
     pub fn verdict(&self) -> Option<&ScenarioOutcome> {
         self.lights.verdict()
     }
@@ -107,7 +107,7 @@ impl ScenarioRun {
                 for (id, _) in lights.iter().filter(|(_, light)| light.bulbs.is_contradictory()) {
                     self.contradictions.entry((store, *id)).or_insert(self.at.unwrap_or_default());
                 }
-                // A phase that sets the present state again changes the store, but not its content.
+                // A phase that sets the same state again changes the store, but not its content.
                 has_changed |= self.states.stores.get(&store) != Some(&lights);
                 self.states.stores.insert(store, lights);
             }

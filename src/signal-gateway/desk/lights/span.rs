@@ -6,9 +6,9 @@ use traffic_lights::scenario::{Action, Scenario, Test, TrafficSignalController, 
 
 /// Limit for scenarios that end by themselves.
 const MAX_LENGTH: Duration = Duration::from_secs(3_600);
-/// Length for scenarios without a cycle or a time.
+/// Length for scenarios without a cycle or a time in a trigger.
 const USUAL: Duration = Duration::from_secs(60);
-/// Time after the last time that a trigger names.
+/// Time after the last time named by a trigger.
 const AFTERMATH: Duration = Duration::from_secs(5);
 
 /// The length of a run with its reason.
@@ -21,8 +21,8 @@ pub struct RunLength {
 }
 
 impl RunLength {
-    /// Returns up to an hour for a scenario that ends by itself; else twice the longest cycle, or until 5 s
-    /// after the last time that a trigger names; a minute without either.
+    /// Returns up to an hour for a scenario that ends by itself; otherwise twice the longest cycle, or 5 s
+    /// after the last time named by a trigger; a minute if there is neither.
     pub fn of(scenario: &Scenario) -> Self {
         if ends_by_itself(scenario) {
             return Self { until: MAX_LENGTH, why: "an hour, and the scenario has not ended" };
@@ -58,7 +58,7 @@ fn shown_cycles(scenario: &Scenario, controller: &TrafficSignalController) -> Op
         controller.phases.iter().try_fold(Duration::ZERO, |sum, phase| sum.checked_add(phase.duration?))?;
     let mut shown = cycle.checked_mul(2).filter(|shown| !shown.is_zero())?;
     let mut follower = controller;
-    // A reference may run in a circle.
+    // References may form a cycle.
     for _ in &scenario.controllers {
         let Some(reference) = follower.reference else { break };
         shown = shown.checked_add(reference.delay)?;

@@ -24,7 +24,7 @@ const RETRY: (Duration, Duration) = (Duration::from_secs(1), Duration::from_secs
 /// Settings of one receiver.
 #[derive(Debug, Clone)]
 pub struct BusSocketSettings {
-    /// The bus in the inputs.
+    /// Index of the bus, as it appears in the inputs.
     pub bus: BusIndex,
     /// Name of the SocketCAN interface. It need not exist yet.
     pub interface: String,
@@ -54,7 +54,7 @@ pub async fn receive(settings: BusSocketSettings, inputs: Sender<Vec<CanInput>>)
     }
 }
 
-/// The state of the link that was lost; `None` if the receiver of the inputs is gone.
+/// The state of the link that was lost; `None` if the receiver of the inputs has been dropped.
 type Lost = Option<LinkState>;
 
 struct BusReception {
@@ -202,14 +202,14 @@ impl BusReception {
         self.send(vec![CanInput::Controller { bus: self.settings.bus, report }]).await
     }
 
-    /// Passes on a link state that differs from the last one.
+    /// Passes on a link state if it differs from the previous one.
     async fn report(&mut self, state: LinkState) -> Result<(), Lost> {
         let before = self.reported.replace(state);
         if before == Some(state) {
             return Ok(());
         }
         let BusSocketSettings { bus, interface, .. } = &self.settings;
-        // The reader of the inputs reports the state together with its consequences.
+        // The task that reads the inputs logs the state together with its consequences.
         tracing::debug!("{}", link_text(interface, state));
         self.send(vec![CanInput::Link { bus: *bus, state }]).await
     }
@@ -219,7 +219,7 @@ impl BusReception {
     }
 }
 
-/// The link and the controller, watched while frames are received.
+/// Monitors the link and the controller while frames are received.
 struct LinkMonitor<'a> {
     /// Index of the interface that the socket is bound to.
     index: c_int,
@@ -251,7 +251,7 @@ fn failed(error: &io::Error) -> LinkState {
     LinkState::Failed(error.raw_os_error().unwrap_or(libc::EIO))
 }
 
-/// Returns the link state for an error of an open socket, after a loss that is already over.
+/// Returns the link state for an error of an open socket whose link has already returned.
 fn lost(error: &io::Error) -> LinkState {
     match error.raw_os_error() {
         Some(libc::ENETDOWN) => LinkState::Down,

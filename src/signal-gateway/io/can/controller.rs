@@ -12,7 +12,7 @@ use can_signal::can::{ControllerReport, ControllerState, ErrorCounters};
 
 const POLL_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Shortest interval between queries, however many error frames come.
+/// Shortest interval between queries, regardless of the number of error frames.
 const MIN_INTERVAL: Duration = Duration::from_millis(100);
 
 pub(super) struct ControllerWatch {

@@ -19,14 +19,14 @@ struct FilterState {
 }
 
 impl IdFilter {
-    /// Lets the frames of these messages through, which need up to 512 filters, or all frames if `None`.
+    /// Accepts frames of these messages, which need at most 512 filters, or all frames if `None`.
     pub fn new(ids: Option<Vec<IdMatch>>) -> Self {
         Self(Arc::new(Mutex::new(FilterState { ids, socket: None })))
     }
 
-    /// Changes the identifiers, also for when the interface is opened again. The kernel adds the new filters
-    /// before it removes the old ones, so no frame that passes both is lost. Returns the error of
-    /// `setsockopt`, e.g. `EINVAL` for more than 512 filters; the filter is then unchanged.
+    /// Changes the identifiers. They remain in effect when the interface is reopened. The kernel adds the new
+    /// filters before it removes the old ones, so no frame that matches both sets is lost. Returns the error
+    /// of `setsockopt`, e.g. `EINVAL` for more than 512 filters; the filter is then unchanged.
     pub fn set(&self, ids: Vec<IdMatch>) -> io::Result<()> {
         let mut state = self.state();
         let ids = Some(ids);
@@ -37,12 +37,12 @@ impl IdFilter {
         Ok(())
     }
 
-    /// Returns the present identifiers; `None` means all.
+    /// Returns the current identifiers; `None` means all.
     pub fn ids(&self) -> Option<Vec<IdMatch>> {
         self.state().ids.clone()
     }
 
-    /// Applies changes to this socket as well, until the result is dropped.
+    /// Also applies changes to this socket, until the result is dropped.
     pub(super) fn attach(&self, socket: &CanSocket) -> io::Result<Attached> {
         self.state().socket = Some(socket.as_fd().try_clone_to_owned()?);
         Ok(Attached(self.clone()))

@@ -17,7 +17,7 @@ use can_signal::can::interface_state::{
 /// Modes that are changed for a search, and restored after it.
 const CHANGED_MODES: [CanCtrlMode; 2] = [CanCtrlMode::ListenOnly, CanCtrlMode::BerrReporting];
 
-/// Returns the state of the interface with this name, whether it exists or not. Changes nothing.
+/// Returns the state of the interface with this name, including whether it exists. Changes nothing.
 pub fn interface_state(name: &str) -> InterfaceState {
     let state = InterfaceState {
         name: name.to_owned(),
@@ -59,7 +59,7 @@ impl InterfaceBackup {
         Ok(Self { interface, params })
     }
 
-    /// Returns true if a bit rate had been set. The kernel cannot forget one that was set later.
+    /// Returns true if a bit rate had been set. A bit rate that is set later cannot be removed.
     pub fn has_bitrate(&self) -> bool {
         self.params.bit_timing.is_some_and(|timing| is_known(timing.bitrate))
     }
@@ -80,7 +80,7 @@ impl InterfaceBackup {
     }
 
     /// Restores bit timing and modes. Without an earlier bit rate the controller keeps the last one and only
-    /// listens: it must not send with a rate that nobody has chosen.
+    /// listens: it must not send at a rate that no one has chosen.
     pub fn restore(&self) -> io::Result<()> {
         let had = |mode| self.params.ctrl_mode.is_some_and(|modes| modes.has_mode(mode));
         let mut modes = CanCtrlModes::default();
@@ -92,7 +92,8 @@ impl InterfaceBackup {
         self.set(timing.map(|timing| self.exact(timing)), modes)
     }
 
-    /// Returns a bit timing as the kernel takes it: the segments where it calculates, else the rate alone.
+    /// Returns a bit timing in the form that the kernel accepts: segments if it can calculate them, otherwise
+    /// only the rate.
     fn exact(&self, timing: CanBitTiming) -> CanBitTiming {
         if self.params.bit_timing_const.is_some() && timing.tq > 0 {
             CanBitTiming { bitrate: 0, ..timing }
@@ -101,8 +102,7 @@ impl InterfaceBackup {
         }
     }
 
-    /// Older kernels do not tell the modes of a driver; a search needs listen-only, and leaves the other one
-    /// alone there.
+    /// Older kernels do not report a driver's modes. There the search sets only listen-only, which it needs.
     fn supports(&self, mode: CanCtrlMode) -> bool {
         let supported = self.params.ctrl_mode_supported;
         supported.map_or(mode == CanCtrlMode::ListenOnly, |supported| supported & mode.mask() != 0)
@@ -119,7 +119,7 @@ fn details(name: &str) -> io::Result<InterfaceDetails> {
     CanInterface::open(name).and_then(|interface| interface.details()).map_err(system)
 }
 
-/// Returns the error of the kernel where there is one.
+/// Returns the kernel's error, if there is one.
 fn system(error: Error) -> io::Error {
     match error {
         Error::Io(error) => error,
@@ -128,7 +128,7 @@ fn system(error: Error) -> io::Error {
     }
 }
 
-/// Returns what the kernel reports of a controller; `None` without one.
+/// Returns the settings that the kernel reports for a controller; `None` without one.
 fn settings(params: &InterfaceCanParams) -> Option<ControllerSettings> {
     let reported = report(params)?;
     let timing = |timing: CanBitTiming| BitTiming {
@@ -140,7 +140,7 @@ fn settings(params: &InterfaceCanParams) -> Option<ControllerSettings> {
         state: Some(reported.state),
         counters: reported.counters,
         restart_ms: params.restart_ms,
-        // A driver without a rate reports 0, and one of a serial line that it does not know it.
+        // A driver without a rate reports 0; a serial-line driver reports it as unknown.
         bit_timing: params.bit_timing.map(timing).filter(|timing| is_known(timing.bitrate_bps)),
         data_bit_timing: params.data_bit_timing.map(timing).filter(|timing| is_known(timing.bitrate_bps)),
         modes: modes(is_on),

@@ -13,16 +13,16 @@ use tokio::time::{Instant, sleep_until};
 
 use can_signal::can::LinkState;
 
-/// Interval at which the state is read without announcements.
+/// Interval at which the state is polled if announcements are not available.
 const POLL_INTERVAL: Duration = Duration::from_secs(1);
 
 /// The index of an interface that is up, or why it has none. A recreated interface has a new index.
 pub(super) type Link = Result<c_int, LinkState>;
 
-/// Watches one interface by name, whether it exists or not.
+/// Watches one interface by name. It need not exist.
 pub(super) struct LinkWatch {
     interface: String,
-    /// Socket for queries; a socket of this kind is never forbidden.
+    /// Socket for queries. No sandbox forbids sockets of this kind.
     query_socket: io::Result<UnixDatagram>,
     /// The kernel's announcements; `None` if they are not available.
     announcements: Option<AsyncFd<OwnedFd>>,
@@ -56,7 +56,7 @@ impl LinkWatch {
         if flags & libc::IFF_UP == 0 { Err(LinkState::Down) } else { Ok(index) }
     }
 
-    /// Waits until a link may have changed, at most a second.
+    /// Waits until a link may have changed, for at most one second.
     pub(super) async fn event(&mut self) {
         tokio::select! {
             () = announced(self.announcements.as_ref()) => {}
@@ -73,8 +73,8 @@ impl LinkWatch {
     }
 }
 
-/// Returns true for a CAN interface (`ARPHRD_CAN`), and for an existing one whose kind cannot be read: using
-/// it will show.
+/// Returns true for a CAN interface (`ARPHRD_CAN`), and for an existing interface whose kind cannot be read,
+/// since opening it will show.
 pub(super) fn is_can(interface: &str) -> bool {
     let kind = std::fs::read_to_string(format!("/sys/class/net/{interface}/type"));
     kind.ok().is_none_or(|kind| kind.trim() == libc::ARPHRD_CAN.to_string())
@@ -87,7 +87,7 @@ fn failed(error: &io::Error) -> LinkState {
     }
 }
 
-/// Waits for an announcement and takes all that there are.
+/// Waits for an announcement, then discards all that are queued.
 async fn announced(announcements: Option<&AsyncFd<OwnedFd>>) {
     let Some(socket) = announcements else { return std::future::pending().await };
     let Ok(mut ready) = socket.readable().await else { return std::future::pending().await };
@@ -98,7 +98,7 @@ async fn announced(announcements: Option<&AsyncFd<OwnedFd>>) {
 /// Performs a `SIOCGIF*` request whose result is an index or a set of flags.
 #[allow(unsafe_code)]
 fn query(socket: &UnixDatagram, interface: &str, request: libc::c_ulong) -> io::Result<c_int> {
-    // SAFETY: ifreq is integers and a union of plain values; zero is a value of each.
+    // SAFETY: ifreq consists of integers and a union of plain values; zero is valid for each.
     let mut about: libc::ifreq = unsafe { std::mem::zeroed() };
     if interface.is_empty() || interface.len() >= about.ifr_name.len() {
         return Err(io::Error::from_raw_os_error(libc::EINVAL));
@@ -110,7 +110,7 @@ fn query(socket: &UnixDatagram, interface: &str, request: libc::c_ulong) -> io::
     if unsafe { libc::ioctl(socket.as_raw_fd(), request as _, &raw mut about) } < 0 {
         return Err(io::Error::last_os_error());
     }
-    // SAFETY: the kernel has filled the member the request is about.
+    // SAFETY: the kernel has filled the union member that belongs to the request.
     Ok(unsafe {
         if request == libc::SIOCGIFINDEX {
             about.ifr_ifru.ifru_ifindex
@@ -124,7 +124,7 @@ fn query(socket: &UnixDatagram, interface: &str, request: libc::c_ulong) -> io::
 #[allow(unsafe_code)]
 fn link_announcements() -> io::Result<AsyncFd<OwnedFd>> {
     let flags = SocketFlags::NONBLOCK | SocketFlags::CLOEXEC;
-    // Without a protocol, which is `NETLINK_ROUTE`.
+    // No protocol (0) means `NETLINK_ROUTE`.
     let fd = socket_with(AddressFamily::NETLINK, SocketType::RAW, flags, None)?;
     let groups = libc::RTMGRP_LINK.try_into().unwrap_or_default();
     bind(&fd, &netlink::SocketAddrNetlink::new(0, groups))?;
@@ -132,7 +132,7 @@ fn link_announcements() -> io::Result<AsyncFd<OwnedFd>> {
     Ok(unsafe { AsyncFd::register(fd)? })
 }
 
-/// Takes one announcement; returns false if there is none. An overrun counts as one.
+/// Discards one announcement; returns false if there is none. An overrun counts as an announcement.
 fn discard(fd: &OwnedFd) -> bool {
     let mut byte = [0_u8]; // the rest of the datagram is cut off
     matches!(recv(fd, &mut byte, RecvFlags::DONTWAIT), Ok(_) | Err(Errno::NOBUFS))

@@ -10,11 +10,11 @@ use std::os::unix::net::{SocketAddr, UnixListener};
 
 use tokio::net::UnixStream;
 
-/// The right to send commands on some interfaces, until this is dropped.
+/// The right to send commands on some interfaces. Dropping it releases the right.
 #[derive(Debug)]
 pub struct SenderLock(#[allow(dead_code)] Vec<UnixListener>); // held, never accepted on
 
-/// Why the right to send commands was refused.
+/// Reasons for refusing the right to send commands.
 #[derive(Debug, thiserror::Error)]
 pub enum SenderLockError {
     /// Another process has the lock.
@@ -63,8 +63,8 @@ fn lock_name(interface: &str) -> String {
     format!("signal-gateway/commands/{interface}")
 }
 
-/// Returns true if a process sends commands on an interface. Takes nothing: the kernel lists the names of
-/// sockets.
+/// Returns true if a process sends commands on an interface. Does not take the lock: the kernel lists the
+/// names of sockets.
 pub fn is_locked(interface: &str) -> bool {
     let sockets = std::fs::read_to_string("/proc/net/unix").unwrap_or_default();
     let name = format!("@{}", lock_name(interface));

@@ -19,7 +19,7 @@ use super::wire::{self, CONTROL_SPACE, LossCount, SocketMessage};
 use can_signal::can::{BusIndex, CanInput, IdMatch};
 use gateway_base::time::WallStamp;
 
-/// Maximum number of messages of one call.
+/// Maximum number of messages per call.
 pub(super) const BATCH: usize = 64;
 
 /// A bound, non-blocking socket with its buffers.
@@ -47,7 +47,7 @@ impl CanSocket {
     /// more than 512 ids.
     pub(super) fn open(interface: c_int, ids: Option<&[IdMatch]>, receive_buffer: usize) -> io::Result<Self> {
         let fd = raw_can_socket()?;
-        // Before bind: frames that arrive in between would be queued unfiltered.
+        // Before bind, since frames that arrive in between would be queued unfiltered.
         filter_frames(&fd, ids)?;
         set_option(&fd, libc::SOL_CAN_RAW, libc::CAN_RAW_ERR_FILTER, &[libc::CAN_ERR_MASK])?;
         // A kernel without CAN FD has no FD frames to miss.
@@ -117,7 +117,7 @@ impl AsRawFd for CanSocket {
     }
 }
 
-/// Reads the clock of the kernel's stamps, for a frame without one.
+/// Reads the clock that the kernel uses for stamps, for a frame without a stamp.
 fn wall_now() -> WallStamp {
     let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     WallStamp::from_nanos(i64::try_from(since_epoch.as_nanos()).unwrap_or(i64::MAX))

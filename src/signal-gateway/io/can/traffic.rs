@@ -1,6 +1,6 @@
-//! All frames of an interface, as the kernel counts them, and the load of the bus.
+//! The kernel's counts of all frames on an interface, and the bus load.
 //!
-//! The gateway's own sockets let only frames of the vehicle profile through, so the counts are taken from the
+//! The gateway's own sockets receive only frames of the vehicle profile, so the counts come from the
 //! interface (`/sys/class/net/…/statistics`).
 
 use std::collections::VecDeque;
@@ -12,17 +12,17 @@ use super::controller::bitrate;
 use can_signal::can::TrafficSnapshot;
 use gateway_base::diagnostics::RateMeter;
 
-/// Shortest time from one reading of the counts to the next.
+/// Minimum time between two readings of the counts.
 const MIN_INTERVAL: Duration = Duration::from_millis(900);
-/// Bits of a classical frame with an 11-bit identifier beside its data: 44, and 3 between frames.
+/// Bits of a classical frame with an 11-bit identifier, without its data: 44, plus 3 between frames.
 const FRAME_BITS: f64 = 47.0;
 
-/// Measures the traffic of one interface over [`RateMeter::WINDOW`], as the frames of the profile are
-/// measured.
+/// Measures the traffic of one interface over [`RateMeter::WINDOW`], like the rates of the profile's
+/// messages.
 #[derive(Debug)]
 pub struct TrafficMeter {
     interface: String,
-    /// Oldest first: those within the window, and the one before them.
+    /// Readings within the window and the last one before it, oldest first.
     readings: VecDeque<(Instant, FrameCounts)>,
     last: Option<TrafficSnapshot>,
 }
@@ -40,7 +40,7 @@ impl TrafficMeter {
         Self { interface: interface.to_owned(), readings: VecDeque::new(), last: None }
     }
 
-    /// Returns the traffic up to now; `None` within the first second, and without the interface.
+    /// Returns the traffic up to now; `None` within the first second, or if the interface does not exist.
     pub fn measure(&mut self) -> Option<TrafficSnapshot> {
         let now = Instant::now();
         if self.readings.back().is_some_and(|(before, _)| now - *before < MIN_INTERVAL) {
@@ -54,17 +54,17 @@ impl TrafficMeter {
         self.last
     }
 
-    /// Takes a reading, and returns the one from which rates are counted.
+    /// Adds a reading, and returns the earlier reading from which rates are computed.
     fn take(&mut self, now: Instant, counts: Option<FrameCounts>) -> Option<(Instant, FrameCounts)> {
         let Some(counts) = counts else {
             self.readings.clear();
             return None;
         };
         if self.readings.back().is_some_and(|(_, before)| counts.frames < before.frames) {
-            // The interface was made again.
+            // The interface was recreated.
             self.readings.clear();
         }
-        // After a time without readings the newest counts, and no mean over that time.
+        // After a pause, rates start from the newest reading instead of averaging over the pause.
         while self.readings.len() > 1
             && self.readings.front().is_some_and(|(at, _)| now - *at > RateMeter::WINDOW)
         {
@@ -76,7 +76,7 @@ impl TrafficMeter {
     }
 }
 
-/// True for an interface without hardware.
+/// Returns true for an interface without hardware.
 pub fn is_virtual(interface: &str) -> bool {
     Path::new("/sys/devices/virtual/net").join(interface).exists()
 }
@@ -89,16 +89,15 @@ fn counts(interface: &str, has_no_bitrate: bool) -> Option<FrameCounts> {
     counted(has_no_bitrate && is_looped(interface), read)
 }
 
-/// Returns true for `vcan`, whose driver gives each sent frame back to its own interface; `vxcan` gives it to
-/// a peer. `slcan` has no peer, but a bit rate.
+/// Returns true for `vcan`, whose driver returns each sent frame to the same interface; `vxcan` passes it to
+/// a peer. `slcan` has no peer, but it has a bit rate.
 fn is_looped(interface: &str) -> bool {
     let index = |name: &str| fs::read_to_string(format!("/sys/class/net/{interface}/{name}")).ok();
     let has_no_peer = index("iflink") == index("ifindex");
     is_virtual(interface) && has_no_peer
 }
 
-/// Returns received and sent frames. A frame that is sent on a looped interface is counted as received as
-/// well.
+/// Returns received and sent frames. The kernel also counts a frame sent on a looped interface as received.
 fn counted(is_looped: bool, read: impl Fn(&str) -> Option<u64>) -> Option<FrameCounts> {
     let sum = |received: &str, sent: &str| {
         let sent = if is_looped { Some(0) } else { read(sent) };
@@ -135,7 +134,7 @@ mod tests {
             (FrameCounts { frames: 100, bytes: 800 }, FrameCounts { frames: 2_100, bytes: 16_800 });
         let two_seconds = Duration::from_secs(2);
         let on_wire = traffic(before, now, two_seconds, Some(500_000));
-        // 1000 frames of 111 bits a second.
+        // 1000 frames of 111 bits per second.
         let expected =
             TrafficSnapshot { rate_hz: 1000.0, load_percent: Some(22.2), bitrate_bps: Some(500_000) };
         assert_eq!(on_wire, expected);
@@ -146,7 +145,7 @@ mod tests {
 
     #[test]
     fn frame_that_a_virtual_interface_loops_is_counted_once() {
-        // 100 frames were sent, of which the kernel received each again.
+        // 100 frames were sent, and the kernel received each of them again.
         let read = |name: &str| Some(if name.ends_with("packets") { 100 } else { 800 });
         assert_eq!(counted(true, read), Some(FrameCounts { frames: 100, bytes: 800 }));
         assert_eq!(counted(false, read), Some(FrameCounts { frames: 200, bytes: 1_600 }));

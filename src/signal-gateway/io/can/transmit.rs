@@ -1,7 +1,7 @@
-//! Sends frames on the socket on which one interface is received.
+//! Sends frames through the receiving socket of an interface.
 //!
-//! The kernel loops frames back to all sockets but the one that sent them. Sent on the receiving socket,
-//! the gateway's own frames never come back to it, so a frame with one of their identifiers is foreign.
+//! The kernel loops frames back to all sockets except the sending one. Since the gateway sends on its
+//! receiving socket, it never receives its own frames, so a frame with one of their identifiers is foreign.
 
 use std::io;
 use std::os::fd::{AsFd as _, OwnedFd};
@@ -30,19 +30,19 @@ enum TransmitTarget {
     #[default]
     Closed,
     Open(OwnedFd),
-    /// The kernel has reported that the interface is down or gone, which it does only once.
+    /// The kernel has reported, as it does only once, that the interface is down or gone.
     Lost,
 }
 
 impl Transmitter {
-    /// Passes a frame to the kernel without waiting. Returns the kernel's error by its remedy; `ENETDOWN` if
-    /// the bus is not open.
+    /// Passes a frame to the kernel without waiting. Returns the kernel's error, classified by its remedy;
+    /// `ENETDOWN` if the bus is not open.
     pub fn send(&self, frame: &Frame) -> Result<(), SendFailure> {
         let (bytes, length) = wire::bytes(frame);
         self.send_bytes(bytes.get(..length).unwrap_or_default())
     }
 
-    /// Sends an error frame to all other sockets on a virtual interface, as if their driver had made it.
+    /// Sends an error frame to all other sockets on a virtual interface, as if their driver had created it.
     pub fn send_error(&self, error: ErrorFrame) -> Result<(), SendFailure> {
         self.send_bytes(&wire::error_bytes(error))
     }
@@ -53,7 +53,7 @@ impl Transmitter {
         let Err(error) = send(socket, bytes, SendFlags::DONTWAIT) else { return Ok(()) };
         let errno = error.raw_os_error();
         if matches!(errno, libc::ENETDOWN | libc::ENODEV | libc::ENXIO) {
-            // The kernel reports this once: the receiver learns of it from here.
+            // The kernel reports this only once, so the receiver is notified from here.
             *target = TransmitTarget::Lost;
             self.0.lost.notify_one();
         }
@@ -113,7 +113,8 @@ mod tests {
         }
     }
 
-    /// The kernel's errors, of a socket that takes datagrams as a CAN socket takes frames.
+    /// Checks the kernel's errors with a datagram socket, which accepts datagrams as a CAN socket accepts
+    /// frames.
     #[test]
     fn a_frame_goes_out_whole_or_its_error_is_told() {
         let (own, other) = UnixDatagram::pair().unwrap();

@@ -5,7 +5,7 @@ use std::mem::{offset_of, size_of};
 use can_signal::can::{CanId, ErrorFrame, Frame, IdMask};
 use gateway_base::time::WallStamp;
 
-/// Returns the filter for data frames with these bits of the identifier.
+/// Returns the filter for data frames whose identifier has these bits.
 ///
 /// The mask covers the flags: otherwise a filter for 0x123 would pass 29-bit frames and remote requests with
 /// the same low bits.
@@ -36,7 +36,7 @@ pub(super) fn message(bytes: &[u8]) -> Option<SocketMessage> {
         _ => return None,
     };
     let can_id = u32::from_ne_bytes(*bytes.first_chunk()?);
-    // Both structures: identifier, length, three bytes of other matters, data.
+    // Both structures: identifier, length, three further bytes, data.
     let len = usize::from(*bytes.get(4)?);
     let data = bytes.get(8..)?.get(..len)?;
     if can_id & libc::CAN_ERR_FLAG != 0 {
@@ -62,14 +62,14 @@ pub(super) fn bytes(frame: &Frame) -> ([u8; libc::CANFD_MTU], usize) {
     };
     let data = frame.data();
     let (header, payload) = bytes.split_at_mut(8);
-    // A frame has 64 bytes at most, so the length fits.
+    // A frame has at most 64 bytes, so the length fits.
     let can_id_and_length = id.to_ne_bytes().into_iter().chain(u8::try_from(data.len()));
     header.iter_mut().zip(can_id_and_length).for_each(|(to, from)| *to = from);
     payload.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
     (bytes, if frame.is_fd() { libc::CANFD_MTU } else { libc::CAN_MTU })
 }
 
-/// Returns an error frame as a `can_frame`, as drivers make it.
+/// Returns an error frame as a `can_frame`, in the form that drivers create.
 pub(super) fn error_bytes(error: ErrorFrame) -> [u8; libc::CAN_MTU] {
     let mut bytes = [0; libc::CAN_MTU];
     let (header, payload) = bytes.split_at_mut(8);
@@ -84,8 +84,8 @@ pub(super) fn error_bytes(error: ErrorFrame) -> [u8; libc::CAN_MTU] {
 pub(super) struct Controls {
     /// Time at which the kernel received the frame (`SO_TIMESTAMPNS_NEW`).
     pub(super) stamp: Option<WallStamp>,
-    /// Frames that this socket has lost, modulo 2^32 (`SO_RXQ_OVFL`). The kernel omits it before the first
-    /// loss.
+    /// Number of frames that this socket has lost, modulo 2^32 (`SO_RXQ_OVFL`). The kernel omits it before
+    /// the first loss.
     pub(super) lost: Option<u32>,
 }
 
@@ -132,7 +132,7 @@ fn stamp(data: &[u8]) -> Option<WallStamp> {
 pub(super) struct LossCount(u32);
 
 impl LossCount {
-    /// Returns the difference to the last count. The count may wrap; a count that seems to run backwards
+    /// Returns the increase since the last count. The count may wrap; a count that seems to run backwards
     /// (frames of two CPUs overtook each other) is ignored.
     pub(super) fn advance(&mut self, count: u32) -> u32 {
         let more = count.wrapping_sub(self.0);

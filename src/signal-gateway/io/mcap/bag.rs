@@ -1,4 +1,4 @@
-//! A bag: a folder of files, one after the other, with the `metadata.yaml` of `rosbag2`.
+//! A bag: a folder with a sequence of files and the `metadata.yaml` of `rosbag2`.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt::Write as _;
@@ -14,14 +14,14 @@ use ros_messages::full_name;
 /// Limits after which a bag continues in a new file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FileLimits {
-    /// Size of a file, bytes; a file is larger by a chunk at most.
+    /// Size of a file, bytes; a file exceeds it by at most one chunk.
     pub bytes: u64,
     /// Time from the first to the last message of a file.
     pub duration: Duration,
 }
 
 impl FileLimits {
-    /// One file for all messages.
+    /// No limits: one file for all messages.
     pub const NONE: Self = Self { bytes: u64::MAX, duration: Duration::MAX };
 }
 
@@ -34,12 +34,12 @@ pub struct Bag {
     /// The files in the folder, oldest first; the last may be open.
     files: VecDeque<BagFile>,
     open: Option<McapFile>,
-    /// True if the open file has its index, and only the disk is waited for.
+    /// True if the open file has its index and only has to be written to the disk.
     is_finished: bool,
     next_number: u64,
 }
 
-/// What the metadata tells of a file.
+/// A file's entry in the metadata.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct BagFile {
     name: String,
@@ -47,15 +47,15 @@ struct BagFile {
     /// Log times of the first and the last message, ns since 1970.
     from: i64,
     to: i64,
-    /// Number of messages by the position of their channel.
+    /// Number of messages by channel position.
     counts: BTreeMap<usize, u64>,
 }
 
 impl Bag {
-    /// Makes the folder of a bag with messages of these channels.
+    /// Creates the folder of a bag with messages of these channels.
     ///
     /// # Errors
-    /// A folder that exists, or cannot be made.
+    /// Fails if the folder exists or cannot be created.
     pub fn create(folder: &Path, limits: FileLimits, channels: &[RecordedChannel]) -> io::Result<Self> {
         fs::create_dir(folder)?;
         let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -71,11 +71,11 @@ impl Bag {
         })
     }
 
-    /// Adds a message, in memory; the first one makes the next file.
+    /// Adds a message in memory. The first message of a file creates the file.
     ///
     /// # Errors
-    /// A file that cannot be made, or one that is full and whose end the disk has not taken yet: the message
-    /// is lost.
+    /// Fails, and the message is lost, if a file cannot be created, or if the end of a full file has not been
+    /// written to the disk yet.
     pub fn add(&mut self, message: &RecordedMessage) -> io::Result<()> {
         if self.is_finished {
             return Err(io::ErrorKind::StorageFull.into());
@@ -96,10 +96,10 @@ impl Bag {
         Ok(())
     }
 
-    /// Writes to the disk what was added, then the metadata; ends a file that has reached a limit.
+    /// Writes added messages to the disk, then the metadata; closes a file that has reached a limit.
     ///
     /// # Errors
-    /// A disk that does not take it; the next call tries again, and nothing added is lost.
+    /// Fails if the disk does not accept the data. The next call tries again; added messages are not lost.
     pub fn flush(&mut self) -> io::Result<()> {
         let Some(file) = &mut self.open else { return Ok(()) };
         if self.is_finished {
@@ -127,25 +127,25 @@ impl Bag {
     /// Ends the bag.
     ///
     /// # Errors
-    /// A disk that does not take the rest.
+    /// Fails if the disk does not accept the remaining data.
     pub fn finish(&mut self) -> io::Result<()> {
         if let (Some(file), false) = (&mut self.open, self.is_finished) {
             self.is_finished = true;
-            // What the disk does not take now, it is offered again by `flush`.
+            // `flush` retries the data that the disk does not accept now.
             let _ = file.finish();
         }
         self.flush()
     }
 
-    /// Number of bytes that wait for the disk, without the open chunk.
+    /// Returns the number of bytes that wait for the disk, without the open chunk.
     pub fn pending_bytes(&self) -> usize {
         self.open.as_ref().map_or(0, McapFile::pending_bytes)
     }
 
-    /// Removes the oldest file, unless it is the only one; gives the number of its bytes.
+    /// Removes the oldest file, unless it is the only one, and returns its size in bytes.
     ///
     /// # Errors
-    /// A file that cannot be removed.
+    /// Fails if the file cannot be removed.
     pub fn remove_oldest(&mut self) -> io::Result<Option<u64>> {
         if self.files.len() < 2 {
             return Ok(None);
@@ -156,7 +156,7 @@ impl Bag {
         Ok(Some(oldest.bytes))
     }
 
-    /// Number of bytes in all files.
+    /// Returns the number of bytes in all files.
     pub fn bytes(&self) -> u64 {
         self.files.iter().map(|file| file.bytes).sum()
     }
@@ -177,7 +177,7 @@ impl Bag {
         fs::rename(draft, self.folder.join("metadata.yaml"))
     }
 
-    /// The metadata in the version of ROS 2 Humble, which later ones read.
+    /// Returns the metadata in the version of ROS 2 Humble, which later releases also read.
     fn metadata(&self) -> String {
         let from = self.files.iter().map(|file| file.from).min().unwrap_or(0);
         let to = self.files.iter().map(|file| file.to).max().unwrap_or(0);
@@ -224,7 +224,7 @@ impl Bag {
     }
 }
 
-/// A text of several lines as a YAML scalar.
+/// Formats a multi-line text as a YAML scalar.
 fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('\n', "\\n"))
 }

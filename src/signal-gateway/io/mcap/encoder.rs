@@ -1,4 +1,4 @@
-//! Inputs and outputs of the gateway as messages of channels.
+//! Encodes inputs and outputs of the gateway as messages of channels.
 
 use crate::io::ros::messages::call_message;
 use crate::io::ros::outgoing::messages::OutgoingMessages;
@@ -18,9 +18,9 @@ use ros_messages::signal_gateway_msgs::GatewayCall;
 use ros_messages::std_msgs::Header;
 use ros_transport::link::Order;
 
-/// Samples that a player keeps of a bus.
+/// History depth of a bus's topics in a player, samples.
 const CAN_DEPTH: i32 = 100;
-/// The channels of a bus, by the end of their topic and their type.
+/// The channels of a bus: last part of the topic, and type.
 const CAN_CHANNELS: [(&str, TypeName); 6] = [
     ("from_can_bus", can_msgs::Frame::TYPE_NAME),
     ("from_can_bus_fd", FdFrame::TYPE_NAME),
@@ -42,7 +42,7 @@ pub struct RecordedChannel {
     pub type_name: TypeName,
     /// Durability of the topic on DDS.
     pub durability: Durability,
-    /// Samples that a writer of the topic keeps.
+    /// History depth of the topic's writer, samples.
     pub depth: i32,
 }
 
@@ -51,11 +51,12 @@ pub struct RecordedChannel {
 pub struct RecordedMessage {
     /// Position of its channel in [`Encoder::channels`].
     pub channel: usize,
-    /// Time at which the gateway received it or gave it out.
+    /// Time at which the gateway received or published the message.
     pub log_time: WallStamp,
-    /// Time at which it was sent: of a received frame the kernel's stamp, else as `log_time`.
+    /// Time at which the message was sent: the kernel's stamp for a received frame, otherwise equal to
+    /// `log_time`.
     pub publish_time: WallStamp,
-    /// The message, as DDS carries it, without its encapsulation header.
+    /// The message in CDR, without the encapsulation header.
     pub bytes: CdrBytes,
     /// Byte order of `bytes`.
     pub endian: Endian,
@@ -66,25 +67,24 @@ pub struct RecordedMessage {
 pub struct RecordedBus {
     /// Name in the profile.
     pub name: String,
-    /// Interface it is plugged into, which becomes the `frame_id` of its frames.
+    /// SocketCAN interface of the bus; used as the `frame_id` of its frames.
     pub interface: String,
 }
 
-/// Makes the messages of a recording.
+/// Creates the messages of a recording.
 #[derive(Debug)]
 pub struct Encoder {
     table: Vec<Outgoing>,
     channels: Vec<RecordedChannel>,
     encoders: LightsEncoders,
     interfaces: Vec<String>,
-    /// Position of the first channel of a topic that is read.
+    /// Position of the first channel that belongs to a subscribed topic.
     first_read: usize,
     hardware_id: String,
 }
 
 impl Encoder {
-    /// An encoder for the topics that are published, for the frames of these buses, and for the topics that
-    /// are read.
+    /// Creates an encoder for the published topics, the frames of these buses, and the subscribed topics.
     pub fn new(
         topics: &Topics,
         durability: Durability,
@@ -132,13 +132,13 @@ impl Encoder {
         }
     }
 
-    /// The channels, to which messages refer by their position.
+    /// Returns the channels. Messages refer to them by position.
     pub fn channels(&self) -> &[RecordedChannel] {
         &self.channels
     }
 
-    /// Returns the topics of all that the gateway received and was called for, by which a run is replayed:
-    /// those of the subscriptions first, in their order.
+    /// Returns the topics of all inputs and calls, from which a run is replayed. The topics of the
+    /// subscriptions come first, in their order.
     pub fn inputs(&self, subscriptions: &[Subscription]) -> Vec<(String, SampleKind)> {
         let samples = subscriptions.iter().map(|topic| (topic.name.clone(), SampleKind::Input(topic.kind)));
         let buses = (0..=u8::MAX).map(BusIndex).zip(&self.interfaces);
@@ -152,7 +152,7 @@ impl Encoder {
         samples.chain(frames).chain([calls]).collect()
     }
 
-    /// The message of something received; `None` for what is not a frame.
+    /// Returns the message of an input; `None` if it is not a frame.
     pub fn received(&self, input: &CanInput, at: WallStamp) -> Option<RecordedMessage> {
         match input {
             CanInput::Frame { bus, frame, stamp } => {
@@ -166,7 +166,7 @@ impl Encoder {
         }
     }
 
-    /// The message of a sample that was received, by the position of its subscription.
+    /// Returns the message of a received sample; `subscription` is the position of its subscription.
     pub fn sample(
         &self,
         subscription: usize,
@@ -184,14 +184,14 @@ impl Encoder {
         })
     }
 
-    /// The message of a call.
+    /// Returns the message of a call.
     pub fn call(&self, call: &TimedCall) -> Option<RecordedMessage> {
         let (channel, at) = (self.calls_channel(), call.at.wall);
         let bytes = CdrBytes::encode(&call_message(call)).ok()?;
         Some(RecordedMessage { channel, log_time: at, publish_time: at, bytes, endian: Endian::Little })
     }
 
-    /// The messages of an output that was given out at `at`.
+    /// Returns the messages of an output that was published at `at`.
     pub fn given_out(&mut self, output: &Output, at: WallStamp) -> Vec<RecordedMessage> {
         match output {
             Output::Command(CommandOutput::Transmit { frame, .. }) => self
@@ -215,7 +215,7 @@ impl Encoder {
         let orders = orders(&self.table, &mut self.encoders, &messages);
         let samples = orders.into_iter().filter_map(|(channel, order)| match order {
             Ok(Order::Publish(samples)) => Some((channel, samples)),
-            // A withdrawal is no message; a message that cannot be encoded was not published either.
+            // A withdrawal is not a message; a message that cannot be encoded was not published either.
             Ok(Order::Withdraw) | Err(_) => None,
         });
         let message = |channel, bytes| RecordedMessage {
@@ -230,8 +230,8 @@ impl Encoder {
             .collect()
     }
 
-    /// The message of a frame; `kind` is the position of the
-    /// classic one of its two channels in [`CAN_CHANNELS`].
+    /// Returns the message of a frame. `kind` is the position in [`CAN_CHANNELS`] of the channel for classic
+    /// frames; the channel for CAN FD follows it.
     fn frame(
         &self,
         bus: BusIndex,
@@ -275,7 +275,7 @@ impl Encoder {
         Some(Header { stamp: stamp.into(), frame_id })
     }
 
-    /// Position of the channel of calls, which is the last one.
+    /// Returns the position of the channel of calls, the last channel.
     fn calls_channel(&self) -> usize {
         self.channels.len() - 1
     }
@@ -287,13 +287,13 @@ impl Encoder {
 
 /// The two times of a recorded frame.
 struct FrameTimes {
-    /// When it was received, or is sent.
+    /// When the frame was received or sent.
     stamp: WallStamp,
-    /// When it was handled, which orders the recording.
+    /// When the frame was handled. The recording is ordered by this time.
     recorded: WallStamp,
 }
 
-/// A name as a part of a topic, which has letters, digits and `_` and begins with a letter.
+/// Converts a name to a topic token: letters, digits and `_`, starting with a letter.
 pub fn topic_token(name: &str) -> String {
     let allowed = |char: char| if char.is_ascii_alphanumeric() { char } else { '_' };
     let token: String = name.chars().map(allowed).collect();

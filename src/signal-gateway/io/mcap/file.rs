@@ -1,8 +1,8 @@
-//! One file: messages in chunks.
+//! One MCAP file: messages in chunks.
 //!
-//! Chunks reach the disk whole, one after the other. One that does not, since the disk is full, waits in
-//! memory; what was written of it is cut off. So a file ends between two chunks, also the file of a process
-//! that was killed, unless it was killed during the write: then readers stop at the chunk before.
+//! Chunks are written to the disk one after the other, each as a whole. If the disk is full, the chunk waits
+//! in memory and any part of it on the disk is truncated. A file therefore ends between two chunks, even if
+//! the process is killed, unless that happens during a write: readers then stop at the previous chunk.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -21,7 +21,7 @@ use ros_messages::{full_name, schema};
 /// A chunk is closed when it is larger than this, bytes.
 const CHUNK_BYTES: u64 = 768 * 1024;
 
-/// A file of messages in the format MCAP.
+/// A file of messages in MCAP format.
 pub struct McapFile {
     writer: Writer<NoSeek<Pending>>,
     /// Bytes that are not on the disk yet; shared with the writer.
@@ -33,7 +33,7 @@ pub struct McapFile {
 /// The sink that chunks are written to.
 struct ChunkSink {
     file: File,
-    /// Bytes on the disk, all of them whole chunks.
+    /// Number of bytes on the disk, in complete chunks only.
     written: u64,
 }
 
@@ -48,10 +48,10 @@ struct KnownChannel {
 struct Pending(Arc<Mutex<Vec<u8>>>);
 
 impl McapFile {
-    /// Makes the file, which must not exist unless `replace` is set.
+    /// Creates the file, which must not exist unless `replace` is set.
     ///
     /// # Errors
-    /// A file that cannot be made.
+    /// Fails if the file cannot be created.
     pub fn create(path: &Path, replace: bool) -> io::Result<Self> {
         let mut options = File::options();
         options.write(true);
@@ -69,10 +69,10 @@ impl McapFile {
         Ok(Self { writer, pending, disk: ChunkSink { file, written: 0 }, channels: BTreeMap::new() })
     }
 
-    /// Adds a message of one of `channels`, in memory.
+    /// Adds a message of one of `channels` in memory.
     ///
     /// # Errors
-    /// A message that does not fit the format.
+    /// Fails if the message does not fit the format.
     pub fn add(&mut self, message: &RecordedMessage, channels: &[RecordedChannel]) -> io::Result<()> {
         let Some(channel) = channels.get(message.channel) else { return Ok(()) };
         let id = self.channel_id(message.channel, channel)?;
@@ -103,28 +103,28 @@ impl McapFile {
         self.writer.add_channel(schema.map_err(io_error)?, &channel.topic, "cdr", &metadata).map_err(io_error)
     }
 
-    /// Closes the chunk and writes to the disk all that waits for it.
+    /// Closes the chunk and writes all pending data to the disk.
     ///
     /// # Errors
-    /// A disk that does not take it; all of it is written by the next call that succeeds.
+    /// Fails if the disk does not accept the data; the next successful call writes all of it.
     pub fn flush(&mut self) -> io::Result<()> {
         self.writer.flush().map_err(io_error)?;
         self.write_pending()
     }
 
-    /// Closes the file with its index. Then [`Self::write_pending`] until it succeeds, and nothing else.
+    /// Closes the file with its index. Afterwards call only [`Self::write_pending`], until it succeeds.
     ///
     /// # Errors
-    /// A disk that does not take it.
+    /// Fails if the disk does not accept the data.
     pub fn finish(&mut self) -> io::Result<()> {
         self.writer.finish().map_err(io_error)?;
         self.write_pending()
     }
 
-    /// Writes whole chunks that wait for the disk.
+    /// Writes complete pending chunks to the disk.
     ///
     /// # Errors
-    /// A disk that does not take them.
+    /// Fails if the disk does not accept them.
     pub fn write_pending(&mut self) -> io::Result<()> {
         let mut pending = self.pending.lock();
         self.disk.append(&pending)?;
@@ -132,25 +132,25 @@ impl McapFile {
         Ok(())
     }
 
-    /// Waits until the disk has all that was written.
+    /// Waits until all written data is on the disk.
     ///
     /// # Errors
-    /// A disk that fails.
+    /// Fails if the disk fails.
     pub fn sync(&self) -> io::Result<()> {
         self.disk.file.sync_all()
     }
 
-    /// Number of bytes that wait for the disk, without the open chunk.
+    /// Returns the number of bytes that wait for the disk, without the open chunk.
     pub fn pending_bytes(&self) -> usize {
         self.pending.lock().len()
     }
 
-    /// Number of bytes on the disk.
+    /// Returns the number of bytes on the disk.
     pub fn written_bytes(&self) -> u64 {
         self.disk.written
     }
 
-    /// Number of messages of each channel, by its position.
+    /// Returns the number of messages of each channel, by channel position.
     pub fn message_counts(&self) -> impl Iterator<Item = (usize, u64)> {
         self.channels.iter().map(|(channel, known)| (*channel, known.messages))
     }
@@ -161,7 +161,7 @@ impl ChunkSink {
     fn append(&mut self, bytes: &[u8]) -> io::Result<()> {
         let written = self.file.write_all(bytes);
         if written.is_err() {
-            // A part of a chunk would mislead readers. Where even this fails, the next attempt writes over
+            // A part of a chunk would mislead readers. If truncating fails too, the next attempt overwrites
             // it.
             let _ = self.file.set_len(self.written);
             let _ = self.file.seek(SeekFrom::Start(self.written));
@@ -189,8 +189,8 @@ impl Write for Pending {
     }
 }
 
-/// The quality of service of a channel as `rosbag2` writes it up to ROS 2 Humble and reads it in every
-/// version.
+/// Returns the quality of service of a channel in the form that `rosbag2` writes up to ROS 2 Humble and reads
+/// in every version.
 pub(super) fn offered_qos(channel: &RecordedChannel) -> String {
     let durability = match channel.durability {
         Durability::TransientLocal => 1,
@@ -205,7 +205,7 @@ pub(super) fn offered_qos(channel: &RecordedChannel) -> String {
     )
 }
 
-/// Errors of the writer itself; errors of the disk come from [`ChunkSink`].
+/// Converts errors of the writer itself; disk errors come from [`ChunkSink`].
 fn io_error(error: McapError) -> io::Error {
     io::Error::other(error)
 }

@@ -1,8 +1,8 @@
 //! The bags of a folder, and the thread that writes them.
 //!
-//! Each start begins a bag `gateway_<counter>_<time>`. The counter continues from the folders that are there,
-//! so that it orders them whatever the clock says. The oldest bags, then the oldest files of this one, make
-//! room for new ones.
+//! Each start begins a bag `gateway_<counter>_<time>`. The counter continues from the existing folders, so it
+//! orders them whatever the clock says. To make room, the oldest bags are removed first, then the oldest
+//! files of the current bag.
 
 use std::fs;
 use std::io;
@@ -22,20 +22,20 @@ use gateway_core::gateway::call::{GatewayCall, TimedCall};
 use gateway_core::gateway::event::Output;
 use ros_messages::cdr::{CdrBytes, Endian};
 
-/// Most events that wait for the thread; each needs some hundred bytes.
+/// Maximum number of queued events; each needs a few hundred bytes.
 const MAX_WAITING: usize = 50_000;
-/// Interval at which the thread takes what waits.
+/// Interval at which the thread processes the queue.
 const TAKE_INTERVAL: Duration = Duration::from_millis(100);
-/// Interval at which chunks are closed and written: what a killed process loses.
+/// Interval at which chunks are closed and written; a killed process loses at most this much.
 const FLUSH_INTERVAL: Duration = Duration::from_secs(1);
-/// Most bytes that wait for a disk that does not take them; what comes later is lost and counted.
+/// Maximum number of bytes that wait for a disk that accepts no data; further events are lost and counted.
 const MAX_PENDING_BYTES: usize = 16 << 20;
-/// Interval at which a folder that could not be written is tried again.
+/// Interval between attempts to write to a folder that could not be written.
 const RETRY: Duration = Duration::from_secs(10);
 
 const PREFIX: &str = "gateway_";
 
-/// How much is recorded, and where.
+/// Size limits of a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RecorderLimits {
     /// Limits after which a bag continues in a new file.
@@ -72,17 +72,16 @@ struct RecorderQueue {
 #[derive(Debug, Default)]
 struct QueuedEvents {
     events: Vec<RecordedEvent>,
-    /// Number of events that found no room since the thread last looked.
+    /// Number of events lost to a full queue since the thread last read it.
     lost: u64,
     is_stopping: bool,
 }
 
 impl McapRecorder {
-    /// Starts the thread, which makes the folder if it is missing and keeps trying where it cannot be
-    /// written.
+    /// Starts the thread, which creates the folder if it is missing, and retries while it cannot be written.
     ///
     /// # Errors
-    /// A thread that cannot be started.
+    /// Fails if the thread cannot be started.
     pub fn start(folder: &Path, limits: RecorderLimits, encoder: Encoder) -> io::Result<Self> {
         let queue = Arc::new(RecorderQueue::default());
         lock(&queue.state).folder = folder.display().to_string();
@@ -99,29 +98,29 @@ impl McapRecorder {
             next_flush: Instant::now(),
         };
         thread::Builder::new().name("mcap".to_owned()).spawn(move || {
-            // Dropped at the end, which ends the wait of `stop`.
+            // Dropped when the thread ends, which wakes `stop`.
             let _end: std::sync::mpsc::Sender<()> = end;
             writer.run();
         })?;
         Ok(Self { queue, ended, calls: AtomicU64::new(0) })
     }
 
-    /// Records what was received on a bus. Never blocks: what finds the queue full is lost and counted.
+    /// Records an input of a bus. Never blocks: if the queue is full, the input is lost and counted.
     pub fn received(&self, input: CanInput, at: WallStamp) {
         self.push(RecordedEvent::Received(input, at));
     }
 
-    /// Records an output that was given out at `at`; never blocks.
+    /// Records an output that was published at `at`. Never blocks.
     pub fn given_out(&self, output: Output, at: WallStamp) {
         self.push(RecordedEvent::GivenOut(output, at));
     }
 
-    /// Records a sample of ROS 2 that was received, by the position of its subscription; never blocks.
+    /// Records a received ROS 2 sample; `subscription` is the position of its subscription. Never blocks.
     pub fn sample(&self, subscription: usize, bytes: CdrBytes, endian: Endian, at: WallStamp) {
         self.push(RecordedEvent::Sample { subscription, bytes, endian, at });
     }
 
-    /// Records a call of the gateway; never blocks. One that is lost leaves a gap in the numbers.
+    /// Records a call of the gateway. Never blocks. A lost call leaves a gap in the numbers.
     pub fn call(&self, call: GatewayCall, at: Now) {
         let number = self.calls.fetch_add(1, Ordering::Relaxed) + 1;
         self.push(RecordedEvent::Call(TimedCall { number, at, call }));
@@ -136,12 +135,12 @@ impl McapRecorder {
         }
     }
 
-    /// Returns the present state.
+    /// Returns the current state.
     pub fn state(&self) -> McapState {
         lock(&self.queue.state).clone()
     }
 
-    /// Ends the bag with all that waits, at most for `patience`.
+    /// Writes all queued events and ends the bag; waits at most for `patience`.
     pub fn stop(&self, patience: Duration) {
         lock(&self.queue.waiting).is_stopping = true;
         self.queue.stopping.notify_all();
@@ -155,7 +154,7 @@ impl McapRecorder {
     }
 }
 
-/// The part of the writing thread.
+/// State of the writing thread.
 struct BagWriter {
     queue: Arc<RecorderQueue>,
     folder: PathBuf,
@@ -163,17 +162,17 @@ struct BagWriter {
     encoder: Encoder,
     /// `None` while the folder cannot be written.
     bag: Option<Bag>,
-    /// Why the last bag could not begin, which holds until it is tried again.
+    /// Error of the last attempt to begin a bag; valid until the next attempt.
     cause: Option<(io::ErrorKind, String)>,
     /// Earlier bags with their sizes, oldest first.
     older: Vec<(PathBuf, u64)>,
-    /// When a folder that cannot be written is tried again.
+    /// Time of the next attempt while the folder cannot be written.
     next_try: Instant,
     next_flush: Instant,
 }
 
 impl BagWriter {
-    /// Records what comes until a stop.
+    /// Records events until a stop.
     fn run(&mut self) {
         loop {
             let (events, lost, is_stopping) = self.take();
@@ -189,7 +188,7 @@ impl BagWriter {
                 self.next_flush = Instant::now() + FLUSH_INTERVAL;
                 let flushed = self.flush();
                 if flushed.as_ref().is_err_and(|error| error.kind() == io::ErrorKind::NotFound) {
-                    // The folder was removed; what comes now goes to a new one.
+                    // The folder was removed; further events go to a new bag.
                     self.bag = None;
                 }
                 self.note(flushed);
@@ -197,7 +196,7 @@ impl BagWriter {
         }
     }
 
-    /// What waits, after [`TAKE_INTERVAL`] or a stop.
+    /// Waits for [`TAKE_INTERVAL`] or a stop, then takes the queued events.
     fn take(&self) -> (Vec<RecordedEvent>, u64, bool) {
         let waiting = lock(&self.queue.waiting);
         let waited =
@@ -207,7 +206,7 @@ impl BagWriter {
         (std::mem::take(&mut waiting.events), lost, waiting.is_stopping)
     }
 
-    /// Adds events to the bag; an error is the first, after which the others are tried as well.
+    /// Adds events to the bag. Returns the first error, but tries all events.
     fn record(&mut self, events: &[RecordedEvent]) -> io::Result<()> {
         let mut outcome = Ok(());
         for event in events {
@@ -253,7 +252,7 @@ impl BagWriter {
         bag.add(message)
     }
 
-    /// Begins a bag, and learns which earlier ones there are.
+    /// Begins a bag, and lists the earlier bags in the folder.
     fn begin(&mut self, at: WallStamp) -> io::Result<()> {
         fs::create_dir_all(&self.folder)?;
         let mut older = Vec::new();
@@ -298,11 +297,11 @@ impl BagWriter {
         Ok(())
     }
 
-    /// Each failure is counted; one that repeats is logged once. A success of the disk ends it.
+    /// Counts each failure, and logs a repeated failure only once. A successful write ends it.
     fn note(&self, outcome: io::Result<()>) {
         let mut state = lock(&self.queue.state);
         let Err(error) = outcome else {
-            // Until the disk has taken all that waited, nothing has succeeded.
+            // The failure lasts until the disk has accepted all pending data.
             state.is_failing &= self.bag.as_ref().is_none_or(|bag| bag.pending_bytes() > 0);
             return;
         };
@@ -316,13 +315,13 @@ impl BagWriter {
     }
 }
 
-/// Size of the files in a folder, bytes; what cannot be read counts nothing.
+/// Returns the size of the files in a folder, bytes; files that cannot be read count as 0.
 fn size_of(folder: &Path) -> u64 {
     let files = fs::read_dir(folder).into_iter().flatten().flatten();
     files.filter_map(|file| file.metadata().ok()).map(|metadata| metadata.len()).sum()
 }
 
-/// Nothing behind these locks can be left half done by a panic.
+/// A panic cannot leave the data behind these locks inconsistent.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

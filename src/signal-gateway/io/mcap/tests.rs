@@ -1,4 +1,4 @@
-//! Files, bags and the recorder on disks that take what is written, and on others.
+//! Tests files, bags and the recorder on working and failing disks.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -97,7 +97,7 @@ fn record_one(recorder: &McapRecorder, second: i64) {
     recorder.stop(DEADLINE);
 }
 
-/// The bags of a folder, by the number in their names.
+/// Returns the bags of a folder, ordered by the number in their names.
 fn bags(folder: &Path) -> Vec<(String, PathBuf)> {
     let number = |name: &String| name.split('_').nth(1).unwrap().to_owned();
     names(folder).iter().map(|name| (number(name), folder.join(name))).collect()
@@ -107,7 +107,7 @@ fn bags(folder: &Path) -> Vec<(String, PathBuf)> {
 fn each_start_begins_a_bag_and_the_oldest_make_room() {
     let folder = tempfile::tempdir().unwrap();
     let bags_of = || bags(folder.path()).into_iter().map(|(number, _)| number).collect::<Vec<_>>();
-    // The third has a clock behind.
+    // The clock of the third is behind.
     for second in [1_767_225_600, 1_767_225_700, 5] {
         record_one(&start(folder.path(), u64::MAX), second);
     }
@@ -139,7 +139,7 @@ fn folder_that_cannot_be_made_costs_what_is_recorded_and_is_told_of() {
     recorder.stop(DEADLINE);
     let state = recorder.state();
     assert_eq!((state.messages, state.lost, state.is_failing), (0, 3, true));
-    // Still the first cause, though the folder is not tried again for each message.
+    // Still the first cause, although the folder is not retried for each message.
     let cause = fs::create_dir_all(file.join("bags")).unwrap_err().to_string();
     assert_eq!(state.last_error, Some(cause));
 }

@@ -10,21 +10,20 @@ use tracing::field::{Field, Visit};
 /// Maximum number of lines of one kind within [`WINDOW`].
 const MAX_LINES: u32 = 10;
 pub(super) const WINDOW: Duration = Duration::from_secs(6);
-/// Time after the last message of a kind when the suppressed ones are summed up.
+/// Time without messages of a kind after which its suppressed messages are summed up.
 pub(super) const QUIET: Duration = Duration::from_secs(1);
-/// Maximum number of kinds; all further messages are one kind.
+/// Maximum number of kinds; all further messages share one kind.
 pub(super) const MAX_KINDS: usize = 256;
 /// Field with the subject of a message.
 const SUBJECT: &str = "log.subject";
-/// Target of texts that the log was given, which are logged in its module.
+/// Target of texts passed to the log functions, which are logged from this module.
 pub(super) const TARGET: &str = concat!(env!("CARGO_CRATE_NAME"), "::io::process_log");
 
 /// The fields of an event; subject or interface determine its kind.
 #[derive(Default)]
 pub(super) struct EventText {
     pub(super) message: String,
-    /// What the message is about. Lines do not show the field: tracing leaves out all names that begin with
-    /// `log.`.
+    /// Subject of the message. Lines do not show it: tracing omits all fields whose names begin with `log.`.
     pub(super) subject: String,
     pub(super) interface: String,
     /// All other fields, as ` name=value`.
@@ -45,7 +44,7 @@ impl Visit for EventText {
         match field.name() {
             "interface" => value.clone_into(&mut self.interface),
             SUBJECT => value.clone_into(&mut self.subject),
-            // A message of the crate `log`, which has no line of source here.
+            // A message from the crate `log`, which has no source line here.
             "log.target" => {
                 value.clone_into(&mut self.subject);
                 self.record_debug(field, &value);
@@ -68,8 +67,8 @@ impl Visit for EventText {
     }
 }
 
-/// A group of messages that are limited together: messages with the same subject, or of the same line of
-/// source.
+/// A group of messages that are limited together: messages with the same subject, or from the same source
+/// line.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub(super) struct MessageKind {
     pub(super) target: String,
@@ -134,7 +133,7 @@ impl LogLimits {
             flood.lines += 1;
             return true;
         }
-        // Levels of tracing are the smaller the worse.
+        // A more severe tracing level compares as smaller.
         flood.level = if flood.suppressed == 0 { level } else { flood.level.min(level) };
         flood.suppressed += 1;
         text.clone_into(&mut flood.last);

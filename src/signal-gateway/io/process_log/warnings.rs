@@ -13,7 +13,7 @@ use crate::io::clock::Clock;
 use gateway_base::time::WallStamp;
 
 const MAX_WAITING: usize = 128;
-/// Longest text of a warning, bytes.
+/// Maximum length of a warning's text, bytes.
 const MAX_TEXT: usize = 4096;
 
 static WAITING: LazyLock<Mutex<WarningQueue>> = LazyLock::new(Mutex::default);
@@ -23,7 +23,7 @@ static WAITING: LazyLock<Mutex<WarningQueue>> = LazyLock::new(Mutex::default);
 pub struct Warning {
     /// When it was logged.
     pub at: WallStamp,
-    /// Its level, warning or error.
+    /// Level: warning or error.
     pub level: Level,
     /// The message, followed by its fields.
     pub text: String,
@@ -51,7 +51,7 @@ struct WarningQueue {
 }
 
 impl Warning {
-    /// Creates a warning of now, without a source location.
+    /// Creates a warning with the current time and without a source location.
     pub(super) fn new(level: Level, text: &str) -> Self {
         let end =
             (0..=text.len().min(MAX_TEXT)).rev().find(|end| text.is_char_boundary(*end)).unwrap_or_default();
@@ -62,7 +62,7 @@ impl Warning {
 
     pub(super) fn of_event(metadata: &Metadata<'_>, event: &EventText) -> Self {
         let warning = Self::new(*metadata.level(), &event.whole());
-        // Texts that the log was given come from elsewhere.
+        // Texts passed to the log functions originate elsewhere.
         if metadata.target() == TARGET {
             return warning;
         }
@@ -75,7 +75,7 @@ impl Warning {
     }
 }
 
-/// Queues a message if it is a warning or worse, and not one of too many of its kind.
+/// Queues a message if it is at least a warning and its kind is within the limit.
 pub(super) fn offer(kind: MessageKind, warning: Warning) {
     lock().offer(kind, warning, Instant::now());
 }
@@ -91,7 +91,7 @@ fn lock() -> MutexGuard<'static, WarningQueue> {
 
 impl WarningQueue {
     fn offer(&mut self, kind: MessageKind, warning: Warning, now: Instant) {
-        // Levels of tracing are the smaller the worse.
+        // A more severe tracing level compares as smaller.
         if warning.level <= Level::WARN && self.limits.admit(kind, &warning.text, warning.level, now) {
             self.add(warning);
         }

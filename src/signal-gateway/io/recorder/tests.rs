@@ -1,4 +1,4 @@
-//! The recorder in folders that work, and in folders that do not.
+//! Tests the recorder in writable and unwritable folders.
 
 use std::process::Command;
 
@@ -9,7 +9,7 @@ use crate::waiting::{DEADLINE, described, wait_until};
 use gateway_base::time::{Now, WallStamp};
 use gateway_core::gateway::black_box::{BlackBox, BlackBoxSettings};
 
-/// A recording of a fault at `seconds` since 1970.
+/// Creates a recording of a fault at `seconds` since 1970.
 fn recording(seconds: i64) -> Recording {
     let limits = BlackBoxSettings { before: RETRY, after: RETRY, most_inputs: 10, most_outputs: 10 };
     let mut black_box = BlackBox::new(limits, vec!["can0".to_owned()], Vec::new());
@@ -24,7 +24,7 @@ fn start(folder: &Path, keep: usize) -> BlackBoxRecorder {
     BlackBoxRecorder::start(folder, keep, |_, text| text.to_owned(), encoder).unwrap()
 }
 
-/// Writes the recordings one after the other, and waits for the last.
+/// Writes the recordings in sequence and waits for the last.
 fn save(recorder: &BlackBoxRecorder, recordings: impl IntoIterator<Item = Recording>) -> RecorderState {
     for recording in recordings {
         let before = recorder.state();
@@ -74,7 +74,8 @@ fn newest_recordings_are_kept_and_other_files_left_alone() {
 fn clock_behind_does_not_make_the_newest_recording_the_oldest() {
     let folder = tempfile::tempdir().unwrap();
     save(&start(folder.path(), 2), [1_767_225_600, 1_767_225_700].map(recording));
-    // The next boot begins in 1970. A recording named by its time alone is older than all with a counter.
+    // The next boot begins in 1970. A recording named only by its time is older than all recordings with a
+    // counter.
     fs::write(folder.path().join("fault-1999999999.000.log"), "").unwrap();
     let state = save(&start(folder.path(), 2), [recording(5)]);
     assert_eq!(counters(folder.path()), ["000002", "000003"]);
@@ -128,7 +129,7 @@ fn slow_disk_never_blocks_and_what_it_loses_is_counted() {
     let parent = tempfile::tempdir().unwrap();
     let folder = parent.path().join("box");
     fs::create_dir(&folder).unwrap();
-    // The first thing to be written waits for a reader of this pipe.
+    // The first write blocks until this pipe has a reader.
     let pipe = folder.join("fault-test.draft");
     assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
     let mut recorder = start(&folder, 5);
@@ -144,7 +145,7 @@ fn slow_disk_never_blocks_and_what_it_loses_is_counted() {
     });
     wait_until("a stop that leaves the disk alone", || stopping.is_finished());
     let recorder = stopping.join().unwrap();
-    // The thread continues when the disk does.
+    // The thread continues when the disk accepts data again.
     drop(File::open(&pipe).unwrap());
     wait_for(&recorder, |state| state.written == 1);
 }

@@ -1,9 +1,9 @@
-//! Recognises samples that were received before: while a participant is being replaced, two of ours read the
-//! same writers, and a new reader is handed what a transient-local writer gave to the old one.
+//! Recognises samples that were received before: while a participant is being replaced, two of our
+//! participants read the same writers, and a transient-local writer sends a new reader the samples that the
+//! old reader already received.
 //!
-//! Numbers that lie far below the highest one count as received. A single packet under a writer's identity
-//! can carry a number far ahead of it, so the highest number is forgotten again when the writer continues
-//! below it.
+//! Sequence numbers far below the highest one count as received. A single packet under a writer's identity
+//! can carry a number far ahead of it, so the highest number is discarded when the writer continues below it.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -11,31 +11,32 @@ use std::time::{Duration, Instant};
 /// GUID of a writer.
 type Guid = [u8; 16];
 
-/// Writers that are remembered; the one that was silent longest is forgotten first.
+/// Maximum number of writers; the one that has been silent longest is removed first.
 const MAX_WRITERS: usize = 256;
-/// Numbers that are told apart, from the highest one down.
+/// Number of sequence numbers, from the highest down, that are tracked individually.
 const WINDOW: i64 = 64;
-/// Time for which the highest number is believed, whatever comes below.
+/// Time for which the highest number is trusted, whatever arrives below it.
 const BELIEVED: Duration = Duration::from_secs(1);
-/// New samples in a row that show where a writer is.
+/// Number of consecutive new samples that establish a writer's position.
 const SEVERAL: u32 = 3;
-/// Shortest time between two of these: what a writer keeps comes in one go, and shows nothing.
+/// Minimum time between two of these samples: a writer resends its history in one burst, which says nothing
+/// about its position.
 const BURST: Duration = Duration::from_millis(20);
-/// Numbers of which it was not known whether the writer was there, that are remembered.
+/// Number of remembered sequence numbers that the writer may never have reached.
 const DOUBTFUL: usize = 8;
 
-/// What a sample is to its receiver.
+/// How a sample relates to the samples received before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Receipt {
-    /// It comes for the first time.
+    /// Received for the first time.
     First,
-    /// New, and its writer continues far below a number that was received under its identity.
+    /// New, and the writer continues far below a number that was received under its identity.
     TakenAnew,
-    /// It came before, or counts as received.
+    /// Received before, or counts as received.
     Again,
 }
 
-/// The newest samples of each writer.
+/// Remembers the newest samples of each writer.
 #[derive(Debug, Default)]
 pub(super) struct DuplicateFilter {
     writers: BTreeMap<Guid, KnownWriter>,
@@ -45,19 +46,19 @@ pub(super) struct DuplicateFilter {
 #[derive(Debug, Clone, Copy)]
 struct KnownWriter {
     received: Numbers,
-    /// What was received before the last leap over a whole window; `None` when nothing below it can be new.
+    /// Numbers received before the last jump over a whole window; `None` when no number below can be new.
     before: Option<Numbers>,
     /// Numbers that were received far ahead of the writer before it restarted.
     ahead: Option<Numbers>,
-    /// When the highest number came.
+    /// Time at which the highest number was received.
     highest_at: Instant,
-    /// New samples below the window since then, and when the last of them came.
+    /// Number of new samples below the window since then.
     below: u32,
-    /// When the last of them was counted.
+    /// Time at which the last of them was counted.
     counted_at: Instant,
-    /// Numbers that were received where the writer may never have been, newest first; zeros are none.
+    /// Received numbers that the writer may never have reached, newest first; 0 marks an empty place.
     doubtful: [i64; DOUBTFUL],
-    /// Position of the last sample in the order of all writers' samples.
+    /// Position of the writer's last sample among the samples of all writers.
     turn: u64,
 }
 
@@ -68,14 +69,14 @@ struct Numbers {
     highest: i64,
     /// Bit n: `highest - n` was received.
     bits: u64,
-    /// The lowest one that was received since the window began.
+    /// The lowest number received since the window began.
     lowest: i64,
-    /// How many were received since the window began.
+    /// Number of samples received since the window began.
     count: u32,
 }
 
 impl DuplicateFilter {
-    /// Records a sample that was received now.
+    /// Records a sample received at `now` and classifies it.
     pub(super) fn take(&mut self, guid: Guid, number: i64, now: Instant) -> Receipt {
         self.turn += 1;
         let turn = self.turn;
@@ -143,8 +144,8 @@ impl KnownWriter {
         Receipt::TakenAnew
     }
 
-    /// Records a number above the highest one. When it lies beyond a whole window, what was received before
-    /// is kept, unless that is so little that it may itself be far ahead of the writer.
+    /// Records a number above the highest one. If it is more than a window ahead, the numbers received before
+    /// are kept, unless they are so few that they may themselves be far ahead of the writer.
     fn go_on_to(&mut self, number: i64) {
         if number.saturating_sub(self.received.highest) < WINDOW {
             self.received.record(number);
@@ -180,14 +181,14 @@ impl Numbers {
         ages.map(move |age| self.highest.saturating_sub(age))
     }
 
-    /// True for a number that was received or counts as such.
+    /// Returns true if a number was received or counts as received.
     fn has(&self, number: i64) -> bool {
         let age = u32::try_from(self.highest.saturating_sub(number)).unwrap_or(u32::MAX);
         let is_recorded = 1_u64.checked_shl(age).is_none_or(|bit| self.bits & bit != 0);
         (self.lowest..=self.highest).contains(&number) && is_recorded
     }
 
-    /// Records a number in the window or above it; true when it comes for the first time.
+    /// Records a number in the window or above it; returns true if it is new.
     fn record(&mut self, number: i64) -> bool {
         if number > self.highest {
             let shift = u32::try_from(number.saturating_sub(self.highest)).unwrap_or(u32::MAX);
@@ -218,14 +219,14 @@ mod tests {
         bytes
     }
 
-    /// What one writer's samples are, each a number and a time in milliseconds.
+    /// Returns the receipts of one writer's samples, each given as a number and a time in ms.
     fn receipts(samples: impl IntoIterator<Item = (i64, u64)>) -> Vec<Receipt> {
         let (start, mut duplicate_filter) = (Instant::now(), DuplicateFilter::default());
         let take = |(number, ms)| duplicate_filter.take(guid(1), number, start + Duration::from_millis(ms));
         samples.into_iter().map(take).collect()
     }
 
-    /// The numbers that are carried out among those given, which come at once.
+    /// Returns the given numbers that count as new; all of them arrive at once.
     fn first(numbers: &[i64]) -> Vec<i64> {
         let receipts = receipts(numbers.iter().map(|number| (*number, 0)));
         let pairs = numbers.iter().zip(receipts);
@@ -252,8 +253,8 @@ mod tests {
         assert_eq!(duplicate_filter.writers.len(), MAX_WRITERS);
     }
 
-    /// A writer of ten samples a second, and one number under its identity after so many of them: those of
-    /// its samples that are carried out, and the receipt that ends the matter.
+    /// Simulates a writer of ten samples per second, with one forged number under its identity after `after`
+    /// samples. Returns the writer's samples that count as new, and whether a restart was detected.
     fn with_forged(after: i64, forged: i64, samples: i64) -> (Vec<i64>, bool) {
         let own = |number: i64| (number, number.unsigned_abs() * 100);
         let all = (1..=after).map(own).chain([(forged, after.unsigned_abs() * 100 + 1)]);
@@ -271,7 +272,7 @@ mod tests {
             assert_eq!(carried_out, expected, "{forged} after {after}");
             assert!(is_anew);
         }
-        // Where the window still has the next ones it does no harm.
+        // If the window still contains the next numbers, it does no harm.
         for forged in [83, 84] {
             let all: Vec<_> = (1..=20).chain([forged]).chain(21..=60).collect();
             assert_eq!(with_forged(20, forged, 60), (all, false));
@@ -291,15 +292,14 @@ mod tests {
 
     #[test]
     fn what_a_transient_local_writer_keeps_is_carried_out_once_whenever_it_comes_again() {
-        // A thousand samples, of which a hundred were lost in an outage of 10 s; all of them come again, and
-        // again.
+        // A thousand samples, of which a hundred were lost in an outage of 10 s; all are resent repeatedly.
         let own = |number: i64| (number, number.unsigned_abs() * 100);
         let received = (500..=900).chain(1_000..=1_500).map(own);
         let kept = |at: u64| (500..=1_500).map(move |number| (number, at));
         let receipts = receipts(received.clone().chain(kept(160_000)).chain(kept(200_000)));
         assert!(receipts.iter().take(902).all(|receipt| *receipt == Receipt::First));
         let again = receipts.iter().skip(902).filter(|receipt| **receipt != Receipt::Again).count();
-        // Only what was never received may come for the first time.
+        // Only samples that were never received may count as new.
         assert!(again <= 99, "{again}");
     }
 
@@ -312,14 +312,14 @@ mod tests {
         assert!(again(3) && again(67) && again(200));
     }
 
-    /// What happens to a writer's samples on their way.
+    /// An event on the way from a writer to its reader.
     #[derive(Debug, Clone)]
     enum Event {
-        /// The next one arrives, so many milliseconds after the last event.
+        /// The next sample arrives this many ms after the last event.
         Next(u64),
-        /// So many are lost, and some arrive.
+        /// This many samples are lost, and some arrive.
         Lost(i64),
-        /// The last ones of those that were sent come again, after a time.
+        /// The last samples are resent after a time.
         Kept(i64, u64),
     }
 

@@ -1,8 +1,8 @@
 //! The queue of received ROS 2 messages on their way to the gateway.
 //!
-//! The inbox is bounded: a state that waits is replaced by a newer one of the same subscription, and so
-//! are commands for the vehicle, which their sender repeats; text commands keep their order, and when
-//! `MAX_COMMANDS` wait, the oldest is dropped.
+//! The inbox is bounded. A waiting state is replaced by a newer state of the same subscription, and so is a
+//! command for the vehicle, since its sender repeats it. Text commands keep their order; when `MAX_COMMANDS`
+//! wait, the oldest is dropped.
 
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -13,10 +13,10 @@ use gateway_core::gateway::event::Input;
 use ros_messages::cdr::{CdrBytes, Endian};
 use traffic_lights::input::TrafficLightInput;
 
-/// A sample that was received, decoded and as it came.
+/// A received sample, decoded and in its original bytes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Arrival {
-    /// Its subscription, by position in the settings' list.
+    /// Position of the subscription in the settings' list.
     pub subscription: usize,
     /// The decoded sample.
     pub input: Input,
@@ -26,18 +26,18 @@ pub struct Arrival {
     pub endian: Endian,
 }
 
-/// Text commands that may wait.
+/// Maximum number of waiting text commands.
 const MAX_COMMANDS: usize = 256;
 
 #[derive(Debug, Default)]
 struct WaitingInputs {
-    /// In the order of their arrival; at most one state for each subscription.
+    /// Samples in order of arrival; at most one state for each subscription.
     arrivals: VecDeque<Arrival>,
     commands: usize,
     is_closed: bool,
 }
 
-/// Between the session's thread and a task; locks are held for moments only.
+/// Queue between the session's thread and a task. Locks are held only briefly.
 #[derive(Debug, Default)]
 pub struct Inbox {
     waiting: Mutex<WaitingInputs>,
@@ -45,7 +45,7 @@ pub struct Inbox {
 }
 
 impl Inbox {
-    /// Adds what was received for a subscription; never blocks.
+    /// Adds a received sample. Never blocks.
     pub fn put(&self, arrival: Arrival) {
         let mut waiting = self.lock();
         if !is_text_command(&arrival) {
@@ -61,7 +61,7 @@ impl Inbox {
         self.arrived.notify_one();
     }
 
-    /// Takes the oldest sample, if there is one.
+    /// Removes and returns the oldest sample, if there is one.
     pub fn try_take(&self) -> Option<Arrival> {
         let mut waiting = self.lock();
         let arrival = waiting.arrivals.pop_front()?;
@@ -69,8 +69,8 @@ impl Inbox {
         Some(arrival)
     }
 
-    /// Waits for the next sample; `None` once the inbox is closed and empty. For one task at a
-    /// time. Cancellation loses nothing.
+    /// Waits for the next sample; returns `None` once the inbox is closed and empty. For one task at a time.
+    /// Cancel safe.
     pub async fn take(&self) -> Option<Arrival> {
         loop {
             if let Some(arrival) = self.try_take() {
@@ -79,24 +79,24 @@ impl Inbox {
             if self.lock().is_closed {
                 return None;
             }
-            // A notification that came before is remembered.
+            // An earlier notification is remembered.
             self.arrived.notified().await;
         }
     }
 
-    /// Ends the inbox: what waits can still be taken, and nothing is added any more.
+    /// Closes the inbox: waiting samples can still be taken, but no more are added.
     pub fn close(&self) {
         self.lock().is_closed = true;
         self.arrived.notify_one();
     }
 
-    /// Nothing behind this lock can be left half done by a panic.
+    /// A panic cannot leave the data behind this lock inconsistent.
     fn lock(&self) -> MutexGuard<'_, WaitingInputs> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// True for inputs of which every one counts; of all others only the newest does.
+/// Returns true for inputs that must all be processed; for all others only the newest matters.
 const fn is_text_command(arrival: &Arrival) -> bool {
     matches!(arrival.input, Input::TrafficLight(TrafficLightInput::Command(_)))
 }

@@ -1,4 +1,4 @@
-//! The topics of this node, to be compared with those of a domain.
+//! The topics of this node, for comparison with the topics of a domain.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,18 +12,18 @@ use ros_messages::TypeName;
 pub struct OwnTopic {
     /// Absolute name of the topic.
     pub name: String,
-    /// Type as ROS 2 writes it.
+    /// Type in ROS 2 notation.
     pub type_name: String,
     /// Reliability that is offered or requested.
     pub reliability: Reliability,
     /// Durability that is offered or requested.
     pub durability: Durability,
-    /// True for a topic that many nodes write, such as `/diagnostics`.
+    /// True for a topic that many nodes publish, such as `/diagnostics`.
     #[serde(default)]
     pub is_shared: bool,
 }
 
-/// Returns the topics that a session with these settings writes, and those that it reads.
+/// Returns the topics that a session with these settings publishes, and the topics that it subscribes to.
 pub fn own_topics(settings: &RosSettings) -> (Vec<OwnTopic>, Vec<OwnTopic>) {
     let type_name = |(package, name): TypeName| format!("{package}/msg/{name}");
     let written = outgoing::table(&settings.topics, settings.durability).into_iter().map(|topic| OwnTopic {

@@ -1,5 +1,4 @@
-//! Decodes a sample's bytes to the gateway's input that its subscription is for. Any bytes are safe to
-//! decode.
+//! Decodes a sample's bytes to the input that its subscription provides. Any bytes are safe to decode.
 
 use super::messages::{IntoPlannerInput as _, factors_input, groups_for_arbiter, groups_for_store};
 use super::topics::SubscriptionKind;
@@ -18,7 +17,7 @@ use traffic_lights::input::TrafficLightInput;
 use turn_signal::light_command::EnumOrUnknown;
 use turn_signal::planner_input::PlannerInput;
 
-/// Decodes the bytes of a sample of a kind, without their encapsulation header.
+/// Decodes the bytes of a sample of this kind, without the encapsulation header.
 pub fn read(
     kind: SubscriptionKind,
     sample: SampleId,
@@ -42,7 +41,7 @@ pub fn read(
         SubscriptionKind::Factors(topic) => Input::Planner(factors_input(bytes.whole()?, topic)),
         SubscriptionKind::ModifiedGoal => {
             let goal = bytes.whole::<PoseWithUuidStamped>();
-            // Some releases append whether the goal may be moved.
+            // Some releases append a flag that tells whether the goal may be moved.
             let flagged = |_| bytes.whole::<(PoseWithUuidStamped, bool)>().map(|(goal, _)| goal);
             Input::Planner(goal.or_else(flagged)?.into_planner_input())
         }

@@ -1,5 +1,5 @@
-//! The reception of the network side's messages: samples become inputs, its state becomes a status. Nothing
-//! in them is trusted.
+//! Receives the network side's messages: converts samples to inputs, and its state to a status. No content is
+//! trusted.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -13,57 +13,58 @@ use gateway_core::gateway::event::Input;
 use ros_transport::link::{FromNetwork, NetworkStatus, Sample, Violation};
 use traffic_lights::input::TrafficLightInput;
 
-/// State and counts of a topic that is read.
+/// State and counts of a subscribed topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct IncomingStatus {
     /// Absolute name of the topic.
     pub name: Arc<str>,
-    /// Writers that are matched now.
+    /// Number of currently matched writers.
     pub writers: usize,
-    /// Samples that were handed on to the inbox.
+    /// Number of samples passed to the inbox.
     pub received: u64,
-    /// Samples that were not of the topic's type.
+    /// Number of samples that were not of the topic's type.
     pub undecodable: u64,
-    /// Groups that were left out because of an undefined number.
+    /// Number of groups that were omitted because of an undefined number.
     pub rejected_groups: u64,
 }
 
 /// A message that concerns the session itself.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NetworkSignal {
-    /// The network was joined.
+    /// The network side has joined the network.
     Ready,
-    /// The network cannot be joined, for this reason.
+    /// The network side cannot join the network, for this reason.
     Failed(String),
-    /// The state of the network side has changed; the counts of the topics that are read are noted already.
+    /// The state of the network side has changed; the counts of the subscribed topics are already recorded.
     Status(NetworkStatus),
-    /// The answer to a ping.
+    /// Answer to a ping.
     Pong {
         /// The number of the ping.
         number: u64,
-        /// A sample came back for it.
+        /// True if the ping's echo sample came back.
         has_echo: bool,
-        /// A sample has arrived at a reader beside the network side's participant since the last answer.
+        /// True if a sample has arrived at a reader outside the network side's participant since the last
+        /// answer.
         is_heard: bool,
     },
 }
 
-/// The subscriptions of a session, and what was received for them.
+/// The subscriptions of a session, with their counts.
 #[derive(Debug)]
 pub struct TopicReception {
     inbox: Arc<Inbox>,
-    /// Number of topics that are written.
+    /// Number of published topics.
     written: usize,
     subscriptions: Vec<ReceivedTopic>,
     taken_anew: TakenAnew,
 }
 
-/// Writers that continued far below a number that was received under their identity.
+/// Statistics of writers that continued far below a number received under their identity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TakenAnew {
-    /// How often there was one.
+    /// Number of occurrences.
     pub count: u64,
-    /// When there was one last.
+    /// Time of the last occurrence.
     pub last: Option<Instant>,
 }
 
@@ -75,7 +76,7 @@ struct ReceivedTopic {
 }
 
 impl TopicReception {
-    /// A reception of nothing yet into an inbox, beside so many topics that are written.
+    /// Creates a reception into an inbox, for a session with `written` published topics.
     pub fn new(subscriptions: &[Subscription], written: usize, inbox: Arc<Inbox>) -> Self {
         let received = |subscription: &Subscription| ReceivedTopic {
             kind: subscription.kind,
@@ -96,8 +97,8 @@ impl TopicReception {
         }
     }
 
-    /// Takes a message that the network side has sent until now: a sample goes to the inbox, unless it was
-    /// received before. What concerns the session is given back.
+    /// Processes a message of the network side. A sample goes to the inbox, unless it was received before.
+    /// Messages that concern the session are returned.
     pub fn take(&mut self, frame: &[u8], now: Instant) -> Result<Option<NetworkSignal>, Violation> {
         match FromNetwork::decode(frame)? {
             FromNetwork::Sample(sample) => self.take_sample(&sample, now)?,
@@ -127,22 +128,22 @@ impl TopicReception {
         Ok(None)
     }
 
-    /// Notes that the network side is gone: no writer is matched.
+    /// Sets the number of matched writers of all topics to 0, since the network side is gone.
     pub fn lose_writers(&mut self) {
         self.subscriptions.iter_mut().for_each(|received| received.status.writers = 0);
     }
 
-    /// State and counts of the topics that are read, in the order of the settings.
+    /// Returns state and counts of the subscribed topics, in the order of the settings.
     pub fn statuses(&self) -> impl Iterator<Item = &IncomingStatus> {
         self.subscriptions.iter().map(|received| &received.status)
     }
 
-    /// Returns the writers that restarted their numbers.
+    /// Returns how often writers restarted their numbers, and when last.
     pub fn taken_anew(&self) -> TakenAnew {
         self.taken_anew
     }
 
-    /// Notes that `count` writers restarted their numbers.
+    /// Records that `count` writers restarted their numbers, and warns at the first.
     pub fn note_taken_anew(&mut self, count: u32, now: Instant) {
         if self.taken_anew.count == 0 {
             tracing::warn!(
@@ -154,7 +155,7 @@ impl TopicReception {
         self.taken_anew = TakenAnew { count, last: Some(now) };
     }
 
-    /// The inbox in which inputs wait.
+    /// Returns the inbox in which inputs wait.
     pub fn inbox(&self) -> &Inbox {
         &self.inbox
     }
@@ -196,12 +197,12 @@ fn undecodable(status: &mut IncomingStatus, reason: &str) {
     status.undecodable += 1;
 }
 
-/// A text of the network side on one line of a log.
+/// Replaces control characters, so that a text of the network side fits on one log line.
 fn printable(text: &str) -> String {
     text.chars().map(|character| if character.is_control() { ' ' } else { character }).collect()
 }
 
-/// Groups of the input that could not be read.
+/// Returns the number of groups of the input that could not be read.
 fn rejected(input: &Input) -> u64 {
     match input {
         Input::TrafficLight(

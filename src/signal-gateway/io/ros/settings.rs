@@ -8,7 +8,7 @@ use ros_transport::settings::{Recovery, Transport};
 
 use super::topics::{Durability, Subscription, Topics};
 
-/// The node's name in the graph, its network, and the topics it writes and reads.
+/// Name of the node, its network, and the topics that it publishes and subscribes to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RosSettings {
     /// Node name: letters, digits and `_`, not starting with a digit.
@@ -23,17 +23,17 @@ pub struct RosSettings {
     pub only_networks: Vec<IpAddr>,
     /// Durability of both reports.
     pub durability: Durability,
-    /// The topics that are written.
+    /// Published topics.
     pub topics: Topics,
-    /// What the services of the node tell; `None` without services.
+    /// Contents of the node's services; `None` without services.
     pub services: Option<ServiceContents>,
-    /// The topics that are read.
+    /// Subscribed topics.
     pub subscriptions: Vec<Subscription>,
     /// `hardware_id` of every diagnostic status; `none` without a vehicle.
     pub hardware_id: String,
-    /// Intervals at which lost peers and new addresses are acted on.
+    /// Intervals for the recovery from lost peers and changed addresses.
     pub recovery: Recovery,
-    /// What carries the messages.
+    /// Transport of the messages.
     pub transport: Transport,
     /// Where DDS or Zenoh runs.
     pub isolation: Isolation,
@@ -42,17 +42,19 @@ pub struct RosSettings {
 /// Where the network side of a session runs.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Isolation {
-    /// In a thread of this process, for debuggers and tests: what brings DDS down brings the process down,
-    /// and a DDS that hangs stays.
+    /// In a thread of this process, for debuggers and tests: a crash of DDS ends the process, and a hanging
+    /// DDS is not replaced.
     #[default]
     Thread,
-    /// In a process of its own, which may die and is replaced.
+    /// In a separate process, which is replaced if it dies.
     Process {
-        /// The program, which serves with the arguments `network LEVEL MEMORY`; this one is `/proc/self/exe`.
+        /// Program that acts as the network side with the arguments `network LEVEL MEMORY`; `/proc/self/exe`
+        /// is this one.
         program: PathBuf,
-        /// The most private writable memory of the process, MB.
+        /// Maximum private writable memory of the process, MB.
         memory_limit_mb: u32,
-        /// The socket at which systemd starts it as another user; one that cannot be reached is done without.
+        /// Socket at which systemd starts the process as another user. If it cannot be reached, the process
+        /// is started directly.
         supervisor: Option<PathBuf>,
     },
 }

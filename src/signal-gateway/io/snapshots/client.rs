@@ -1,4 +1,4 @@
-//! The other end of the status socket: reads snapshots of a running gateway.
+//! Client of the status socket: reads snapshots of a running gateway.
 
 use std::io::{self, BufRead as _, BufReader, ErrorKind, Read as _, Write as _};
 use std::os::unix::net::UnixStream;
@@ -9,33 +9,33 @@ use super::socket::{BUSY, HistoryAnswer};
 use crate::process_status::snapshot::Snapshot;
 use gateway_core::gateway::history::{HistoryPage, HistoryRequest};
 
-/// Longest wait for a line.
+/// Maximum wait for a line.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Longest line that is read, bytes.
+/// Maximum length of a line, bytes.
 const MAX_LINE: u64 = 64 * 1024 * 1024;
 
-/// Begin of the line that answers a request for changes.
+/// Beginning of the line that answers a request for changes.
 const HISTORY: &str = "{\"history\":";
-/// Snapshots that may come before the answer.
+/// Maximum number of snapshots before the answer.
 const MOST_SNAPSHOTS_BEFORE: usize = 5;
 
 /// A connection to a running gateway.
 #[derive(Debug)]
 pub struct StatusClient(BufReader<UnixStream>);
 
-/// Why no snapshot was received.
+/// Reason why no snapshot was received.
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
-    /// No process serves the socket, or it may not be used, or it did not answer in time.
+    /// No process serves the socket, access to it is denied, or it did not answer in time.
     #[error("{0}")]
     Socket(#[from] io::Error),
-    /// It serves too many clients already.
+    /// The gateway already serves too many clients.
     #[error("it has too many clients")]
     Busy,
-    /// It does not answer a request for changes, as an older version.
+    /// The gateway does not answer requests for changes, e.g. because it is an older version.
     #[error("it keeps no history: it is an older version")]
     NoHistory,
-    /// It does not send a snapshot that this version can read.
+    /// The gateway sent a snapshot that this version cannot read.
     #[error("it does not send a status that this version can read: {0}")]
     Unreadable(serde_json::Error),
 }
@@ -44,14 +44,14 @@ impl StatusClient {
     /// Connects to a socket.
     ///
     /// # Errors
-    /// No process serves it, or it may not be used.
+    /// Fails if no process serves it, or access is denied.
     pub fn connect(path: &Path) -> Result<Self, ClientError> {
         let stream = UnixStream::connect(path)?;
         stream.set_read_timeout(Some(PATIENCE))?;
         Ok(Self(BufReader::new(stream)))
     }
 
-    /// The next snapshot, and its line as it was received.
+    /// Returns the next snapshot, and the line that contained it.
     ///
     /// # Errors
     /// See [`ClientError`].
@@ -61,7 +61,7 @@ impl StatusClient {
         Ok((snapshot, line))
     }
 
-    /// Changes that the gateway has kept.
+    /// Requests changes from the gateway's history.
     ///
     /// # Errors
     /// See [`ClientError`].
@@ -95,10 +95,10 @@ impl StatusClient {
     }
 }
 
-/// Reads a line of the socket.
+/// Parses a line from the socket.
 ///
 /// # Errors
-/// A line that is not a snapshot.
+/// Fails if the line is not a snapshot.
 pub fn parse(line: &str) -> Result<Snapshot, ClientError> {
     serde_json::from_str(line).map_err(ClientError::Unreadable)
 }

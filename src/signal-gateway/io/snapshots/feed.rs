@@ -1,4 +1,4 @@
-//! Snapshots on demand: clients request one, the gateway's loop takes it.
+//! Snapshots on demand: clients request a snapshot, and the gateway's loop takes it.
 
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
@@ -8,12 +8,12 @@ use tokio::time::{Instant, sleep_until, timeout};
 
 use crate::process_status::snapshot::Snapshot;
 
-/// Shortest interval from one snapshot to the next.
+/// Minimum interval between two snapshots.
 pub const MIN_INTERVAL: Duration = Duration::from_millis(100);
-/// Longest time that a client waits for a gateway that is busy.
+/// Maximum time that a client waits for a busy gateway.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// A snapshot, with its JSON once somebody has needed it.
+/// A snapshot, with its JSON once a client has needed it.
 #[derive(Debug)]
 pub struct Taken {
     snapshot: Snapshot,
@@ -27,7 +27,7 @@ impl Taken {
         &self.snapshot
     }
 
-    /// The snapshot as a line of JSON with its line end.
+    /// Returns the snapshot as a line of JSON, including the line end.
     pub fn json_line(&self) -> Arc<str> {
         let made = || {
             serde_json::to_string(&self.snapshot).map_or_else(|_| "\n".into(), |json| (json + "\n").into())
@@ -35,23 +35,23 @@ impl Taken {
         Arc::clone(self.json.get_or_init(made))
     }
 
-    /// Returns the event of the live page, which `make` makes for the first client that needs it.
+    /// Returns the event for the live page; `make` creates it for the first client that needs it.
     pub fn event(&self, make: impl FnOnce(&Snapshot) -> String) -> Arc<str> {
         Arc::clone(self.event.get_or_init(|| make(&self.snapshot).into()))
     }
 }
 
-/// The end at the gateway's loop.
+/// The end of the feed at the gateway's loop.
 #[derive(Debug)]
 pub struct SnapshotFeed {
     demand: Arc<Notify>,
     snapshots: watch::Sender<Option<Arc<Taken>>>,
     is_demanded: bool,
-    /// When the next one may be taken.
+    /// Earliest time of the next snapshot.
     next: Instant,
 }
 
-/// The end at the clients; clones share it.
+/// The end of the feed at the clients. Clones share it.
 #[derive(Debug, Clone)]
 pub struct SnapshotSource {
     demand: Arc<Notify>,
@@ -59,7 +59,7 @@ pub struct SnapshotSource {
 }
 
 impl SnapshotFeed {
-    /// A feed and its other end. Must be called within a runtime.
+    /// Creates both ends of a feed. Must be called within a runtime.
     pub fn new() -> (Self, SnapshotSource) {
         let (sender, receiver) = watch::channel(None);
         let demand = Arc::new(Notify::new());
@@ -67,7 +67,7 @@ impl SnapshotFeed {
         (Self { demand, snapshots: sender, is_demanded: false, next: Instant::now() }, source)
     }
 
-    /// Waits until a snapshot is to be taken; loses nothing when it is given up.
+    /// Waits until a snapshot is to be taken. Cancel safe.
     pub async fn due(&mut self) {
         if !self.is_demanded {
             self.demand.notified().await;
@@ -76,12 +76,12 @@ impl SnapshotFeed {
         sleep_until(self.next).await;
     }
 
-    /// True if a snapshot is to be taken now.
+    /// Returns true if a snapshot is to be taken now.
     pub fn is_due(&self) -> bool {
         self.is_demanded && Instant::now() >= self.next
     }
 
-    /// Hands out a snapshot.
+    /// Delivers a snapshot to the waiting clients.
     pub fn hand_out(&mut self, snapshot: Snapshot) {
         self.is_demanded = false;
         self.next = Instant::now() + MIN_INTERVAL;
@@ -94,8 +94,8 @@ impl SnapshotFeed {
 }
 
 impl SnapshotSource {
-    /// The next snapshot that is taken after this call; `None` when the gateway has ended, or does not answer
-    /// for a few seconds.
+    /// Waits for the first snapshot taken after this call; returns `None` if the gateway has ended, or does
+    /// not answer for a few seconds.
     pub async fn next(&mut self) -> Option<Arc<Taken>> {
         self.snapshots.borrow_and_update();
         self.demand.notify_one();

@@ -1,8 +1,7 @@
-//! Snapshots of the gateway for whoever watches it: a feed out of the gateway's loop, and a socket that
-//! serves it.
+//! Snapshots of the gateway for clients: a feed from the gateway's loop, and a socket that serves it.
 //!
-//! Clients are served by a thread of their own. All that the gateway's loop does for them is to take a
-//! snapshot, at most once in [`feed::MIN_INTERVAL`], however many clients there are and whatever they do.
+//! A separate thread serves the clients. The gateway's loop only takes a snapshot for them, at most once per
+//! [`feed::MIN_INTERVAL`], regardless of their number and behaviour.
 
 pub mod client;
 pub mod feed;

@@ -1,6 +1,6 @@
-//! The status socket: each client gets the present snapshot as a line of JSON at once, and then one every
-//! [`INTERVAL`] until it leaves. A client that sends a line with a [`HistoryRequest`] gets a
-//! [`HistoryAnswer`] between them; one that sends anything else is left.
+//! The status socket: each client receives the current snapshot as a line of JSON at once, and then one every
+//! [`INTERVAL`] until it disconnects. A client that sends a line with a [`HistoryRequest`] receives a
+//! [`HistoryAnswer`] between snapshots; a client that sends anything else is disconnected.
 
 use std::fs::{self, File, Permissions, TryLockError};
 use std::io::{self, ErrorKind};
@@ -18,39 +18,39 @@ use tokio::time::{Instant, sleep, sleep_until, timeout};
 use super::feed::SnapshotSource;
 use gateway_core::gateway::history::{HistoryPage, HistoryRequest};
 
-/// Time from one line to the next.
+/// Interval between lines.
 pub const INTERVAL: Duration = Duration::from_millis(500);
-/// Clients that are served at once.
+/// Maximum number of simultaneous clients.
 pub const MAX_CLIENTS: usize = 64;
 /// The line for a client beyond [`MAX_CLIENTS`].
 pub const BUSY: &str = "{\"error\":\"too many clients\"}\n";
-/// Longest time that a client may leave a line unread.
+/// Maximum time that a client may leave a line unread.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(1);
-/// Longest request of a client, bytes.
+/// Maximum length of a client's request, bytes.
 const MAX_REQUEST: usize = 256;
-/// Pause after an answer, so that a client that asks all the time does not keep the others waiting.
+/// Pause after an answer, so that a client that sends requests constantly does not delay the others.
 const ANSWER_PAUSE: Duration = Duration::from_millis(5);
-/// Pause before the next client when there are too many, or no file descriptors.
+/// Pause before the next client if there are too many clients, or no file descriptors left.
 const BUSY_PAUSE: Duration = Duration::from_millis(10);
-/// Owner and group may connect.
+/// File mode of the socket: owner and group may connect.
 const MODE: u32 = 0o660;
 
-/// Why there is no status socket.
+/// Reason why there is no status socket.
 #[derive(Debug, thiserror::Error)]
 pub enum SocketError {
-    /// Another process serves it.
+    /// Another process serves the socket.
     #[error("{} is in use by another process", path.display())]
     InUse {
         /// Path of the socket.
         path: PathBuf,
     },
-    /// Something else has its name.
+    /// The path exists but is not a socket.
     #[error("{} exists and is not a socket", path.display())]
     NotASocket {
         /// Path of the socket.
         path: PathBuf,
     },
-    /// The system refuses it.
+    /// The system refuses to create the socket.
     #[error("{}: {error}", path.display())]
     System {
         /// Path of the socket.
@@ -60,18 +60,18 @@ pub enum SocketError {
     },
 }
 
-/// A bound socket. Its file goes when this is dropped, unless another process has replaced it.
+/// A bound socket. Dropping it removes its file, unless another process has replaced the file.
 #[derive(Debug)]
 pub struct StatusSocket {
     path: PathBuf,
     inode: u64,
     listener: UnixListener,
-    /// Held for as long as the socket, so that two processes never replace each other's.
+    /// Held as long as the socket, so that two processes never replace each other's socket.
     _lock: File,
 }
 
 impl StatusSocket {
-    /// Binds the path. A socket that a process left behind is replaced, one that a process serves is not.
+    /// Binds the path. Replaces a stale socket, but not a socket that a process serves.
     ///
     /// # Errors
     /// See [`SocketError`].
@@ -91,7 +91,7 @@ impl StatusSocket {
             Ok(found) if !found.file_type().is_socket() => {
                 return Err(SocketError::NotASocket { path: path.to_owned() });
             }
-            // Of a process that keeps no lock, as another program.
+            // Served by a process that holds no lock, such as another program.
             Ok(_) if UnixStream::connect(path).is_ok() => return Err(in_use()),
             Ok(_) => fs::remove_file(path).map_err(system)?,
             Err(error) if error.kind() == ErrorKind::NotFound => {}
@@ -109,10 +109,10 @@ impl StatusSocket {
         &self.path
     }
 
-    /// A listener on the socket.
+    /// Returns a listener on the socket.
     ///
     /// # Errors
-    /// One that cannot be duplicated.
+    /// Fails if the listener cannot be duplicated.
     pub fn listener(&self) -> io::Result<UnixListener> {
         self.listener.try_clone()
     }
@@ -121,13 +121,13 @@ impl StatusSocket {
 impl Drop for StatusSocket {
     fn drop(&mut self) {
         if fs::symlink_metadata(&self.path).is_ok_and(|found| found.ino() == self.inode) {
-            // The next start replaces what cannot be removed.
+            // If the file cannot be removed, the next start replaces it.
             let _ = fs::remove_file(&self.path);
         }
     }
 }
 
-/// The line that answers a request for changes.
+/// Answer to a request for changes, sent as one line.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HistoryAnswer {
@@ -135,10 +135,10 @@ pub struct HistoryAnswer {
     pub history: HistoryPage,
 }
 
-/// Serves clients for ever; `history` answers their requests for changes.
+/// Serves clients forever; `history` answers their requests for changes.
 ///
 /// # Errors
-/// A listener that the runtime does not take.
+/// Fails if the runtime does not accept the listener.
 pub async fn serve(
     listener: UnixListener,
     source: SnapshotSource,
@@ -152,7 +152,7 @@ pub async fn serve(
             continue;
         };
         let Ok(place) = Arc::clone(&places).try_acquire_owned() else {
-            // A socket that was never written to has room for it.
+            // A socket without previous writes has room for it.
             let _ = client.try_write(BUSY.as_bytes());
             sleep(BUSY_PAUSE).await;
             continue;
@@ -165,7 +165,7 @@ pub async fn serve(
     }
 }
 
-/// Writes lines until the client leaves, leaves one unread for too long, or sends what is no request.
+/// Writes lines until the client disconnects, leaves a line unread for too long, or sends an invalid request.
 async fn serve_client(
     client: tokio::net::UnixStream,
     mut source: SnapshotSource,

@@ -1,6 +1,6 @@
 //! Values along a chart, seconds or metres: their positions, and the ticks.
 
-/// Units of time from the smallest, with their length in seconds and the longest axis that they are used for.
+/// Units of time, smallest first: name, length in seconds, and the longest axis for which the unit is used.
 const TIME_UNITS: [(&str, f64, f64); 3] =
     [("s", 1.0, 180.0), ("min", 60.0, 10_800.0), ("h", 3_600.0, f64::INFINITY)];
 
@@ -13,7 +13,7 @@ pub enum Along {
     Distance,
 }
 
-/// An interval of time or distance over a part of the chart's width.
+/// Maps an interval of time or distance to a part of the chart's width.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Axis {
     along: Along,
@@ -31,26 +31,26 @@ pub(super) struct Tick {
 }
 
 impl Axis {
-    /// Values `from` to `to`, from `left_px` on. An interval without length or end has the length 1.
+    /// Creates an axis for the values `from` to `to`, starting at `left_px`. An empty or infinite interval is
+    /// given the length 1.
     pub(super) fn new(along: Along, (from, to): (f64, f64), left_px: f64, width_px: f64) -> Self {
         let from = if from.is_finite() { from } else { 0.0 };
         let to = if to.is_finite() && to > from { to } else { from + 1.0 };
         Self { along, from, to, left_px, width_px }
     }
 
-    /// Position of a value, pixels; values outside are at the edge.
+    /// Returns the position of a value, pixels; values outside are at the edge.
     pub(super) fn x(&self, value: f64) -> f64 {
         let part = (value.clamp(self.from, self.to) - self.from) / (self.to - self.from);
         self.left_px + part * self.width_px
     }
 
-    /// Left and right edge.
+    /// Returns the left and right edge, pixels.
     pub(super) fn edges(&self) -> (f64, f64) {
         (self.left_px, self.left_px + self.width_px)
     }
 
-    /// Round values at least `gap_px` apart, at most 1000 of them: 1, 2 and 5 times powers of ten of the
-    /// unit.
+    /// Returns at most 1000 round values at least `gap_px` apart: 1, 2 and 5 times powers of ten of the unit.
     pub(super) fn ticks(&self, gap_px: f64) -> Vec<Tick> {
         let (unit, length) = self.unit();
         let (from, to) = (self.from / length, self.to / length);
@@ -58,9 +58,9 @@ impl Axis {
         let decimals = decimals(step);
         let mut ticks = Vec::new();
         let mut number = (from / step).ceil();
-        // A hair beyond the end still counts: 0.1 * 3 is not 0.3.
+        // A value marginally beyond the end still counts: 0.1 * 3 is not 0.3.
         while number * step <= to + step * 1e-6 && ticks.len() < 1_000 {
-            // Minus zero prints its sign.
+            // Avoids minus zero, which prints its sign.
             let value = number * step + 0.0;
             ticks.push(Tick { value: value * length, label: format!("{value:.decimals$} {unit}") });
             number += 1.0;
@@ -68,7 +68,7 @@ impl Axis {
         ticks
     }
 
-    /// A position with its unit.
+    /// Formats a position with its unit.
     pub(super) fn position(&self, value: f64) -> String {
         match self.along {
             Along::Time => self.clock(value),
@@ -76,7 +76,7 @@ impl Axis {
         }
     }
 
-    /// Both ends of a bar, with their unit.
+    /// Formats both ends of a bar, with their unit.
     pub(super) fn interval(&self, from: f64, to: f64) -> String {
         match self.along {
             Along::Time => format!("{} to {}", self.clock(from), self.clock(to)),
@@ -84,7 +84,7 @@ impl Axis {
         }
     }
 
-    /// The quantity.
+    /// Returns the name of the quantity.
     pub(super) fn caption(&self) -> &'static str {
         match self.along {
             Along::Time => "time",
@@ -92,7 +92,7 @@ impl Axis {
         }
     }
 
-    /// Unit of the ticks, and its length in seconds or metres.
+    /// Returns the unit of the ticks, and its length in seconds or metres.
     fn unit(&self) -> (&'static str, f64) {
         if self.along == Along::Distance {
             return ("m", 1.0);
@@ -102,7 +102,7 @@ impl Axis {
         fitting.map_or(("s", 1.0), |(name, length, _)| (name, length))
     }
 
-    /// A time in hours, minutes and seconds, from the unit of the ticks on.
+    /// Formats a time in hours, minutes and seconds, down from the unit of the ticks.
     fn clock(&self, value: f64) -> String {
         let (_, unit) = self.unit();
         let mut rest = (value * 1e3).round() / 1e3 + 0.0;
@@ -118,13 +118,13 @@ impl Axis {
     }
 }
 
-/// Decimals that a multiple of a step needs.
+/// Returns the number of decimals that a multiple of a step needs.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // clamped
 fn decimals(step: f64) -> usize {
     (-step.log10().floor()).clamp(0.0, 9.0) as usize
 }
 
-/// The smallest of 1, 2, 5 times a power of ten that is not below.
+/// Returns the smallest value of 1, 2 or 5 times a power of ten that is at least `least`.
 pub(super) fn decimal_step(least: f64) -> f64 {
     let power = 10_f64.powf(least.log10().floor());
     [1.0, 2.0, 5.0].into_iter().map(|digit| digit * power).find(|step| *step >= least).unwrap_or(10.0 * power)

@@ -3,7 +3,7 @@
 use super::svg::{Area, Element, bordered, rect};
 use crate::report::palette::{self, Meaning, Paint};
 
-/// The meaning of a command in a chart.
+/// Kind of a command in a chart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CommandKind {
     /// The command that was sent.
@@ -42,7 +42,7 @@ impl CommandKind {
         }
     }
 
-    /// Share of the height of its row. A desired section leaves room above and below.
+    /// Returns its share of the row's height. A desired section leaves room above and below.
     const fn height(self) -> f64 {
         match self {
             Self::Signal | Self::Required | Self::Expected => 1.0,
@@ -50,7 +50,7 @@ impl CommandKind {
         }
     }
 
-    /// The box.
+    /// Returns the box.
     pub(super) fn field(self, indicator: IndicatorState, area: Area) -> Element {
         let height = area.height * self.height();
         let field = rect(area.x, area.y + (area.height - height) / 2.0, area.width, height);
@@ -62,7 +62,7 @@ impl CommandKind {
         }
     }
 
-    /// The text in the box, after its sign.
+    /// Returns the text in the box, after its sign.
     pub(super) const fn label(self, indicator: IndicatorState) -> &'static str {
         match self {
             Self::Signal | Self::Required | Self::Expected => indicator.name(),
@@ -70,7 +70,7 @@ impl CommandKind {
         }
     }
 
-    /// The colour of the text in the box, which lies on more or less of the fill.
+    /// Returns the colour of the text in the box, which depends on how much of the box is filled.
     pub(super) fn ink(self, indicator: IndicatorState) -> Paint {
         match self {
             Self::Signal | Self::Required => indicator.meaning().map_or(palette::TEXT, |meaning| meaning.on),
@@ -80,7 +80,7 @@ impl CommandKind {
 }
 
 impl IndicatorState {
-    /// The name of the command.
+    /// Returns the name of the command.
     pub(super) const fn name(self) -> &'static str {
         match self {
             Self::Left => "LEFT",
@@ -91,7 +91,7 @@ impl IndicatorState {
         }
     }
 
-    /// What shows it; `None` where there is no command.
+    /// Returns the colours and sign that show it; `None` without a command.
     pub(super) const fn meaning(self) -> Option<Meaning> {
         match self {
             Self::Left => Some(palette::LEFT),
@@ -102,17 +102,17 @@ impl IndicatorState {
         }
     }
 
-    /// Colour of a field with it.
+    /// Returns the fill colour of a field with this state.
     pub(super) fn fill(self) -> Paint {
         self.meaning().map_or(palette::CARD, |meaning| meaning.fill)
     }
 
-    /// Sign that repeats it.
+    /// Returns the sign that repeats the colour.
     pub(super) fn sign(self) -> &'static str {
         self.meaning().map_or("", |meaning| meaning.sign)
     }
 
-    /// Light colour for what turns to a side.
+    /// Returns the light colour for lanes that turn to a side.
     pub(super) const fn tint(self) -> Paint {
         match self {
             Self::Left => palette::LEFT_TINT,

@@ -9,19 +9,19 @@ use super::{Bar, Chart, Lane, Row};
 use super::{plan, text};
 use crate::report::palette;
 
-/// Width of every picture, whatever it shows: a document shows it at nearly full size.
+/// Width of every chart, pixels, so that documents show it at nearly full size.
 const WIDTH_PX: f64 = 880.0;
 const MARGIN_PX: f64 = 16.0;
-/// Right of the axis: half of the last number.
+/// Margin right of the axis: half of the last number, pixels.
 const RIGHT_PX: f64 = 30.0;
 const TITLE_PX: f64 = 16.0;
 const LABEL_PX: f64 = 12.0;
 const SMALL_PX: f64 = 11.0;
-/// Bold letters are wider by this factor.
+/// Factor by which bold letters are wider.
 const BOLD: f64 = 1.1;
 const MAX_LANE_LABEL_PX: f64 = 110.0;
 const MAX_ROW_LABEL_PX: f64 = 170.0;
-/// Most lines of a label.
+/// Maximum number of lines in a label.
 const MAX_LINES: usize = 2;
 const LABEL_GAP_PX: f64 = 14.0;
 const HEADER_GAP_PX: f64 = 6.0;
@@ -31,18 +31,18 @@ const ROW_GAP_PX: f64 = 3.0;
 const CAPTION_GAP_PX: f64 = 32.0;
 const LEGEND_GAP_PX: f64 = 16.0;
 const AXIS_PX: f64 = 22.0;
-/// Height of a line of small text.
+/// Height of a line of small text, pixels.
 const LINE_PX: f64 = 13.0;
 const NOTE_PX: f64 = 16.0;
 const NOTE_GAP_PX: f64 = 6.0;
 const NOTE_INDENT_PX: f64 = 12.0;
-/// Least distance of ticks.
+/// Minimum distance between ticks, pixels.
 const TICK_GAP_PX: f64 = 64.0;
-/// Bars next to each other that are narrower than this are drawn as one; every bar is at least so wide.
+/// Adjacent bars narrower than this are drawn as one; every bar is at least this wide, pixels.
 const DENSE_PX: f64 = 2.0;
 
 impl Chart {
-    /// The chart as an SVG document. The same data gives the same text.
+    /// Returns the chart as an SVG document. The same data always gives the same text.
     pub fn to_svg(&self) -> String {
         let lanes = self.lanes.iter().map(|lane| lane_label(&lane.label));
         let labels_px = widest(lanes, LABEL_PX * BOLD);
@@ -108,7 +108,7 @@ impl Chart {
         self.lanes.iter().flat_map(|lane| &lane.rows)
     }
 
-    /// The notes, with their height.
+    /// Draws the notes, and returns their height.
     fn draw_notes(&self, top: f64) -> (Vec<Element>, f64) {
         let (mut drawn, mut y) = (Vec::new(), top);
         for note in &self.notes {
@@ -125,7 +125,7 @@ impl Chart {
     }
 }
 
-/// Class of bars that are drawn as one.
+/// CSS class of bars that are drawn as one.
 const DENSE: &str = "dense";
 
 fn widest(labels: impl Iterator<Item = Vec<String>>, size_px: f64) -> f64 {
@@ -136,13 +136,13 @@ fn lane_label(label: &str) -> Vec<String> {
     text::name_lines(label, LABEL_PX * BOLD, MAX_LANE_LABEL_PX, MAX_LINES)
 }
 
-/// The axis, which everything is placed on.
+/// The drawing area with its axis.
 struct Drawing {
     axis: Axis,
 }
 
 impl Row {
-    /// Its label.
+    /// Returns the lines of the label.
     fn lines(&self) -> Vec<String> {
         text::name_lines(&self.label, SMALL_PX, MAX_ROW_LABEL_PX, MAX_LINES)
     }
@@ -176,7 +176,7 @@ impl Drawing {
         drawn
     }
 
-    /// Lines at round values, and a frame.
+    /// Draws lines at round values, and a frame.
     fn grid(&self, top: f64, bottom: f64) -> Vec<Element> {
         let mut drawn = Vec::new();
         for tick in self.axis.ticks(TICK_GAP_PX) {
@@ -188,7 +188,7 @@ impl Drawing {
         drawn
     }
 
-    /// The number of a tick, above and below, with a halo that covers marks.
+    /// Draws the number of a tick, above and below, with a halo that covers marks.
     fn number(&self, tick: &Tick, top: f64, bottom: f64) -> [Element; 2] {
         [top - 8.0, bottom + 16.0].map(|y| {
             let number =
@@ -232,7 +232,7 @@ impl Drawing {
         group
     }
 
-    /// The bars; those that are too short to be told apart are drawn as one, above the others.
+    /// Draws the bars. Bars too short to be distinguished are drawn as one, above the others.
     fn bars(&self, row: &Row, y: f64, height: f64) -> Vec<Element> {
         let axis = &self.axis;
         let width = |from: f64, to: f64| axis.x(to) - axis.x(from);

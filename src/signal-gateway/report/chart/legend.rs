@@ -1,4 +1,4 @@
-//! The legend of a chart: the looks that occur in it, each with a sample.
+//! The legend of a chart: a sample of each look that occurs in it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,24 +10,24 @@ use crate::report::palette;
 use traffic_lights::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
 
 const SIZE_PX: f64 = 11.0;
-/// Width and height of a sample.
+/// Width and height of a sample, pixels.
 const SAMPLE_PX: (f64, f64) = (26.0, 16.0);
 const LINE_PX: f64 = 22.0;
 
-/// What a legend shows beside a meaning.
+/// The sample that a legend shows beside a meaning.
 enum Sample {
     Look(Look),
-    /// States too short to be told apart.
+    /// States too short to be distinguished.
     Dense,
-    /// The corner of a label that was left out.
+    /// The corner that marks an omitted label.
     LeftOut,
 }
 
-/// Marks of the drawing that the legend explains where they occur.
+/// Marks in the drawing that the legend explains if they occur.
 pub(super) struct Marks {
-    /// States too short to be told apart.
+    /// States too short to be distinguished.
     pub(super) is_dense: bool,
-    /// The corner of a label that was left out.
+    /// The corner that marks an omitted label.
     pub(super) is_left_out: bool,
 }
 
@@ -42,7 +42,7 @@ impl Sample {
     }
 }
 
-/// Samples with their meaning, for what occurs among these looks.
+/// Returns samples with their meanings for the looks that occur.
 fn entries<'a>(looks: impl Iterator<Item = &'a Look>, marks: &Marks) -> Vec<(Sample, String)> {
     let mut bulbs = BulbSet::EMPTY;
     let (mut dark, mut several) = (false, false);
@@ -118,7 +118,7 @@ fn entries<'a>(looks: impl Iterator<Item = &'a Look>, marks: &Marks) -> Vec<(Sam
     looks.chain(marks.map(|(_, sample, meaning)| (sample, meaning.to_owned()))).collect()
 }
 
-/// Draws the entries from left to right, in as many lines as needed; returns the height as well.
+/// Draws the entries from left to right, in as many lines as needed, and returns the height.
 pub(super) fn draw<'a>(
     looks: impl Iterator<Item = &'a Look>,
     marks: &Marks,
@@ -134,7 +134,7 @@ pub(super) fn draw<'a>(
         if x + width > right && x > left {
             (x, y) = (left, y + LINE_PX);
         }
-        // A label that does not fit into a sample is beside it.
+        // A label that does not fit into a sample is placed beside it.
         let shapes = sample.draw(Area { x, y, width: sample_px, height });
         let is_sample_of_corner = matches!(sample, Sample::LeftOut);
         drawn.extend(shapes.into_iter().filter(|shape| is_sample_of_corner || !shape.has_class(LEFT_OUT)));

@@ -10,28 +10,28 @@ use traffic_lights::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
 /// The state that a bar shows.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Look {
-    /// A light: a stripe for each bulb, from the first in the order of keys at the top. Without
-    /// bulbs it is dark, which is a thin line.
+    /// A light: a stripe per bulb, in the order of keys from the top. Without bulbs it is dark, shown as a
+    /// thin line.
     Bulbs(BulbSet),
     /// A box with a name, such as a phase or a lanelet.
     Named(String),
     /// A turn signal or hazard lights.
     Command(CommandKind, IndicatorState),
-    /// Any value that means a state of the lights, with its text.
+    /// A value that stands for a state of the lights, with its text.
     Value(IndicatorState, String),
-    /// A lanelet with its name, and the side that it turns to.
+    /// A lanelet with its name, and the side to which it turns.
     Lanelet(Option<IndicatorState>, String),
     /// A quantity as a share of its largest value, 0 to 1, with its text.
     Share(f64, String),
     /// A status with its message.
     Status(Level, String),
-    /// A quantity as a line, with its range as text.
+    /// A quantity drawn as a line, with its range as text.
     Curve {
         /// Position along the bar and share of the row's range, both 0 to 1.
         points: Vec<(f64, f64)>,
         /// Share at which the quantity is 0.
         zero: f64,
-        /// Its range in words.
+        /// Range of the quantity as text.
         text: String,
     },
 }
@@ -39,25 +39,25 @@ pub enum Look {
 const STRIPE_PX: f64 = 12.0;
 const MAX_STRIPES: u8 = 6;
 const SIGN_PX: f64 = 11.0;
-/// Height of a curve.
+/// Height of a curve, pixels.
 const CURVE_PX: f64 = 64.0;
-/// Above the highest and below the lowest value of a curve.
+/// Margin above the highest and below the lowest value of a curve, pixels.
 const CURVE_EDGE_PX: f64 = 3.0;
-/// Room left and right of a label together.
+/// Sum of the gaps left and right of a label, pixels.
 const LABEL_GAP_PX: f64 = 6.0;
-/// Size of the corner that stands for a label without room.
+/// Size of the corner that marks an omitted label, pixels.
 const CORNER_PX: f64 = 5.0;
-/// A narrower bar has no corner.
+/// Minimum width of a bar with a corner, pixels.
 const MIN_CORNER_PX: f64 = 4.5;
-/// A narrower bar has no hatching.
+/// Minimum width of a bar with hatching, pixels.
 const MIN_HATCHED_PX: f64 = 8.0;
-/// Class of such corners.
+/// CSS class of these corners.
 pub(super) const LEFT_OUT: &str = "left-out";
-/// From the middle of a line of text down to its base line, as a factor of its size.
+/// Distance from the middle of a line of text down to its base line, as a factor of its size.
 pub(super) const BASE_LINE: f64 = 0.36;
 
 impl Look {
-    /// The look as text.
+    /// Returns the look as text.
     pub(super) fn description(&self) -> String {
         match self {
             Self::Bulbs(bulbs) if bulbs.is_empty() => "dark".to_owned(),
@@ -72,7 +72,7 @@ impl Look {
         }
     }
 
-    /// Height that a row needs to show it, pixels; `single_px` is enough for a line of text.
+    /// Returns the row height needed to show it, pixels; `single_px` is enough for a line of text.
     pub(super) fn height(&self, single_px: f64) -> f64 {
         match self {
             Self::Bulbs(bulbs) => {
@@ -89,17 +89,17 @@ impl Look {
         }
     }
 
-    /// Returns whether bars of this look may lie one over the other.
+    /// Returns true if bars of this look may overlap.
     pub(super) fn overlaps(&self) -> bool {
         matches!(self, Self::Command(CommandKind::Desired | CommandKind::Required, _))
     }
 
-    /// How much it matters among states that are too short to be told apart: the level, if it has one.
+    /// Returns its level, if it has one, which ranks it among states too short to be distinguished.
     pub(super) fn severity(&self) -> Option<Level> {
         if let Self::Status(level, _) = self { Some(*level) } else { None }
     }
 
-    /// The colour that stands for it among such states.
+    /// Returns the colour that represents it among such states.
     pub(super) fn fill(&self) -> Paint {
         match self {
             Self::Bulbs(bulbs) => bulbs.iter().next().map_or(palette::CARD, |bulb| Lamp::of(bulb.color).fill),
@@ -109,8 +109,7 @@ impl Look {
         }
     }
 
-    /// The texts that its label may be, the longest first, and their colour; none where nothing is to be
-    /// read.
+    /// Returns the possible texts of its label, longest first, and their colour; `None` if there is no label.
     fn labels(&self) -> Option<(Vec<String>, Paint)> {
         let signed = |sign: &str, text: &str| format!("{sign} {text}").trim().to_owned();
         let texts = match self {
@@ -172,7 +171,7 @@ impl Look {
         }
     }
 
-    /// A field with the longest of its labels that fits; a corner says that there is more than is shown.
+    /// Draws a field with the longest label that fits; a corner marks a shortened label.
     fn labelled(&self, field: Element, area: Area) -> Vec<Element> {
         let Some((texts, ink)) = self.labels() else { return vec![field] };
         let room_px = area.width - LABEL_GAP_PX;
@@ -187,7 +186,7 @@ impl Look {
     }
 }
 
-/// What a text begins with and what can be understood without the rest: the number before a meaning, or the
+/// Returns the beginning of a text that is comprehensible on its own: the number before a meaning, the
 /// finding before its circumstances, or a manoeuvre before its size.
 fn beginning(text: &str) -> &str {
     match text.split_once(' ') {
@@ -199,8 +198,7 @@ fn beginning(text: &str) -> &str {
     }
 }
 
-/// The mark of a label that was left out, in the upper right corner; `None` where there is no room for it
-/// either.
+/// Draws the mark of an omitted label in the upper right corner; `None` if there is no room for it either.
 pub(super) fn corner(area: Area, ink: Paint) -> Option<Element> {
     let size = CORNER_PX.min(area.width);
     let (right, top) = (area.x + area.width, area.y);
@@ -210,8 +208,8 @@ pub(super) fn corner(area: Area, ink: Paint) -> Option<Element> {
         .then(|| Element::new("polygon").with("points", points).fill(ink).with("class", LEFT_OUT))
 }
 
-/// A thin line at zero, and the curve. Of what falls on one pixel, the first, the least, the greatest and the
-/// last value are drawn, so that a curve of any length has a bounded number of points.
+/// Draws a thin line at zero, and the curve. For each pixel column the first, lowest, highest and last value
+/// are drawn, so a curve of any length has a bounded number of points.
 fn curve(points: &[(f64, f64)], zero: f64, area: Area) -> Vec<Element> {
     let y = |share: f64| area.y + CURVE_EDGE_PX + (1.0 - share) * (area.height - 2.0 * CURVE_EDGE_PX);
     let placed: Vec<_> =
@@ -234,7 +232,7 @@ fn curve(points: &[(f64, f64)], zero: f64, area: Area) -> Vec<Element> {
     ]
 }
 
-/// Hatchings that bars refer to.
+/// Returns the hatchings to which bars refer.
 pub(super) fn patterns() -> Element {
     let hatchings = Color::ALL.into_iter().flat_map(|color| {
         let pattern = |kind: &str, size_px: f64| {
@@ -252,7 +250,7 @@ pub(super) fn patterns() -> Element {
             pattern("unsure", 4.0).child(dot),
         ]
     });
-    // Hazard lights are both sides at once, and short states several.
+    // Hatching marks hazard lights, which are both sides at once, and several short states.
     let others = [("hazard", palette::HAZARD.on, 0.45), ("dense", palette::CARD, 0.8)];
     let others = others.map(|(name, paint, opacity)| {
         let stroke =
@@ -264,7 +262,7 @@ pub(super) fn patterns() -> Element {
     Element::new("defs").children(hatchings).children(others)
 }
 
-/// Bars too narrow to be distinguished, in the colour of the most important.
+/// Draws bars too narrow to be distinguished, in the colour of the most important.
 pub(super) fn dense(area: Area, fill: Paint) -> Vec<Element> {
     let field = || rect(area.x, area.y, area.width, area.height);
     vec![field().fill(fill), field().with("fill", "url(#dense)")]
@@ -335,7 +333,7 @@ fn field(bulb: Bulb, lamp: Lamp, area: Area) -> Vec<Element> {
     }
 }
 
-/// Letter and outline, as much of it as there is room for; the outline goes first.
+/// Draws letter and outline; if there is not enough room, the outline is omitted first.
 fn signs(bulb: Bulb, lamp: Lamp, color: Paint, area: Area, size: f64) -> Vec<Element> {
     let outline = |x: f64| outline(bulb, (x, area.y + area.height / 2.0), size, color);
     let middle = area.x + area.width / 2.0;
@@ -357,7 +355,7 @@ fn signs(bulb: Bulb, lamp: Lamp, color: Paint, area: Area, size: f64) -> Vec<Ele
     }
 }
 
-/// The sign of a shape; none for the circle, which is the default.
+/// Draws the sign of a shape; `None` for the circle, the default.
 fn outline(bulb: Bulb, (x, y): (f64, f64), size: f64, color: Paint) -> Option<Element> {
     let turn_deg = match bulb.shape {
         BulbShape::Circle => return None,

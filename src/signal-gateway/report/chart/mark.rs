@@ -1,5 +1,5 @@
-//! Vertical marks: their texts as steps above the lanes or, when they do not fit there, as numbers
-//! with a list below.
+//! Vertical marks. Their texts are staggered above the lanes or, if they do not fit there, replaced by
+//! numbers with a list below.
 
 use super::axis::Axis;
 use super::svg::{Element, line, text_at};
@@ -10,10 +10,10 @@ const SIZE_PX: f64 = 11.0;
 const LEVEL_PX: f64 = 15.0;
 const MAX_LEVELS: usize = 6;
 const MAX_PX: f64 = 280.0;
-/// From a line to its text.
+/// Distance from a line to its text, pixels.
 const TEXT_GAP_PX: f64 = 4.0;
 const NUMBER_GAP_PX: f64 = 4.0;
-/// Lines that are nearer are drawn once.
+/// Lines closer together than this are drawn once, pixels.
 const MIN_LINE_GAP_PX: f64 = 2.0;
 const LINE_PX: f64 = 15.0;
 const COLUMN_GAP_PX: f64 = 28.0;
@@ -23,18 +23,18 @@ const MAX_LISTED: usize = 120;
 #[derive(Debug)]
 pub(super) struct Marks<'a> {
     moments: Vec<Moment<'a>>,
-    /// For each moment, its step from the top; empty when they are numbered.
+    /// Step of each moment from the top; empty if the moments are numbered.
     levels: Vec<usize>,
 }
 
-/// All marks of one time.
+/// All marks at one position.
 #[derive(Debug)]
 struct Moment<'a> {
     at_s: f64,
     texts: Vec<&'a str>,
 }
 
-/// One line of the list: number, time, text; the first two only where a moment begins.
+/// One line of the list: number, time, text. Only the first line of a moment has number and time.
 struct Listed {
     number: String,
     time: String,
@@ -56,13 +56,13 @@ impl<'a> Marks<'a> {
         Self { moments, levels }
     }
 
-    /// Height of their texts above the lanes, pixels.
+    /// Returns the height of the texts above the lanes, pixels.
     pub(super) fn height_above(&self) -> f64 {
         let numbers = usize::from(!self.moments.is_empty());
         pixels(self.levels.iter().max().map_or(numbers, |top| top + 1)) * LEVEL_PX
     }
 
-    /// Lines and texts, from `top` to `bottom`; the lanes begin below the texts.
+    /// Draws lines and texts from `top` to `bottom`; the lanes begin below the texts.
     pub(super) fn draw(&self, axis: &Axis, top: f64, bottom: f64) -> Vec<Element> {
         let mut drawn = Vec::new();
         let numbers = self.numbers(axis);
@@ -71,7 +71,7 @@ impl<'a> Marks<'a> {
             let x = axis.x(moment.at_s);
             let level = self.levels.get(index).copied();
             let is_numbered = numbers.iter().any(|(first, _)| *first == index);
-            // Lines that fall on each other are one; each moment has its place in the list.
+            // Lines at the same place are drawn once; each moment still has its entry in the list.
             if level.is_none() && !is_numbered && x - last_x < MIN_LINE_GAP_PX {
                 continue;
             }
@@ -94,8 +94,8 @@ impl<'a> Marks<'a> {
         drawn
     }
 
-    /// The numbers above the lanes, each with the position of its moment; those that would cover each other
-    /// are one, as in `3–5`.
+    /// Returns the numbers above the lanes, each with the position of its moment. Numbers that would overlap
+    /// are joined, as in `3–5`.
     fn numbers(&self, axis: &Axis) -> Vec<(usize, String)> {
         let mut groups: Vec<(usize, usize)> = Vec::new();
         let label = |(first, last): (usize, usize)| {
@@ -107,7 +107,7 @@ impl<'a> Marks<'a> {
         };
         for index in 0..self.moments.len() {
             groups.push((index, index));
-            // A number that grows may reach the one before it.
+            // A joined number is wider and may reach the previous one.
             while let [.., before, last] = groups.as_slice()
                 && reach(*last).0 < reach(*before).1
             {
@@ -119,7 +119,7 @@ impl<'a> Marks<'a> {
         groups.into_iter().map(|group| (group.0, label(group))).collect()
     }
 
-    /// The list below the lanes, in as many columns as there is room for, with its height.
+    /// Draws the list below the lanes, in as many columns as fit, and returns its height.
     pub(super) fn draw_list(&self, axis: &Axis, (left, right): (f64, f64), top: f64) -> (Vec<Element>, f64) {
         let width = |lines: &[Listed], part: fn(&Listed) -> &str| {
             lines.iter().map(|line| text::width(part(line), SIZE_PX)).fold(0.0, f64::max)
@@ -170,7 +170,7 @@ impl<'a> Marks<'a> {
 }
 
 impl Listed {
-    /// The line, and what does not fit on it below it.
+    /// Returns the line, wrapped into further lines if necessary.
     fn wrapped(self, room_px: f64) -> impl Iterator<Item = Self> {
         let Self { mut number, mut time, text } = self;
         let below =
@@ -189,8 +189,8 @@ impl Moment<'_> {
     }
 }
 
-/// A step for each text such that no line runs through one: to the right of a mark, lower steps are
-/// free. `None` when they do not fit, also beyond the right end of the axis.
+/// Returns a step for each text such that no line crosses a text: to the right of a mark, lower steps are
+/// free. `None` if they do not fit, even beyond the right end of the axis.
 fn levels(moments: &[Moment<'_>], axis: &Axis) -> Option<Vec<usize>> {
     let mut ends = [f64::NEG_INFINITY; MAX_LEVELS];
     let level = |moment: &Moment<'_>| {
@@ -205,7 +205,7 @@ fn levels(moments: &[Moment<'_>], axis: &Axis) -> Option<Vec<usize>> {
     levels.filter(|_| fits)
 }
 
-/// A small number as a factor of pixels.
+/// Converts a small number to a factor for pixels.
 fn pixels(number: usize) -> f64 {
     u32::try_from(number).map_or(0.0, f64::from)
 }
@@ -239,7 +239,7 @@ mod tests {
         };
         assert_eq!(numbers(&[1.0, 2.0]), ["1", "2"]);
         assert_eq!(numbers(&[1.0, 2.0, 2.01, 2.02, 5.0]), ["1", "2\u{2013}4", "5"]);
-        // Two that are joined reach the one before.
+        // Two joined numbers reach the previous one.
         assert_eq!(numbers(&[1.0, 1.13, 1.14, 1.15]), ["1\u{2013}4"]);
     }
 

@@ -1,4 +1,5 @@
-//! Charts: states over time or distance as SVG text, the same bytes each time. No outside fonts, no scripts.
+//! Charts: states over time or distance as SVG text, with reproducible bytes, no external fonts and no
+//! scripts.
 //!
 //! | file | what it is |
 //! |---|---|
@@ -32,9 +33,9 @@ pub use plan::PlanPoint;
 pub struct Chart {
     /// Heading of the chart.
     pub title: String,
-    /// A line below it; may be empty.
+    /// Line below the title; may be empty.
     pub subtitle: String,
-    /// The quantity from left to right, which gives `from`, `to` and all positions their unit.
+    /// Quantity from left to right, which determines the unit of `from`, `to` and all positions.
     pub along: Along,
     /// Left end of the axis.
     pub from: f64,
@@ -42,7 +43,7 @@ pub struct Chart {
     pub to: f64,
     /// From top to bottom.
     pub lanes: Vec<Lane>,
-    /// Across all lanes, in any order.
+    /// Marks across all lanes, in any order.
     pub marks: Vec<Mark>,
     /// The map, below the lanes.
     pub plan: Option<Plan>,
@@ -50,25 +51,25 @@ pub struct Chart {
     pub notes: Vec<Note>,
 }
 
-/// Lanes from above, and the way that was driven on them.
+/// Lanes from above, and the driven way.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Plan {
-    /// The lanes near the way.
+    /// Lanes near the way.
     pub lanes: Vec<PlanLane>,
-    /// The way, part by part, with the signal on each.
+    /// Parts of the way, with the signal on each.
     pub driven: Vec<(IndicatorState, Vec<PlanPoint>)>,
 }
 
 /// A lane from above.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanLane {
-    /// Its name.
+    /// Name of the lane.
     pub name: String,
-    /// The side that it turns to.
+    /// Side to which the lane turns.
     pub side: Option<IndicatorState>,
     /// True if the vehicle was on it.
     pub is_driven: bool,
-    /// Its bounds, as one closed line.
+    /// Bounds of the lane, as one closed line.
     pub outline: Vec<PlanPoint>,
 }
 
@@ -81,10 +82,10 @@ pub struct Note {
     pub lines: Vec<String>,
 }
 
-/// Rows that belong together, such as the rows of one light.
+/// A group of rows, such as the rows of one light.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Lane {
-    /// Its name, left of all rows.
+    /// Name of the lane, shown left of all rows.
     pub label: String,
     /// From top to bottom.
     pub rows: Vec<Row>,
@@ -93,21 +94,21 @@ pub struct Lane {
 /// Bars side by side.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Row {
-    /// The part of the lane that it shows.
+    /// Name of the part of the lane that the row shows.
     pub label: String,
-    /// Ascending, without overlap; only commands may come in any order, and lie one over the other. Where
-    /// there is none nothing is drawn.
+    /// Bars in ascending order without overlap, except that commands may have any order and overlap. Gaps are
+    /// left empty.
     pub bars: Vec<Bar>,
 }
 
 /// One state over an interval.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bar {
-    /// Position of its begin.
+    /// Position of its start.
     pub from: f64,
-    /// Position of its end, not before the begin.
+    /// Position of its end, not before the start.
     pub to: f64,
-    /// The state that it shows.
+    /// State that the bar shows.
     pub look: Look,
 }
 

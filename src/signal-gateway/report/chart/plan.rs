@@ -1,4 +1,4 @@
-//! The plan view of a chart: lanes from above, and the way that was driven on them.
+//! The plan view of a chart: lanes from above, and the driven way.
 
 use super::svg::{Element, line, pixels, text_at};
 use super::{IndicatorState, Plan, text};
@@ -6,28 +6,29 @@ use crate::report::palette::{self, Paint};
 
 const HEIGHT_PX: f64 = 260.0;
 const LABEL_PX: f64 = 10.0;
-/// Half of the width that the way takes, pixels.
+/// Half the width of the way, pixels.
 const WAY_PX: f64 = 4.0;
-/// Radius of the start.
+/// Radius of the dot at the start, pixels.
 const DOT_PX: f64 = 4.0;
-/// Distances at which a name is tried from the middle of its lane.
+/// Distances from the middle of a lane at which its name is tried, pixels.
 const NAME_OFFSETS_PX: [f64; 7] = [0.0, -13.0, 13.0, -24.0, 24.0, -36.0, 36.0];
-/// Least length of the measure.
+/// Minimum length of the scale bar, pixels.
 const MIN_MEASURE_PX: f64 = 50.0;
-/// Arrow heads along the way lie at least so far apart.
+/// Minimum distance between arrow heads along the way, pixels.
 const ARROW_GAP_PX: f64 = 70.0;
-/// Around the way that was driven, as a share of its size, and at least so many metres: the lanes beside it.
+/// Margin around the driven way, which shows the lanes beside it: as a share of the way's size, and a minimum
+/// in metres.
 const AROUND: f64 = 0.08;
 const MIN_AROUND_M: f64 = 6.0;
-/// Least width that is shown, metres.
+/// Minimum width of the view, metres.
 const MIN_WIDTH_M: f64 = 30.0;
-/// Most names and signals that are written.
+/// Maximum number of names and signals.
 const MAX_NAMES: usize = 60;
 
 /// A point in the map's plane, metres.
 pub type PlanPoint = (f64, f64);
 
-/// From the map to pixels: north is up.
+/// Converts map coordinates to pixels; north is up.
 struct Scale {
     left_m: f64,
     top_m: f64,
@@ -41,7 +42,8 @@ impl Scale {
         (self.left_px + (x_m - self.left_m) * self.px_per_m, self.top_px + (self.top_m - y_m) * self.px_per_m)
     }
 
-    /// A round length in metres at the bottom, what the map shows beside it, and the height of both.
+    /// Draws a scale bar of a round length in metres at the bottom, with a caption beside it, and returns the
+    /// height of both.
     fn measure(&self, left_px: f64, top_px: f64) -> (Element, f64) {
         let length_m = super::axis::decimal_step(MIN_MEASURE_PX / self.px_per_m);
         let (y, right_px) = (top_px + 16.0, left_px + length_m * self.px_per_m);
@@ -53,7 +55,7 @@ impl Scale {
         (Element::new("g").with("class", "measure").child(bar).children(ends).child(text), 24.0)
     }
 
-    /// The attribute `points` of a line.
+    /// Returns the attribute `points` of a line.
     fn points(&self, points: &[PlanPoint]) -> String {
         let texts: Vec<_> = points
             .iter()
@@ -66,7 +68,7 @@ impl Scale {
     }
 }
 
-/// Least and largest coordinates of points; `None` without a finite one.
+/// Returns the minimum and maximum coordinates of points; `None` without a finite point.
 fn extent<'a>(points: impl Iterator<Item = &'a PlanPoint>) -> Option<(PlanPoint, PlanPoint)> {
     let finite = points.filter(|(x, y)| x.is_finite() && y.is_finite());
     finite.fold(None, |extent, &(x, y)| {
@@ -75,7 +77,7 @@ fn extent<'a>(points: impl Iterator<Item = &'a PlanPoint>) -> Option<(PlanPoint,
     })
 }
 
-/// The drawing below `top_px`, with its height; nothing without a way.
+/// Draws the plan below `top_px`, and returns its height; draws nothing without a way.
 pub(super) fn draw(plan: &Plan, (left_px, right_px): (f64, f64), top_px: f64) -> (Vec<Element>, f64) {
     let driven = plan.driven.iter().flat_map(|(_, points)| points);
     let Some(((left, bottom), (right, top))) = extent(driven) else { return (Vec::new(), 0.0) };
@@ -124,15 +126,15 @@ pub(super) fn draw(plan: &Plan, (left_px, right_px): (f64, f64), top_px: f64) ->
     (vec![Element::new("defs").child(clip), group, measure], height_px + measure_px)
 }
 
-/// A box around something that no name may cover: left, top, right and bottom.
+/// Bounding box that no name may cover: left, top, right and bottom.
 type Bounds = (f64, f64, f64, f64);
 
 fn overlap(one: &Bounds, other: &Bounds) -> bool {
     one.0 < other.2 && other.0 < one.2 && one.1 < other.3 && other.1 < one.3
 }
 
-/// The signals on the way, and the names of the lanes that were driven on, beside the way; one that would
-/// cover the way or another is left out, and stays as the title of its part or lane.
+/// Draws the signals on the way, and beside the way the names of the driven lanes. A name that would cover
+/// the way or another name is omitted, and remains only as the title of its part or lane.
 fn names(plan: &Plan, scale: &Scale, (left, right): (f64, f64), (top, bottom): (f64, f64)) -> Vec<Element> {
     let driven = plan.driven.iter().flat_map(|(_, points)| points.windows(2));
     let mut taken: Vec<Bounds> = driven
@@ -147,7 +149,7 @@ fn names(plan: &Plan, scale: &Scale, (left, right): (f64, f64), (top, bottom): (
         .collect();
     let lanes = plan.lanes.iter().filter(|lane| lane.is_driven);
     let lanes = lanes.filter_map(|lane| Some((mean(&lane.outline)?, lane.name.clone(), palette::TEXT)));
-    // The signal is written beside its part of the way, which has its colour.
+    // The signal is written beside its part of the way, which has the signal's colour.
     let signals = plan.driven.iter().filter_map(|(indicator, points)| {
         let meaning = indicator.meaning().filter(|meaning| !meaning.sign.is_empty())?;
         let text = format!("{} {}", meaning.sign, indicator.name());
@@ -174,7 +176,7 @@ fn names(plan: &Plan, scale: &Scale, (left, right): (f64, f64), (top, bottom): (
     drawn
 }
 
-/// Mean of points; `None` without one.
+/// Returns the mean of points; `None` if there are none.
 fn mean(points: &[PlanPoint]) -> Option<PlanPoint> {
     let count = u32::try_from(points.len()).ok().filter(|count| *count > 0)?;
     let sum = points.iter().fold((0.0, 0.0), |(x, y), point| (x + point.0, y + point.1));
@@ -188,7 +190,7 @@ fn lane_outline(lane: &super::PlanLane, scale: &Scale) -> Element {
     outline.child(Element::new("title").text(&lane.name))
 }
 
-/// Heads of arrows along a way.
+/// Draws arrow heads along a way.
 fn arrows(points: &[PlanPoint], scale: &Scale, fill: Paint) -> Vec<Element> {
     let mut drawn = Vec::new();
     let mut driven_px = ARROW_GAP_PX / 2.0;

@@ -1,11 +1,11 @@
-//! SVG elements as text: attributes in the order given, everything escaped.
+//! SVG elements as text: attributes in insertion order, everything escaped.
 
 use std::collections::BTreeSet;
 use std::fmt::{self, Display, Write};
 
 use crate::report::palette::{self, Paint};
 
-/// A narrower bar is all border.
+/// Minimum width of a bar with a border, pixels; a narrower bar would be all border.
 pub(super) const BORDERLESS_PX: f64 = 4.0;
 
 /// A rectangle of the chart, pixels.
@@ -17,12 +17,12 @@ pub(super) struct Area {
     pub(super) height: f64,
 }
 
-/// An element with what is in it.
+/// An element with its contents.
 #[derive(Debug, Clone)]
 pub(super) struct Element {
     name: &'static str,
     attributes: Vec<(&'static str, String)>,
-    /// Properties that have a colour: `fill` and `stroke`.
+    /// Colours of the properties `fill` and `stroke`.
     paints: Vec<(&'static str, Paint)>,
     text: String,
     children: Vec<Element>,
@@ -38,18 +38,18 @@ impl Element {
         self
     }
 
-    /// Fills it.
+    /// Sets the fill colour.
     pub(super) fn fill(self, paint: Paint) -> Self {
         self.painted("fill", paint)
     }
 
-    /// Draws its border, or the line that it is.
+    /// Sets the colour of its border or line.
     pub(super) fn stroke(self, paint: Paint) -> Self {
         self.painted("stroke", paint)
     }
 
-    /// The colour on light surroundings is an attribute, which every reader knows; a class changes it on dark
-    /// ones.
+    /// Sets the colour for the light scheme as an attribute, which every viewer supports; a class overrides
+    /// it in the dark scheme.
     fn painted(mut self, property: &'static str, paint: Paint) -> Self {
         self.attributes.push((property, paint.light.to_owned()));
         if paint.light != paint.dark {
@@ -58,13 +58,13 @@ impl Element {
         self
     }
 
-    /// True if it, or an element in it, has this class.
+    /// Returns true if the element or a descendant has this class.
     pub(super) fn has_class(&self, class: &str) -> bool {
         self.attributes.iter().any(|(name, value)| *name == "class" && value == class)
             || self.children.iter().any(|child| child.has_class(class))
     }
 
-    /// Adds the rules for dark surroundings of it and all in it.
+    /// Adds the dark-scheme rules of the element and its descendants.
     fn add_rules(&self, rules: &mut BTreeSet<String>) {
         let rule = |(property, paint): &(&str, Paint)| {
             format!(".{} {{ {property}: {}; }}", class(property, *paint), paint.dark)
@@ -73,12 +73,12 @@ impl Element {
         self.children.iter().for_each(|child| child.add_rules(rules));
     }
 
-    /// An attribute in pixels, to a hundredth.
+    /// Sets an attribute in pixels, to a hundredth.
     pub(super) fn at(self, name: &'static str, px: f64) -> Self {
         self.with(name, pixels(px))
     }
 
-    /// Its text, which stands before the elements in it.
+    /// Sets its text, which precedes its child elements.
     pub(super) fn text(mut self, text: &str) -> Self {
         text.clone_into(&mut self.text);
         self
@@ -111,7 +111,7 @@ impl Element {
         write!(out, ">{}", Escaped(&self.text))?;
         if !self.children.is_empty() {
             out.write_str("\n")?;
-            // At most a handful of levels: the layouts build them, not the input.
+            // Only a few levels deep, since the layouts determine the depth, not the input.
             self.children.iter().try_for_each(|child| child.write(out, depth + 1))?;
             write!(out, "{:depth$}", "")?;
         }
@@ -119,7 +119,7 @@ impl Element {
     }
 }
 
-/// Name of the class that changes a colour on dark surroundings.
+/// Returns the name of the class that changes a colour in the dark scheme.
 fn class(property: &str, paint: Paint) -> String {
     format!("{property}-{}", paint.name)
 }
@@ -130,27 +130,27 @@ impl Display for Element {
     }
 }
 
-/// Draws a rectangle; the unit is pixels.
+/// Creates a rectangle, in pixels.
 pub(super) fn rect(x: f64, y: f64, width: f64, height: f64) -> Element {
     Element::new("rect").at("x", x).at("y", y).at("width", width).at("height", height)
 }
 
-/// A field with a border, unless it would be all border.
+/// Adds a border to a field, unless it would be all border.
 pub(super) fn bordered(field: Element, area: Area) -> Element {
     if area.width < BORDERLESS_PX { field } else { field.stroke(palette::EDGE).with("stroke-width", 0.75) }
 }
 
-/// Draws a straight line.
+/// Creates a straight line.
 pub(super) fn line(from: (f64, f64), to: (f64, f64), stroke: Paint) -> Element {
     Element::new("line").at("x1", from.0).at("y1", from.1).at("x2", to.0).at("y2", to.1).stroke(stroke)
 }
 
-/// Text on a base line.
+/// Creates a text on a base line.
 pub(super) fn text_at(x: f64, y: f64, size_px: f64, text: &str) -> Element {
     Element::new("text").at("x", x).at("y", y).at("font-size", size_px).text(text)
 }
 
-/// A document with a background of its own, light or dark as the reader prefers.
+/// Creates a document with its own background, light or dark by the viewer's preference.
 pub(super) fn document(title: &str, (width, height): (f64, f64), content: Vec<Element>) -> String {
     let view = format!("0 0 {} {}", pixels(width), pixels(height));
     let background = rect(0.0, 0.0, width, height).fill(palette::CARD);
@@ -172,14 +172,15 @@ pub(super) fn document(title: &str, (width, height): (f64, f64), content: Vec<El
     format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{root}")
 }
 
-/// To a hundredth, without needless zeros.
+/// Formats a number of pixels to a hundredth, without trailing zeros.
 pub(super) fn pixels(px: f64) -> String {
     let rounded = (px * 100.0).round() / 100.0;
-    // Minus zero prints its sign.
+    // Avoids minus zero, which prints its sign.
     if rounded == 0.0 { "0".to_owned() } else { rounded.to_string() }
 }
 
-/// Text as XML may hold it: what has a meaning is escaped, what XML bars becomes a replacement mark.
+/// Writes text as valid XML: special characters are escaped, and characters forbidden in XML become a
+/// replacement character.
 struct Escaped<'a>(&'a str);
 
 impl Display for Escaped<'_> {

@@ -1,16 +1,16 @@
-//! The approximate width of texts: the font is the reader's.
+//! The approximate width of texts, since the font depends on the viewer.
 
-/// Width of a text, pixels; a little more than common sans-serif fonts need.
+/// Returns the width of a text, pixels; slightly more than common sans-serif fonts need.
 pub(super) fn width(text: &str, size_px: f64) -> f64 {
     text.chars().map(width_em).sum::<f64>() * size_px
 }
 
-/// True if the text is not wider than the room.
+/// Returns true if the text fits into the room.
 pub(super) fn fits(text: &str, size_px: f64, room_px: f64) -> bool {
     width(text, size_px) <= room_px
 }
 
-/// The text, or as much of its beginning as fits, with an ellipsis.
+/// Returns the text, or as much of its beginning as fits, with an ellipsis.
 fn cut(text: &str, size_px: f64, room_px: f64) -> String {
     if fits(text, size_px, room_px) {
         return text.to_owned();
@@ -23,8 +23,8 @@ fn cut(text: &str, size_px: f64, room_px: f64) -> String {
     text.chars().take_while(fits).collect::<String>() + "…"
 }
 
-/// A name on at most `max_lines` lines, broken after spaces and the signs between the parts of names. What
-/// does not fit on the last line is cut, with an ellipsis.
+/// Breaks a name into at most `max_lines` lines, after spaces and separators between the parts of names. The
+/// last line is shortened with an ellipsis if necessary.
 pub(super) fn name_lines(name: &str, size_px: f64, room_px: f64, max_lines: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for part in name.split_inclusive([' ', '.', '_', '/', '-', ',']) {
@@ -39,7 +39,7 @@ pub(super) fn name_lines(name: &str, size_px: f64, room_px: f64, max_lines: usiz
     lines.iter().map(|line| cut(line.trim_end(), size_px, room_px)).collect()
 }
 
-/// The text on as many lines as it needs, broken between words.
+/// Breaks a text between words into as many lines as it needs.
 pub(super) fn wrapped(text: &str, size_px: f64, room_px: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split(' ') {
@@ -60,7 +60,7 @@ fn width_em(char: char) -> f64 {
         'f' | 't' | 'r' | '(' | ')' | '[' | ']' | '/' | '-' | 's' => 0.5,
         'm' | 'w' | 'M' | 'W' | '@' | '%' | '…' => 0.98,
         'A'..='Z' => 0.72,
-        // From Hangul and kana on, letters are as wide as they are high.
+        // From Hangul and kana on, letters are as wide as high.
         '\u{1100}'.. => 1.05,
         _ => 0.64,
     }

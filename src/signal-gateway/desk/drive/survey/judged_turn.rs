@@ -1,4 +1,4 @@
-//! A turn of a route, and whether its signal is right where it is required.
+//! Judges whether the signal of a turn is right where it is required.
 
 use std::collections::BTreeMap;
 
@@ -13,21 +13,21 @@ use lanelet2_map::lane_network::{LaneId, TurnDirection};
 use lanelet2_map::tag_check::MapFlaw;
 use turn_signal::side::Side;
 
-/// Sections are judged this far from their ends, metres, since distances are measured along the middle of the
-/// lanes.
+/// Margin at both ends of a section that is not judged, metres, since distances are measured along the middle
+/// of the lanes.
 const MARGIN_M: f64 = 1.5;
 
-/// What is wrong with the signal of a turn.
+/// Fault of a turn's signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SignalFault {
-    /// Its side is not shown at all while it is required.
+    /// The side is not signalled at all while it is required.
     Missed,
-    /// It is shown during a part of the required section only.
+    /// The side is signalled only in a part of the required section.
     Short,
-    /// The other side is shown while this one is required.
+    /// The opposite side is signalled while this side is required.
     Opposite,
-    /// It goes off and on again on the way through the turn.
+    /// The signal goes off and on again within the turn.
     Flickering,
 }
 
@@ -49,16 +49,16 @@ pub(super) struct ExpectedSide {
 pub(super) struct JudgedTurn {
     pub(super) lane: LaneId,
     pub(super) side: Side,
-    /// Its start, metres from the start of the route.
+    /// Start of the turn, metres from the start of the route.
     pub(super) start_m: f64,
-    /// Where its signal is required: from the front at its start to the rear axle at the end of the required
-    /// section.
+    /// Range where its signal is required: from the front reaching its start to the rear axle reaching the
+    /// end of the required section.
     required_m: [f64; 2],
-    /// A flaw of the map at one of its lanelets, or at one that is one turn with it.
+    /// Flaw of the map at one of its lanelets, or at a lanelet that forms one turn with them.
     pub(super) flaw: Option<MapFlaw>,
 }
 
-/// Returns the turns of a route; several lanelets to one side that follow each other are one.
+/// Returns the turns of a route; consecutive lanelets to the same side form one turn.
 pub(super) fn turns(
     file: &DriveFile,
     lanes: &[LaneId],
@@ -87,8 +87,8 @@ pub(super) fn turns(
     turns
 }
 
-/// Returns the flaw of the map by which each lanelet of a route is signalled wrongly: its own, or one of a
-/// lanelet with the same tag next to it, with which it is one turn to the decider.
+/// Returns for each lanelet of a route the flaw of the map that makes its signal wrong: its own, or the flaw
+/// of an adjacent lanelet with the same tag, which the decider treats as the same turn.
 fn flaws<'a>(
     file: &DriveFile,
     lanes: &[LaneId],
@@ -108,8 +108,8 @@ fn flaws<'a>(
 }
 
 impl JudgedTurn {
-    /// Returns what is wrong with the signal, given what is `shown` at each position of the rear axle in
-    /// metres; `None` if nothing is.
+    /// Returns the fault of the signal, given the signalled side (`shown`) at each position of the rear axle
+    /// in metres; `None` if there is no fault.
     pub(super) fn fault(&self, turns: &[Self], shown: &[(f64, Option<Side>)]) -> Option<SignalFault> {
         let [from_m, to_m] = self.required_m;
         let within = |at_m: f64, margin_m: f64| at_m >= from_m + margin_m && at_m <= to_m - margin_m;
@@ -151,7 +151,7 @@ mod tests {
         JudgedTurn { lane: 7, side, start_m: required_m[0] + 4.0, required_m, flaw: None }
     }
 
-    /// What is shown at each metre from 0 to 99.
+    /// Returns the signalled side at each metre from 0 to 99.
     fn shown(side: impl Fn(u8) -> Option<Side>) -> Vec<(f64, Option<Side>)> {
         (0..100).map(|at_m| (f64::from(at_m), side(at_m))).collect()
     }

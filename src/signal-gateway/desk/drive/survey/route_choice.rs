@@ -7,15 +7,15 @@ use lanelet2_map::geometry::Point;
 use lanelet2_map::geometry::polyline::{arc_lengths_m, at_arc, without_repeats};
 use lanelet2_map::lane_network::{LaneId, LaneNetwork, Lanelet};
 
-/// A route ends once it is this long, metres, or has so many lanelets.
+/// Limits of a route: length in metres, and number of lanelets.
 const ROUTE_M: f64 = 500.0;
 const MAX_LANES: usize = 60;
-/// The same for a route that is to meet itself.
+/// Limits of a route that is to meet itself.
 const LOOP_M: f64 = 1500.0;
 const MAX_LOOP_LANES: usize = 200;
-/// So many routes are looked at for each one that is wanted to meet itself.
+/// Number of candidate routes per requested route that meets itself.
 const TRIES: usize = 100;
-/// A route meets itself where it comes this near to a part that it left so far behind, metres.
+/// A route meets itself if it comes this close to a part of itself that lies so far behind, metres.
 const NEAR_M: f64 = 10.0;
 const LEFT_BEHIND_M: f64 = 50.0;
 const STEP_M: f64 = 4.0;
@@ -23,15 +23,15 @@ const STEP_M: f64 = 4.0;
 /// The routes of a survey.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RouteChoice {
-    /// So many from all over the map.
+    /// This many routes from all over the map.
     Any(usize),
-    /// Up to so many different ones that meet themselves: they come near to an earlier part of themselves, or
-    /// their last lanelet leads to one of them.
+    /// At most this many different routes that meet themselves: they come near an earlier part of themselves,
+    /// or their last lanelet leads to one of their lanelets.
     Loops(usize),
 }
 
 impl RouteChoice {
-    /// Returns the routes, the same each time: lanelets that follow each other, none twice.
+    /// Returns the routes deterministically: consecutive lanelets, none twice.
     pub(super) fn routes(self, road: &LaneNetwork) -> Vec<Vec<LaneId>> {
         match self {
             Self::Any(count) => routes(road, ROUTE_M, MAX_LANES).take(count).collect(),
@@ -50,7 +50,7 @@ impl RouteChoice {
 /// Returns endless routes; none on a map without lanelets.
 fn routes(road: &LaneNetwork, max_route_m: f64, max_lanes: usize) -> impl Iterator<Item = Vec<LaneId>> + '_ {
     let starts: Vec<LaneId> = road.lanes().map(|lane| lane.id).collect();
-    // Knuth's generator: the choice is arbitrary, and the same each time.
+    // Knuth's generator: the choice is arbitrary but reproducible.
     let mut state: u64 = 1;
     let mut next = move |count: usize| {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -100,10 +100,10 @@ fn comes_near_itself(road: &LaneNetwork, lanes: &[LaneId]) -> bool {
 mod tests {
     use super::*;
 
-    /// A line and the followers of its lanelet.
+    /// A lanelet's line and its followers.
     type Drawn<'a> = (&'a [(f64, f64)], &'a [LaneId]);
 
-    /// Returns the lanelets from 1 on.
+    /// Returns lanelets numbered from 1.
     fn network(lanes: &[Drawn<'_>]) -> LaneNetwork {
         let lane = |(id, (line, followers)): (LaneId, &Drawn<'_>)| Lanelet {
             id,

@@ -1,4 +1,4 @@
-//! One parameter after another value, or one country after the other: what a survey is repeated with.
+//! Repeats a survey with several values of a parameter, or with each country.
 
 use std::path::Path;
 use std::str::FromStr;
@@ -13,14 +13,14 @@ use turn_signal::decider::DeciderSettings;
 use turn_signal::parameters::DeciderParameters;
 use turn_signal::parameters::table::{DeciderParameter, PARAMETERS, ParameterError};
 
-/// Values of a range without a step.
+/// Number of values in a range without a step.
 const VALUES: u32 = 5;
-/// The most values of a sweep: each is a whole survey.
+/// Maximum number of values in a sweep, each of which is a whole survey.
 const MAX_VALUES: usize = 100;
-/// Values are rounded to this, as sums of steps are not exact.
+/// Values are rounded to multiples of the inverse, since sums of steps are not exact.
 const ROUNDING: f64 = 1e6;
 
-/// What is changed from one survey to the next.
+/// Setting that changes from one survey to the next.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Sweep {
     /// A parameter, by its documented name, and its values.
@@ -29,16 +29,16 @@ pub enum Sweep {
     Countries,
 }
 
-/// A sweep that cannot be made: reason and remedy.
+/// Reason why a sweep is invalid, with remedy.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum SweepError {
-    /// It is neither a country nor a parameter with its range.
+    /// The text is neither `country` nor a parameter with its range.
     #[error("expected KEY=FROM..TO, KEY=FROM..TO:STEP or country; give e.g. turn_signal_search_time=1..5")]
     Form,
     /// There is no parameter of this name.
     #[error("{0:?} is not a parameter of the turn signal decider; {1}")]
     UnknownKey(String, String),
-    /// Its values are words.
+    /// The values of the parameter are words.
     #[error("{0} takes no numbers; give a parameter with numbers, or set it with --config")]
     NoNumbers(&'static str),
     /// An end or the step is not a number, the end lies before the start, or the step leads nowhere.
@@ -49,14 +49,14 @@ pub enum SweepError {
     /// More than a hundred values.
     #[error("{0} has more than {MAX_VALUES} values; give a longer step")]
     TooMany(String),
-    /// A value that the parameter does not take.
+    /// The parameter does not accept this value.
     #[error("{name} cannot be {value}; give {expected}")]
     Value {
         /// Name of the parameter.
         name: &'static str,
-        /// The value that does not fit.
+        /// The rejected value.
         value: String,
-        /// Values that would fit.
+        /// Accepted values.
         expected: &'static str,
     },
 }
@@ -96,7 +96,7 @@ impl FromStr for Sweep {
     }
 }
 
-/// Reads a range: `1..5` in five equal steps, or `1..5:0.5`.
+/// Parses a range: `1..5` as five equally spaced values, or `1..5:0.5`.
 fn values(range: &str) -> Result<Vec<f64>, SweepError> {
     let bad = || SweepError::Range(range.to_owned());
     let number = |text: &str| text.parse::<f64>().ok().filter(|number| number.is_finite()).ok_or_else(bad);
@@ -116,7 +116,7 @@ fn values(range: &str) -> Result<Vec<f64>, SweepError> {
 }
 
 impl Sweep {
-    /// What is changed: the name of a parameter, or `country`.
+    /// Returns the name of the changed parameter, or `country`.
     pub fn key(&self) -> &'static str {
         match self {
             Self::Parameter(name, _) => name,
@@ -124,14 +124,13 @@ impl Sweep {
         }
     }
 
-    /// Returns each value as text, with the settings that it makes of `given`. The rules of a country take
-    /// the place of all parameters.
+    /// Returns each value as text, with `given` changed to it. The rules of a country replace all parameters.
     pub fn variants(&self, given: &DeciderSettings) -> Vec<(String, DeciderSettings)> {
         match self {
             Self::Parameter(name, values) => {
                 let variant = |value: &f64| {
                     let (mut settings, value) = (given.clone(), value.to_string());
-                    // Reading it has made sure that the value fits.
+                    // Parsing has ensured that the value fits.
                     settings.parameters.set(name, &value).ok()?;
                     Some((value, settings))
                 };

@@ -1,4 +1,4 @@
-//! An element of a message that is an array: the lights, groups or markers of one emission.
+//! Elements of array messages: the lights, groups or markers of one emission.
 
 use std::fmt::Debug;
 
@@ -7,7 +7,7 @@ use serde::Serialize;
 use gateway_base::time::WallStamp;
 use traffic_lights::compat::Compat;
 
-/// The position of the emission's stamp in a message.
+/// Position of the emission's stamp in a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum StampPosition {
     /// The message has no stamp.
@@ -27,14 +27,14 @@ pub(super) trait ArrayElement: Serialize {
     /// Alignment of the first field, bytes.
     const ALIGNMENT: usize;
 
-    /// Makes the element of an item.
+    /// Creates the element of an item.
     fn new(item: &Self::Item, stamp: WallStamp, compat: Compat) -> Self;
 
-    /// True if both items have the same element, stamps aside.
+    /// Returns true if both items have the same element, apart from stamps.
     fn is_same(one: &Self::Item, other: &Self::Item) -> bool;
 }
 
-/// Makes the elements of all items, in order.
+/// Creates the elements of all items, in order.
 pub(super) fn elements<E: ArrayElement>(items: &[E::Item], stamp: WallStamp, compat: Compat) -> Vec<E> {
     items.iter().map(|item| E::new(item, stamp, compat)).collect()
 }

@@ -1,4 +1,4 @@
-//! Bytes of the messages from and to Autoware, the inputs they become, and bytes that are refused.
+//! Tests the bytes of messages from and to Autoware, the resulting inputs, and refused bytes.
 
 use std::sync::Arc;
 
@@ -50,7 +50,7 @@ fn turned(z: f64, w: f64) -> Quaternion {
     Quaternion { x: 0.0, y: 0.0, z, w }
 }
 
-/// At (1, 2, 3), turned by a half.
+/// Pose at (1, 2, 3), turned by half a revolution.
 fn pose() -> Pose {
     Pose { position: [1.0, 2.0, 3.0].into(), orientation: turned(1.0, 0.0) }
 }
@@ -156,7 +156,7 @@ fn a_route_has_its_bytes_and_becomes_its_lanes() {
         segments: vec![segment(10), segment(12)],
     };
     assert_eq!(input(Kind::Route, &route()), PlannerInput::Route(Arc::new(expected)));
-    // Before there were uuids.
+    // Layout without uuids, from older releases.
     let old = &route()[..route().len() - 17];
     assert!(matches!(read(Kind::Route, old, Endian::Little), Err(Unreadable::Layout(_))));
 }
@@ -277,7 +277,7 @@ fn planning_factors_have_their_bytes_and_become_an_input() {
     }
 }
 
-/// Layouts of other releases and forks: all are refused, none is taken for something else.
+/// Layouts of other releases and forks are refused, not misinterpreted.
 #[test]
 fn planning_factors_of_other_layouts_are_refused() {
     let begin = || Wire::with_header().count(1);
@@ -421,7 +421,7 @@ fn sequences_have_a_greatest_length() {
             other => panic!("{kind:?}: {other:?}"),
         }
     }
-    // Announced only: refused at once, without room being made.
+    // The length is only announced, so it is refused at once, without allocation.
     for kind in [Kind::PlannedPath, Kind::Trajectory, Kind::Factors(FactorTopic::GoalPlanner)] {
         let bytes = Wire::with_header().count(u32::MAX).done();
         assert!(read(kind, &bytes, Endian::Little).is_err());

@@ -5,7 +5,7 @@ use gateway_base::time::WallStamp;
 use ros_messages::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
 use ros_messages::std_msgs::Header;
 
-/// Makes the message of a status, which `node` reports about `hardware_id`.
+/// Creates the message of a status that `node` reports about `hardware_id`.
 pub fn diagnostic_status(node: &str, status: &Status, hardware_id: &str) -> DiagnosticStatus {
     let value = |(key, value): (&str, String)| KeyValue { key: key.to_owned(), value };
     DiagnosticStatus {
@@ -17,7 +17,7 @@ pub fn diagnostic_status(node: &str, status: &Status, hardware_id: &str) -> Diag
     }
 }
 
-/// Makes the message of diagnostics, which are about `hardware_id`.
+/// Creates the message of diagnostics about `hardware_id`.
 pub fn diagnostic_array(diagnostics: &Diagnostics, stamp: WallStamp, hardware_id: &str) -> DiagnosticArray {
     let Diagnostics { node, statuses, .. } = diagnostics;
     DiagnosticArray {

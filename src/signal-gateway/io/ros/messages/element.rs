@@ -1,12 +1,12 @@
-//! One lit bulb as three messages carry it, and how ROS numbers it
-//! (docs/spec/traffic-lights.md, "Bulbs and their numbers").
+//! One lit bulb in the form shared by three messages, and its ROS numbers (docs/spec/traffic-lights.md,
+//! "Bulbs and their numbers").
 
 use ros_messages::autoware_perception_msgs::TrafficLightElement;
 use traffic_lights::bulb::{Bulb, BulbShape, BulbStatus, Color};
 use traffic_lights::compat::Compat;
 use traffic_lights::emission::GroupElement;
 
-/// Makes the element that shows a bulb.
+/// Creates the element that shows a bulb.
 pub(super) fn element(bulb: Bulb, confidence: f64, compat: Compat) -> TrafficLightElement {
     #[allow(clippy::cast_possible_truncation)] // the field is no wider
     let confidence = confidence as f32;
@@ -18,7 +18,7 @@ pub(super) fn element(bulb: Bulb, confidence: f64, compat: Compat) -> TrafficLig
     }
 }
 
-/// Makes the elements of a group.
+/// Creates the elements of a group.
 pub(super) fn group_elements(elements: &[GroupElement], compat: Compat) -> Vec<TrafficLightElement> {
     elements.iter().map(|shown| element(shown.bulb, shown.confidence, compat)).collect()
 }
@@ -71,7 +71,7 @@ fn status(status: BulbStatus) -> u8 {
     }
 }
 
-/// Returns an id as it is sent: upstream passes it between its processes as 32 bits (Q6).
+/// Returns an id as it is published: upstream passes ids between its processes as 32 bits (Q6).
 #[allow(clippy::cast_possible_truncation)] // upstream truncates
 pub(super) fn id(id: i64, compat: Compat) -> i64 {
     match compat {

@@ -1,4 +1,4 @@
-//! The calls of the gateway as messages of a recording.
+//! Calls of the gateway as messages of a recording.
 
 use can_signal::can::{BusIndex, LogNote};
 use gateway_base::time::{MonoTime, Now, WallStamp};
@@ -7,7 +7,7 @@ use gateway_core::command::sender::SendFailure;
 use gateway_core::gateway::call::{GatewayCall, TimedCall};
 use ros_messages::signal_gateway_msgs::GatewayCall as Message;
 
-/// Makes the message of a call.
+/// Creates the message of a call.
 pub fn call_message(timed: &TimedCall) -> Message {
     let message = Message {
         number: timed.number,
@@ -40,8 +40,7 @@ pub fn call_message(timed: &TimedCall) -> Message {
     }
 }
 
-/// Returns the call of a message; `None` for a kind that is not known, or with contents that it does not
-/// have.
+/// Returns the call of a message; `None` if the kind is unknown or the contents do not fit it.
 pub fn timed_call(message: &Message) -> Option<TimedCall> {
     let mut notes = message.notes.iter().map(|note| LogNote::parse(note.split(' ')));
     let call = match message.kind {

@@ -1,9 +1,9 @@
-//! Poses of the plane and of `geometry_msgs`.
+//! Conversion between poses in the plane and poses of `geometry_msgs`.
 
 use lanelet2_map::geometry as plane;
 use ros_messages::geometry_msgs::{Point, Pose, Quaternion};
 
-/// Makes the pose of the plane upright, and puts it on the ground of the map where its height is not known.
+/// Converts a pose in the plane to an upright pose, at height 0 of the map if its height is unknown.
 pub(super) fn upright_pose(plane::Pose { position, yaw_rad }: plane::Pose) -> Pose {
     let (sin, cos) = (yaw_rad / 2.0).sin_cos();
     let z = if position.z_m.is_finite() { position.z_m } else { 0.0 };
@@ -13,7 +13,7 @@ pub(super) fn upright_pose(plane::Pose { position, yaw_rad }: plane::Pose) -> Po
     }
 }
 
-/// Projects a pose to the plane, with the height beside it.
+/// Projects a pose to the plane; the point keeps its height.
 pub(super) fn plane_pose(Pose { position: Point { x, y, z }, orientation }: Pose) -> plane::Pose {
     plane::Pose { position: plane::Point::new(x, y).at_height(z), yaw_rad: orientation.yaw_rad() }
 }

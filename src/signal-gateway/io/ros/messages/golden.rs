@@ -1,10 +1,10 @@
-//! Shared by the tests of message bytes.
+//! Helpers shared by the tests of message bytes.
 
 use serde::Serialize;
 
 use gateway_base::time::WallStamp;
 
-/// Little-endian CDR as RustDDS writes it, without the four bytes of encapsulation header.
+/// Encodes a message as RustDDS does: little-endian CDR, without the four-byte encapsulation header.
 pub(super) fn cdr(message: &impl Serialize) -> Vec<u8> {
     cdr_encoding::to_vec::<_, byteorder::LittleEndian>(message).unwrap()
 }
@@ -17,8 +17,8 @@ pub(super) fn with_stamp(rest: &[u8]) -> Vec<u8> {
     [&STAMP_BYTES, rest].concat()
 }
 
-/// A CDR string by hand: length with the terminating zero, text, zero, and what fills up to
-/// the next multiple of four when `padded`.
+/// Builds a CDR string by hand: length including the terminating zero, text, zero, and if `padded` the
+/// padding to the next multiple of four.
 pub(super) fn string(text: &str, padded: bool) -> Vec<u8> {
     let length = u8::try_from(text.len() + 1).unwrap();
     let mut bytes = vec![length, 0, 0, 0];
@@ -30,7 +30,7 @@ pub(super) fn string(text: &str, padded: bool) -> Vec<u8> {
     bytes
 }
 
-/// A message by hand: little-endian CDR, each number aligned to its own size.
+/// Builds a message by hand: little-endian CDR, each number aligned to its own size.
 #[derive(Default)]
 pub(super) struct Wire(Vec<u8>);
 
@@ -50,7 +50,7 @@ impl Wire {
         self
     }
 
-    /// Appends bytes as they are: `bool`, `uint8`, arrays of it.
+    /// Appends bytes unchanged: `bool`, `uint8`, and arrays of them.
     pub(super) fn bytes(mut self, bytes: &[u8]) -> Self {
         self.0.extend(bytes);
         self

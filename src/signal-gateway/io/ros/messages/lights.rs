@@ -1,4 +1,4 @@
-//! Messages with traffic lights: the message of each type that an emission becomes.
+//! Messages with traffic lights: converts an emission to the message of each type.
 
 use serde::{Serialize, Serializer};
 
@@ -24,13 +24,13 @@ pub enum LightsMessage {
     GroupArray(TrafficLightGroupArray),
     /// One marker for each lamp.
     MarkerArray(MarkerArray),
-    /// The time of the frame.
+    /// Time of the frame.
     Clock(Clock),
 }
 
 impl LightsMessage {
-    /// The messages of a type for an emission, in the order of sending: none when the type is not for such
-    /// content, two for upstream's markers, else one.
+    /// Returns the messages of a type for an emission, in sending order: none if the type does not fit the
+    /// content, two for upstream's markers, otherwise one.
     pub fn of(emission: &Emission, lights: LightsType, compat: Compat) -> Vec<Self> {
         let stamp = emission.stamp;
         match (&emission.content, lights) {

@@ -1,8 +1,8 @@
-//! Messages with traffic lights in CDR, of which only what changed is encoded.
+//! Incremental CDR encoding of messages with traffic lights: only changed elements are encoded.
 //!
-//! Each of them is an array. An element that did not change keeps its bytes, one that did is encoded at
-//! their position, and a message in which nothing changed differs from the last one by its stamps only. Bytes
-//! that a writer still holds never change: a copy of them is patched, and they themselves once they are free.
+//! Each message is an array. An unchanged element keeps its bytes, a changed element is encoded in its place,
+//! and a message without changes differs from the last one only in its stamps. Bytes that a writer still
+//! holds never change: until they are released, a copy is patched instead.
 
 use std::ops::Range;
 use std::sync::{Arc, Weak};
@@ -26,8 +26,8 @@ use traffic_lights::emission::{Emission, LightsContent};
 #[cfg(test)]
 mod properties;
 
-/// Encoded messages kept for reuse. A writer holds the last message until it has the next one, so two take
-/// turns.
+/// Number of encoded messages kept for reuse. A writer holds the last message until it receives the next one,
+/// so two alternate.
 const MAX_KEPT: usize = 2;
 /// The largest alignment of a CDR field, bytes.
 const MAX_ALIGNMENT: usize = 8;
@@ -47,12 +47,12 @@ enum AnyArray {
     Signals(ArrayEncoder<TrafficSignal>),
     Groups(ArrayEncoder<TrafficLightGroup>),
     Markers(ArrayEncoder<Marker>),
-    /// No array, and nothing to keep.
+    /// The clock: not an array, and nothing to reuse.
     Clock,
 }
 
 impl LightsEncoder {
-    /// An encoder that has encoded nothing yet.
+    /// Creates an encoder that has encoded nothing yet.
     pub fn new(lights: LightsType, compat: Compat) -> Self {
         let array = match lights {
             LightsType::ArrayV1 => AnyArray::Lights(ArrayEncoder::default()),
@@ -64,7 +64,8 @@ impl LightsEncoder {
         Self { compat, array }
     }
 
-    /// Encodes what [`LightsMessage::of`](super::LightsMessage::of) makes of an emission, byte for byte.
+    /// Encodes an emission. The bytes equal the encoded messages of
+    /// [`LightsMessage::of`](super::LightsMessage::of).
     pub fn encode(&mut self, emission: &Emission) -> cdr_encoding::Result<Vec<CdrBytes>> {
         let (stamp, compat) = (emission.stamp, self.compat);
         Ok(match (&mut self.array, &emission.content) {
@@ -101,7 +102,7 @@ impl LightsEncoder {
 /// Encodes arrays of one kind of element.
 #[derive(Debug)]
 struct ArrayEncoder<E: ArrayElement> {
-    /// The last messages, the newest first.
+    /// The last messages, newest first.
     kept: Vec<EncodedArray<E::Item>>,
 }
 
@@ -142,11 +143,11 @@ impl<E: ArrayElement> ArrayEncoder<E> {
     }
 }
 
-/// A message in CDR, and what it shows.
+/// A message in CDR, with its content.
 #[derive(Debug, Clone)]
 struct EncodedArray<T> {
-    /// The list of which the message was made, known by its address, which is not given to another list
-    /// meanwhile. Holding the list itself would make the core copy it with the next change.
+    /// Identifies the list that the message was made from by its address, which a weak reference keeps from
+    /// being reused. A strong reference would make the core copy the list at the next change.
     content: Weak<Vec<T>>,
     items: Vec<T>,
     /// The bytes of each element, without the padding before it.
@@ -165,8 +166,8 @@ impl<T: Clone> EncodedArray<T> {
         Weak::as_ptr(&self.content) == Arc::as_ptr(items)
     }
 
-    /// Encodes the elements that changed over their predecessors. False when there are more or fewer
-    /// elements than before, or one has another length now; then the message has to be rebuilt.
+    /// Overwrites the changed elements in place. Returns false if the number of elements or the length of one
+    /// has changed; the message must then be rebuilt.
     fn patch<E: ArrayElement<Item = T>>(
         &mut self,
         items: &[T],
@@ -193,7 +194,7 @@ impl<T: Clone> EncodedArray<T> {
         Ok(true)
     }
 
-    /// Makes a new message, out of the old bytes where an element is the same as before.
+    /// Creates a new message, which reuses the old bytes of unchanged elements.
     fn rebuild<E: ArrayElement<Item = T>>(
         &mut self,
         items: &[T],
@@ -240,8 +241,8 @@ impl<T: Clone> EncodedArray<T> {
     }
 }
 
-/// Appends a value as it is encoded at a position of a message: alignment counts from the start of the
-/// message. The position is a multiple of 4.
+/// Appends a value in its encoding at `position`, since alignment counts from the start of the message. The
+/// position must be a multiple of 4.
 fn append(value: &impl Serialize, position: usize, bytes: &mut Vec<u8>) -> cdr_encoding::Result<()> {
     if position.is_multiple_of(MAX_ALIGNMENT) {
         return cdr_encoding::to_writer::<_, LittleEndian, _>(bytes, value);

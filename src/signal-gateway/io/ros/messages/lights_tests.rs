@@ -1,4 +1,4 @@
-//! Bytes and JSON of the messages about traffic lights, and the inputs that received ones become.
+//! Tests bytes and JSON of messages about traffic lights, and the inputs decoded from received messages.
 
 use super::element::element;
 use super::golden::{STAMP, STAMP_BYTES, cdr, string, with_stamp};
@@ -25,7 +25,7 @@ const ARROW: Bulb = Bulb { color: Color::Green, status: BulbStatus::Flashing, sh
 const STORE: StoreId = StoreId { channel: LightChannel::V2i, layer: StoreLayer::Detected };
 /// 0.5 as `float32`.
 const HALF: [u8; 4] = [0, 0, 0, 0x3F];
-/// Does not fit 32 bits.
+/// An id that does not fit 32 bits.
 const LARGE: i64 = 0x0001_0000_0005;
 
 fn emission(content: LightsContent) -> Emission {
@@ -49,7 +49,7 @@ fn only(content: LightsContent, lights: LightsType, compat: Compat) -> LightsMes
     message
 }
 
-/// Colour, shape and status with 0.5, where the next field is aligned to four.
+/// Returns the bytes of colour, shape and status with confidence 0.5; the next field is aligned to four.
 fn element_bytes(color: u8, shape: u8, status: u8) -> Vec<u8> {
     [&[color, shape, status, 0][..], &HALF].concat()
 }

@@ -13,21 +13,21 @@ use traffic_lights::emission::LampMarker;
 
 /// Frame of all markers.
 pub(super) const FRAME: &str = "map";
-/// Namespace of all lamps with a number that fits the field.
+/// Namespace of all lamps whose number fits the field.
 const NAMESPACE: &str = "bulb";
-/// Diameter of a lamp.
+/// Diameter of a lamp, metres.
 const DIAMETER_M: f64 = 0.3;
 /// Opacity of a lamp that is off.
 const ALPHA_OFF: f32 = 0.3;
-/// Lamps of a head have numbers below this.
+/// Upper bound (exclusive) of the lamp numbers in a head.
 const NUMBERS_PER_HEAD: i64 = 4;
 
-/// Makes a sphere for each lamp.
+/// Creates a sphere for each lamp.
 pub(super) fn spheres(lamps: &[LampMarker], stamp: WallStamp, compat: Compat) -> MarkerArray {
     MarkerArray { markers: elements(lamps, stamp, compat) }
 }
 
-/// Makes the message that deletes all markers drawn before. Upstream sends it before each array of spheres; a
+/// Creates the message that deletes all earlier markers. Upstream sends it before each array of spheres; a
 /// single publisher that always draws all lamps does not need it (Q19).
 pub(super) fn delete_all(stamp: WallStamp) -> MarkerArray {
     let header = Header::new(stamp, FRAME);
@@ -64,9 +64,8 @@ impl ArrayElement for Marker {
     }
 }
 
-/// Namespace and id of a lamp's marker: the way id times four plus the lamp's number. Ids too large for that
-/// have a namespace of their own; upstream's wrap around, and lamps of different heads can replace each other
-/// (Q6).
+/// Returns namespace and id of a lamp's marker: the way id times four plus the lamp's number. Larger ids get
+/// their own namespace. Upstream's ids wrap around, so lamps of different heads can replace each other (Q6).
 fn name(way_id: i64, number: u8, compat: Compat) -> (String, i32) {
     let id = way_id.wrapping_mul(NUMBERS_PER_HEAD).wrapping_add(i64::from(number));
     let fitting = way_id

@@ -1,4 +1,4 @@
-//! The messages of ROS 2 from and to what the gateway decides. The types themselves are those of
+//! Conversion between ROS 2 messages and the gateway's inputs and outputs. The message types are in
 //! [`ros_messages`].
 
 mod array_element;

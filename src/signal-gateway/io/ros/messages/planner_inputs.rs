@@ -1,4 +1,4 @@
-//! Inputs of the decider of turn signals from messages of Autoware's planning and localisation.
+//! Converts messages of Autoware's planning and localisation to inputs of the turn-signal decider.
 
 use std::sync::Arc;
 
@@ -12,9 +12,9 @@ use ros_messages::nav_msgs::Odometry;
 use turn_signal::planner_input::{self, OperationMode, PlannerInput, PlannerRoute};
 use turn_signal::route::Segment;
 
-/// A message as the decider takes it.
+/// A message that is an input of the decider.
 pub trait IntoPlannerInput {
-    /// Makes the input.
+    /// Converts the message to an input.
     fn into_planner_input(self) -> PlannerInput;
 }
 
@@ -73,7 +73,7 @@ fn is_lanelet(primitive: &LaneletPrimitive) -> bool {
     primitive.primitive_type != "area"
 }
 
-/// Returns the lanelets of a segment; `None` without one. The first lanelet replaces a preferred area.
+/// Returns the lanelets of a segment; `None` if it has none. The first lanelet replaces a preferred area.
 fn lanes(segment: &LaneletSegment) -> Option<Segment> {
     let lanelets = segment.primitives.iter().filter(|primitive| is_lanelet(primitive));
     let mut lanes: Vec<i64> = lanelets.map(|primitive| primitive.id).collect();

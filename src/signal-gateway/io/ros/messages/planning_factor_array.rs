@@ -15,7 +15,7 @@ use turn_signal::subject::SignalSubject;
 /// Name of the module in our own factors.
 const MODULE: &str = "signal_gateway";
 
-/// Creates the factors of a decision: none, or one from the start of the required section to its end
+/// Creates the factors of a decision: none, or one that spans the required section
 /// (docs/spec/turn-signal-decider.md, "Published sections").
 pub fn factors_of_decision(decision: &Decision, stamp: WallStamp) -> PlanningFactorArray {
     let header = Header::new(stamp, "map");
@@ -55,7 +55,7 @@ pub fn factors_of_decision(decision: &Decision, stamp: WallStamp) -> PlanningFac
     PlanningFactorArray { header, factors: factor.into_iter().collect() }
 }
 
-/// Returns the decider's input of a message that was received on `topic`.
+/// Converts a message received on `topic` to an input of the decider.
 pub fn factors_input(message: PlanningFactorArray, topic: FactorTopic) -> PlannerInput {
     let factor = |factor: PlanningFactor| planner_input::PlanningFactor {
         behavior: factor.behavior,

@@ -1,4 +1,4 @@
-//! The decider's sections as markers for a viewer: arrows at their four points, and their names
+//! The decider's sections as markers for a viewer: arrows at their four points, and texts with their names
 //! (docs/spec/turn-signal-decider.md, "Published sections").
 
 use super::geometry::upright_pose;
@@ -16,16 +16,16 @@ use turn_signal::side::Side;
 
 /// Opacity of a candidate that is not signalled.
 const ALPHA_LOST: f32 = 0.35;
-/// Height of a text above its section, and of its letters, metres.
+/// Height of a text above its section, and height of its letters, metres.
 const TEXT_HEIGHTS_M: (f64, f64) = (2.0, 0.8);
-/// Lengths of the arrows of a desired and of a required section, metres.
+/// Lengths of the arrows of desired and required sections, metres.
 const DESIRED_M: f64 = 2.0;
 const REQUIRED_M: f64 = 4.0;
-/// The viewer deletes the markers of a gateway that has ended after this time.
+/// Time after which the viewer deletes the markers of a stopped gateway.
 const LIFETIME: Duration = Duration { sec: 3, nanosec: 0 };
 
-/// Makes the markers of all candidates that have a side and finite points, after the deletion of all markers
-/// before. The candidate that is signalled is opaque.
+/// Creates the markers of all candidates that have a side and finite points, preceded by the deletion of all
+/// earlier markers. The signalled candidate is opaque.
 pub fn section_markers(decision: &Decision, stamp: WallStamp) -> MarkerArray {
     let mut markers = delete_all(stamp).markers;
     markers
@@ -37,7 +37,7 @@ fn of_candidate(decision: &Decision, candidate: &EvaluatedCandidate, stamp: Wall
     let section = decision.sections.of(candidate.source).filter(Section::is_finite);
     let (Some(section), Some(side)) = (section, candidate.turn.side()) else { return Vec::new() };
     let is_won = candidate.outcome == CandidateOutcome::Won;
-    // As in the charts: blue and orange stay apart for colour-blind eyes.
+    // As in the charts: colour-blind viewers can distinguish blue and orange.
     let [r, g, b] = match side {
         Side::Left => [0.13, 0.4, 0.67],
         Side::Right => [0.85, 0.37, 0.05],
@@ -88,7 +88,7 @@ mod tests {
         plane::Pose::new(x_m, 0.0, 0.0)
     }
 
-    /// A left turn that is required from 40 to 50 m, and an avoidance to the right behind it, for a vehicle
+    /// Decides between a left turn required from 40 to 50 m and a later avoidance to the right, for a vehicle
     /// at 20 m.
     fn decision(sections: &Candidates) -> Decision {
         let path = Path::new((0..100_u32).map(|x| at(x.into()))).unwrap();
@@ -160,7 +160,7 @@ mod tests {
         assert_eq!(factor.detail, "left turn on 111");
         let points: Vec<_> =
             factor.control_points.iter().map(|point| (point.pose.position.x, point.distance)).collect();
-        // The front is 4 m ahead of the rear axle at 20 m.
+        // The vehicle's front is 4 m ahead of its rear axle, which is at 20 m.
         assert_eq!(points, [(40.0, 16.0), (50.0, 30.0)]);
         let shift = decision(&Candidates { manoeuvre: two().sections.manoeuvre, ..Candidates::default() });
         assert_eq!(factors_of_decision(&shift, WallStamp::default()).factors[0].behavior, 5);

@@ -1,4 +1,4 @@
-//! `traffic_simulator_msgs/msg/TrafficLightArrayV1`: head by head, without a stamp.
+//! `traffic_simulator_msgs/msg/TrafficLightArrayV1`: one entry per head, without a stamp.
 
 use super::array_element::{ArrayElement, StampPosition, elements};
 use super::element::{element, id};
@@ -7,7 +7,7 @@ use ros_messages::traffic_simulator_msgs::{TrafficLightArrayV1, TrafficLightV1};
 use traffic_lights::compat::Compat;
 use traffic_lights::emission::LightState;
 
-/// Makes the message that shows `heads`, dark ones included.
+/// Creates the message that shows `heads`, including dark heads.
 pub(super) fn light_array_v1(heads: &[LightState], compat: Compat) -> TrafficLightArrayV1 {
     TrafficLightArrayV1 { traffic_lights: elements(heads, WallStamp::default(), compat) }
 }

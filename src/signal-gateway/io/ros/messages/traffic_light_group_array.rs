@@ -1,6 +1,6 @@
-//! `autoware_perception_msgs/msg/TrafficLightGroupArray`: group by group, with predictions.
+//! `autoware_perception_msgs/msg/TrafficLightGroupArray`: one entry per group, with predictions.
 //!
-//! Releases before 2025-05 have no `predictions`, and the layout of `TrafficSignalArray`, the legacy form.
+//! Releases before 2025-05 have no `predictions` and use the layout of `TrafficSignalArray`, the legacy form.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -19,7 +19,7 @@ use traffic_lights::input::TrafficLightInput;
 use traffic_lights::received::ReceivedState;
 use traffic_lights::target::{LightChannel, StoreId};
 
-/// Makes the message of a prediction.
+/// Creates the message of a prediction.
 pub(super) fn predicted_state(prediction: &Prediction, compat: Compat) -> PredictedTrafficLightState {
     #[allow(clippy::cast_possible_truncation)] // the field is no wider
     let reliability = prediction.reliability as f32;
@@ -31,8 +31,8 @@ pub(super) fn predicted_state(prediction: &Prediction, compat: Compat) -> Predic
     }
 }
 
-/// Returns the prediction of a message; `None` when a number of it is not a constant of its type, or its
-/// stamp is not a time.
+/// Returns the prediction of a message; `None` if one of its numbers is not a constant of its type, or its
+/// stamp is invalid.
 fn prediction(message: &PredictedTrafficLightState) -> Option<Prediction> {
     let elements = elements_of(&message.simultaneous_elements)?;
     let source = INFORMATION_SOURCES.into_iter().find(|known| *known == message.information_source);
@@ -44,7 +44,7 @@ fn prediction(message: &PredictedTrafficLightState) -> Option<Prediction> {
     })
 }
 
-/// The sources that the type has a constant for.
+/// Sources for which the type has a constant.
 const INFORMATION_SOURCES: [&str; 7] = [
     PredictedTrafficLightState::INFORMATION_SOURCE_V2N,
     PredictedTrafficLightState::INFORMATION_SOURCE_V2I,
@@ -55,7 +55,7 @@ const INFORMATION_SOURCES: [&str; 7] = [
     PredictedTrafficLightState::INFORMATION_SOURCE_INTERNAL_ESTIMATION,
 ];
 
-/// Returns the bulbs with the confidence of each; `None` when one of them has an undefined number.
+/// Returns the bulbs with their confidences; `None` if one of them has an undefined number.
 fn elements_of(elements: &[TrafficLightElement]) -> Option<Vec<GroupElement>> {
     let element = |element: &TrafficLightElement| {
         Some(GroupElement { bulb: bulb(*element)?, confidence: f64::from(element.confidence) })
@@ -63,7 +63,7 @@ fn elements_of(elements: &[TrafficLightElement]) -> Option<Vec<GroupElement>> {
     elements.iter().map(element).collect()
 }
 
-/// Makes the message that shows `groups`.
+/// Creates the message that shows `groups`.
 pub(super) fn group_array(
     groups: &[Arc<GroupState>],
     stamp: WallStamp,
@@ -72,9 +72,9 @@ pub(super) fn group_array(
     TrafficLightGroupArray { stamp: stamp.into(), traffic_light_groups: elements(groups, stamp, compat) }
 }
 
-/// Returns the input of a message for a store. A group without elements removes its state; a group with an
-/// undefined number is left out as a whole and counted, a prediction with one alone. Only states of V2I have
-/// predictions.
+/// Converts a message to an input for a store. A group without elements removes its state; a group with an
+/// undefined number is omitted as a whole and counted; for a prediction, only the prediction is omitted. Only
+/// V2I states have predictions.
 pub fn groups_for_store(message: &TrafficLightGroupArray, store: StoreId) -> TrafficLightInput {
     let (mut states, mut rejected) = (Vec::new(), 0);
     for group in &message.traffic_light_groups {
@@ -83,7 +83,7 @@ pub fn groups_for_store(message: &TrafficLightGroupArray, store: StoreId) -> Tra
             rejected += 1;
             continue;
         };
-        // The least certain bulb decides.
+        // The least certain bulb determines the confidence.
         let confidences = group.elements.iter().map(|element| f64::from(element.confidence));
         let confidence = confidences.fold(1.0, f64::min);
         let state = (!bulbs.is_empty()).then(|| {
@@ -98,8 +98,8 @@ pub fn groups_for_store(message: &TrafficLightGroupArray, store: StoreId) -> Tra
     TrafficLightInput::States { store, stamp: message.stamp.into(), states, rejected }
 }
 
-/// Returns the input of a camera pipeline's message. A group with an undefined number is left out as a whole
-/// and counted; predictions of cameras are not used.
+/// Converts a camera pipeline's message to an input. A group with an undefined number is omitted as a whole
+/// and counted; predictions from cameras are not used.
 pub fn groups_for_arbiter(message: &TrafficLightGroupArray) -> TrafficLightInput {
     let group = |group: &TrafficLightGroup| {
         let elements = elements_of(&group.elements)?;
@@ -129,7 +129,7 @@ impl ArrayElement for TrafficLightGroup {
     }
 }
 
-/// Makes the message that shows `groups`, without their predictions.
+/// Creates the message that shows `groups`, without their predictions.
 pub(super) fn signal_array(
     groups: &[Arc<GroupState>],
     stamp: WallStamp,

@@ -18,12 +18,13 @@ use turn_signal::light_command::{HazardCommand, TurnCommand};
 /// Frame of the velocity: the middle of the rear axle, on the ground.
 const BASE_LINK: &str = "base_link";
 
-/// What the gateway decides, as its message.
+/// Conversion of an output to its message.
 pub trait ToRos {
     /// The message.
     type Message;
 
-    /// Makes the message; `stamp` is the receive time of the newest frame behind it, or of the decision.
+    /// Creates the message; `stamp` is the receive time of the newest frame it is based on, or the time of
+    /// the decision.
     fn to_ros(self, stamp: WallStamp) -> Self::Message;
 }
 
@@ -52,7 +53,7 @@ impl ToRos for HazardLights {
     }
 }
 
-/// The variants have the constants of the message as numbers.
+/// The discriminants equal the constants of the message.
 impl ToRos for TurnCommand {
     type Message = TurnIndicatorsCommand;
 
@@ -61,7 +62,7 @@ impl ToRos for TurnCommand {
     }
 }
 
-/// The variants have the constants of the message as numbers.
+/// The discriminants equal the constants of the message.
 impl ToRos for HazardCommand {
     type Message = HazardLightsCommand;
 
@@ -70,7 +71,7 @@ impl ToRos for HazardCommand {
     }
 }
 
-/// The lateral part is 0 by the model.
+/// The lateral component is 0 in the model.
 impl ToRos for Velocity {
     type Message = VelocityReport;
 
@@ -92,7 +93,7 @@ impl ToRos for TireAngle {
     }
 }
 
-/// The variants have the constants of the message as numbers.
+/// The discriminants equal the constants of the message.
 impl ToRos for Gear {
     type Message = GearReport;
 
@@ -101,7 +102,7 @@ impl ToRos for Gear {
     }
 }
 
-/// The variants have the constants of the message as numbers.
+/// The discriminants equal the constants of the message.
 impl ToRos for ControlMode {
     type Message = ControlModeReport;
 
@@ -110,7 +111,7 @@ impl ToRos for ControlMode {
     }
 }
 
-/// The states have the constants of the message as numbers.
+/// The discriminants equal the constants of the message.
 impl ToRos for DoorStates {
     type Message = DoorStatusArray;
 
@@ -120,7 +121,7 @@ impl ToRos for DoorStates {
     }
 }
 
-/// The nearest number of single precision.
+/// Rounds to single precision.
 #[allow(clippy::cast_possible_truncation)] // the messages have no more digits
 const fn single(value: f64) -> f32 {
     value as f32

@@ -1,4 +1,4 @@
-//! Bytes and JSON of the messages about the vehicle.
+//! Tests bytes and JSON of the messages about the vehicle.
 
 use super::golden::{STAMP, Wire, cdr, string, with_stamp};
 use super::{ToRos as _, diagnostic_array};

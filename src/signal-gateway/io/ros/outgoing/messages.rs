@@ -1,7 +1,7 @@
-//! Messages on their way out, by the topic they are for.
+//! Messages that wait to be sent, by topic.
 //!
 //! A report, command or emission that waits to be sent is replaced by a newer one of the same topic. Messages
-//! of which each counts keep their order, and the oldest is dropped when `max_waiting` of their row wait.
+//! that must all be sent keep their order; beyond `max_waiting` of their row, the oldest is dropped.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
@@ -26,11 +26,11 @@ use turn_signal::output::TurnSignalOutput;
 pub(crate) enum Publication {
     /// Publish this message now.
     Publish(Box<dyn OutgoingPayload>),
-    /// Publish nothing, not even to late readers.
+    /// Publish nothing, and withdraw the last message from late readers.
     Withdraw,
 }
 
-/// A message, whatever its type.
+/// A message of any type.
 pub(crate) trait OutgoingPayload: Send {
     /// Encodes the message for DDS and recordings; fails only for a sequence of more than 2³² − 1 elements.
     fn cdr(&self) -> cdr_encoding::Result<CdrBytes>;
@@ -49,7 +49,7 @@ impl<M: Serialize + Send> OutgoingPayload for M {
     }
 }
 
-/// A message that is made when it is encoded: never, if its topic has no name.
+/// A message that is created when it is encoded, so never if its topic has no name.
 struct Lazy<F>(F);
 
 impl<M: Serialize, F: Fn() -> M> Serialize for Lazy<F> {
@@ -82,8 +82,8 @@ impl fmt::Debug for Publication {
     }
 }
 
-/// Returns what an output publishes on which topics; nothing for traffic lights, whose topics are configured
-/// one by one, and for outputs that are not published.
+/// Returns the publications of an output with their topics; none for traffic lights, whose topics are
+/// configured individually, and for outputs that are not published.
 pub(crate) fn publications(output: &Output, hardware_id: &str) -> Vec<(OutgoingTopic, Publication)> {
     match output {
         Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step)) => {
@@ -122,7 +122,7 @@ pub(crate) fn publications(output: &Output, hardware_id: &str) -> Vec<(OutgoingT
     }
 }
 
-/// Returns what an output of the vehicle's status publishes.
+/// Returns the publication of a vehicle-status output.
 fn status(output: VehicleStatusOutput) -> (OutgoingTopic, Publication) {
     match output {
         VehicleStatusOutput::Velocity(step) => {
@@ -143,21 +143,21 @@ fn status(output: VehicleStatusOutput) -> (OutgoingTopic, Publication) {
     }
 }
 
-/// Everything that waits to be sent.
+/// All messages that wait to be sent.
 #[derive(Debug, Default)]
 pub(in crate::io) struct OutgoingMessages {
-    /// What waits for each topic, oldest first.
+    /// Publications that wait for each topic, oldest first.
     pub(in crate::io) topics: BTreeMap<OutgoingTopic, VecDeque<Publication>>,
     /// The newest emission of each topic of traffic lights.
     pub(in crate::io) lights: BTreeMap<LightsTopic, Emission>,
     /// The newest parameters of the node.
     pub(in crate::io) parameters: Option<Box<Parameters>>,
-    /// True if the session leaves the graph after sending the rest.
+    /// True if the session is to leave the graph after sending the remaining messages.
     pub(in crate::io) stop: bool,
 }
 
 impl OutgoingMessages {
-    /// Adds the messages of an output; returns true if they replaced an emission that was not sent.
+    /// Adds the messages of an output; returns true if they replaced an unsent emission.
     pub(in crate::io) fn put(&mut self, output: &Output, hardware_id: &str) -> bool {
         if let Output::TrafficLights(TrafficLightOutput::Publish(emission)) = output {
             return self.lights.insert(emission.topic, emission.clone()).is_some();

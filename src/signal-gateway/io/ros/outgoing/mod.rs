@@ -1,4 +1,4 @@
-//! The topics we write: name, type, quality of service, and the samples that an output becomes.
+//! The published topics: name, type, quality of service, and the samples created from an output.
 
 pub(crate) mod messages;
 
@@ -22,7 +22,7 @@ pub(in crate::io) enum OutgoingSource {
     Lights(LightsTopic, LightsType, Compat),
 }
 
-/// A topic we write.
+/// A published topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(in crate::io) struct Outgoing {
     /// Absolute name of the topic.
@@ -31,7 +31,7 @@ pub(in crate::io) struct Outgoing {
     pub(in crate::io) type_name: TypeName,
     /// Durability offered to readers.
     pub(in crate::io) durability: Durability,
-    /// Samples that the writer keeps.
+    /// History depth of the writer, samples.
     pub(in crate::io) depth: i32,
     /// Delivery of the messages to readers.
     pub(in crate::io) delivery: Delivery,
@@ -68,7 +68,7 @@ impl Outgoing {
         }
     }
 
-    /// Returns the part of the network side's settings that is about the topic.
+    /// Returns the topic's part of the network side's settings.
     pub(in crate::io) fn written(&self) -> WrittenTopic {
         let (package, message) = self.type_name;
         WrittenTopic {
@@ -80,7 +80,7 @@ impl Outgoing {
         }
     }
 
-    /// Returns true for a topic that many nodes write: statuses and the log.
+    /// Returns true for a topic that many nodes publish: statuses and the log.
     pub(in crate::io) fn is_shared(&self) -> bool {
         let OutgoingSource::Topic(topic) = self.source else { return false };
         topic.row().flow == TopicFlow::Gateway
@@ -106,7 +106,7 @@ impl Outgoing {
     }
 }
 
-/// Returns all topics that are written, with the traffic lights before the topics of the decider.
+/// Returns all published topics, with the traffic lights before the topics of the decider.
 pub(in crate::io) fn table(topics: &Topics, durability: Durability) -> Vec<Outgoing> {
     let outgoing = |(topic, name)| Outgoing::topic(topic, name, durability);
     let is_first = |topic: OutgoingTopic| topic < OutgoingTopic::TurnCommand;
@@ -118,8 +118,8 @@ pub(in crate::io) fn table(topics: &Topics, durability: Durability) -> Vec<Outgo
 /// The encoders of traffic lights. Topics with the same source share one.
 pub(in crate::io) type LightsEncoders = HashMap<OutgoingSource, LightsEncoder>;
 
-/// Returns the orders that follow from the messages, each with the position of its topic in the table.
-/// A message that several topics send is encoded once. An error is the text of the encoder.
+/// Returns the orders for the messages, each with the position of its topic in the table. A message that is
+/// published on several topics is encoded once. An error is the text of the encoder.
 pub(in crate::io) fn orders(
     table: &[Outgoing],
     encoders: &mut LightsEncoders,
@@ -151,7 +151,7 @@ pub(in crate::io) fn orders(
     orders
 }
 
-/// Returns the order to publish what waits for a topic, or to withdraw what was published.
+/// Returns the order to publish the messages that wait for a topic, or to withdraw the published message.
 fn order(waiting: &VecDeque<Publication>) -> Result<Order, String> {
     let mut samples = Vec::new();
     for publication in waiting {

@@ -1,4 +1,4 @@
-//! A network process as a child of this one.
+//! A network process that runs as a child of this process.
 
 use std::fs;
 use std::io;
@@ -14,28 +14,29 @@ use super::threads::Threads;
 use crate::process_status::network::NetworkFailure;
 use ros_transport::PANICKED;
 
-/// Environment variables that the process keeps: what its log needs.
+/// Environment variables passed to the process, as its log needs them.
 const KEPT: [&str; 4] = ["RUST_LOG", "RUST_BACKTRACE", "JOURNAL_STREAM", "NO_COLOR"];
-/// Arenas of the C library's allocator; each of its threads would have one, and hold memory of its own.
+/// Number of arenas of the C library's allocator. Otherwise each thread would have its own, with its own
+/// reserve of memory.
 const ARENAS: &str = "2";
 
-/// What the kernel knows of a process.
+/// The kernel's measurements of a process.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct ProcessReading {
     /// Threads of the process.
     pub(super) threads: Option<Threads>,
-    /// Its memory that is in use.
+    /// Memory in use, bytes.
     pub(super) memory_bytes: Option<u64>,
 }
 
 impl ProcessReading {
-    /// Returns the state of a process now.
+    /// Reads the current state of a process.
     pub(super) fn of(process: u32) -> Self {
         Self { threads: Threads::read(process), memory_bytes: memory_bytes(process) }
     }
 }
 
-/// Memory of a process that is in use, bytes.
+/// Returns the memory in use by a process, bytes.
 fn memory_bytes(process: u32) -> Option<u64> {
     let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
@@ -43,8 +44,8 @@ fn memory_bytes(process: u32) -> Option<u64> {
     kilobytes.checked_mul(1024)
 }
 
-/// Starts the program with its end of the link as standard input, and of the report of its confinement as
-/// standard output. All other descriptors of ours close by themselves.
+/// Starts the program with its end of the link as standard input, and its end of the confinement report as
+/// standard output. All our other descriptors are close-on-exec.
 pub(super) fn spawn(
     program: &Path,
     log_level: &str,
@@ -62,7 +63,7 @@ pub(super) fn spawn(
         .current_dir("/")
         .stdin(OwnedFd::from(link))
         .stdout(report)
-        // Signals of a terminal are for the gateway, which tells the other side to leave.
+        // Signals from a terminal go only to the gateway, which then tells the network side to leave.
         .process_group(0)
         .spawn()
 }
@@ -71,7 +72,7 @@ pub(super) fn failure(status: ExitStatus) -> NetworkFailure {
     match (status.code(), status.signal()) {
         (Some(PANICKED), _) => NetworkFailure::Panicked,
         (Some(code), _) => NetworkFailure::Exited(code),
-        // A panic has an exit code, so what aborts is the allocator.
+        // A panic has an exit code, so an abort comes from the allocator.
         (None, Some(libc::SIGABRT)) => NetworkFailure::OutOfMemory,
         (None, signal) => NetworkFailure::Signalled(signal.unwrap_or_default()),
     }

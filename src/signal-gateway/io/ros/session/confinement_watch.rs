@@ -1,5 +1,4 @@
-//! What is known of the confinement of a network process, and the answers for the kernel when it refuses a
-//! system call.
+//! Receives a network process's report of its confinement, and answers the kernel about refused system calls.
 
 use std::io;
 use std::os::fd::{AsRawFd as _, OwnedFd};
@@ -13,23 +12,23 @@ use crate::process_status::confinement::Confinement;
 use ros_transport::link::{Layers, confinement_report};
 use ros_transport::system_call_name;
 
-/// A thread that receives its report, and answers, until the process has ended.
+/// A thread that receives the report, and answers the kernel, until the process has ended.
 #[derive(Debug)]
 pub(super) struct ConfinementWatch(Arc<Mutex<Option<Confinement>>>);
 
 impl ConfinementWatch {
-    /// Begins to listen at our end of the socket on which the process reports; it cannot know that it is
-    /// `without` these.
+    /// Starts listening at our end of the socket on which the process reports. `without` are layers that are
+    /// missing without the process's knowledge.
     pub(super) fn start(socket: OwnedFd, without: Layers) -> io::Result<Self> {
         let known = Arc::new(Mutex::new(None));
         let shared = Arc::clone(&known);
-        // Fails for a process that has ended.
+        // Fails if the process has ended.
         let listen = move || drop(listen(socket, without, &shared));
         thread::Builder::new().name("ros confinement".to_owned()).spawn(listen)?;
         Ok(Self(known))
     }
 
-    /// What is known; `None` as long as the process has not reported.
+    /// Returns the confinement; `None` until the process has reported it.
     pub(super) fn confinement(&self) -> Option<Confinement> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -61,11 +60,11 @@ fn listen(socket: OwnedFd, without: Layers, known: &Mutex<Option<Confinement>>) 
     }
 }
 
-/// Takes the next call that waits for an answer, and refuses it with `EPERM`. `None` if who made it has ended
-/// meanwhile, or was interrupted and will ask again.
+/// Refuses the next waiting call with `EPERM`. Returns `None` if its caller has ended meanwhile, or was
+/// interrupted and will retry.
 #[allow(unsafe_code)]
 fn refuse(listener: &OwnedFd) -> io::Result<Option<usize>> {
-    // SAFETY: all zeros are a value of each of these structures, which the kernel fills and reads.
+    // SAFETY: all zeros are valid for each of these structures, which the kernel fills and reads.
     let (mut call, mut answer): (libc::seccomp_notif, libc::seccomp_notif_resp) =
         unsafe { (std::mem::zeroed(), std::mem::zeroed()) };
     // SAFETY: the requests belong to these structures.

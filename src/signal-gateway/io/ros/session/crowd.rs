@@ -1,34 +1,36 @@
-//! When so many participants were announced to a network side that it is better replaced than kept.
+//! Decides when so many participants were announced to a network side that it should be replaced.
 
 use std::time::{Duration, Instant};
 
-/// Participants and matched endpoints of others, together, more than any ROS network has: DDS has ports for
-/// 120 participants of a host, and a gateway's topics have a few readers each. RustDDS sends to each of them,
-/// and forgets none before its lease is over, which may be after 68 years.
+/// Limit for the sum of other participants and their matched endpoints, more than any ROS network has: DDS
+/// has ports for 120 participants per host, and each topic of a gateway has a few readers. RustDDS sends to
+/// all of them, and removes none before its lease expires, which may take 68 years.
 pub(super) const MAX_PEERS: u32 = 1000;
-/// Time without many more of them after which a flood is over; RustDDS meets those that wait one by one.
+/// Time without many new peers after which a flood is over; RustDDS processes waiting announcements one by
+/// one.
 const CALM: Duration = Duration::from_millis(1500);
-/// So many are many.
+/// Number of new peers that counts as many.
 const MANY: u32 = 100;
-/// Time after which a crowd that only grows costs a network side as well.
+/// Time after which a network side is replaced even though the crowd still grows.
 const PATIENCE: Duration = Duration::from_secs(8);
-/// Shortest time between two replacements, which doubles with each.
+/// Minimum time between two replacements, which doubles with each.
 const MIN_INTERVAL: Duration = Duration::from_secs(5);
-/// The longest one: where they are real, no replacement makes them fewer.
+/// Maximum time between two replacements: if the peers are real, replacing the network side does not reduce
+/// them.
 const MAX_INTERVAL: Duration = Duration::from_secs(3600);
-/// Time without a crowd after which the next one is like the first.
+/// Time without a crowd after which the interval starts again at its minimum.
 const FORGOTTEN: Duration = Duration::from_secs(600);
 
-/// The crowd around a network side.
+/// Watches the number of peers of a network side.
 #[derive(Debug)]
 pub(super) struct Crowd {
-    /// How many there were, and when, when there were many more last.
+    /// Number of peers and time at the last large increase.
     grown: (u32, Instant),
-    /// Since when there are too many.
+    /// Time since which there have been too many peers.
     since: Option<Instant>,
-    /// When there were too many last.
+    /// Last time at which there were too many peers.
     seen: Option<Instant>,
-    /// When a network side was replaced for them last.
+    /// Time of the last replacement because of too many peers.
     replaced: Option<Instant>,
     interval: Duration,
 }
@@ -39,7 +41,7 @@ impl Crowd {
         Self { grown: (0, now), since: None, seen: None, replaced: None, interval: MIN_INTERVAL }
     }
 
-    /// Notes how many there are. True when the network side is better replaced.
+    /// Records the number of peers. Returns true if the network side should be replaced.
     pub(super) fn look(&mut self, peers: u32, now: Instant) -> bool {
         let since = |then: Instant| now.saturating_duration_since(then);
         if peers >= self.grown.0 + MANY {
@@ -70,7 +72,8 @@ impl Crowd {
 mod tests {
     use super::*;
 
-    /// Seconds at which a network side is replaced for so many peers at each tenth of a second.
+    /// Returns the seconds at which a network side is replaced; `peers` gives the number of peers at each
+    /// tenth of a second.
     fn replaced(seconds: u32, peers: impl Fn(u32) -> u32) -> Vec<u32> {
         let start = Instant::now();
         let mut crowd = Crowd::new(start);

@@ -2,7 +2,7 @@
 
 use std::io;
 
-/// The highest domain whose ports exist.
+/// Highest domain for which UDP ports exist.
 pub(super) const LAST_DOMAIN: u16 = 232;
 
 /// Why a session cannot start.

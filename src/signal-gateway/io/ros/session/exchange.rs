@@ -1,5 +1,5 @@
-//! The session's thread: mailbox to network side, network side to inbox, and a new network side when the old
-//! one ends.
+//! The session's thread: passes messages from mailbox to network side and from network side to inbox, and
+//! replaces a network side that ends.
 
 mod show;
 
@@ -33,13 +33,13 @@ use ros_transport::link::{
 };
 use ros_transport::settings::Transport;
 
-/// Longest sleep between two looks at the network side.
+/// Maximum sleep between two checks of the network side.
 const TICK: Duration = Duration::from_millis(100);
-/// Sleep between two looks at one that ends.
+/// Sleep between two checks of a network side that is ending.
 const END_TICK: Duration = Duration::from_millis(5);
-/// Time after which a killed network side that has not ended is left to itself.
+/// Time after which a killed network side that has not ended is no longer waited for.
 const END_PATIENCE: Duration = Duration::from_secs(1);
-/// Longest time that the network side has for leaving the graph.
+/// Maximum time for the network side to leave the graph.
 const GOODBYE: Duration = Duration::from_millis(400);
 
 /// The state of the session's thread.
@@ -48,75 +48,76 @@ pub(super) struct Exchange {
     settings: NetworkSettings,
     table: Vec<Outgoing>,
     encoders: LightsEncoders,
-    /// The current order of each topic of the table, but for those delivered once.
+    /// The current order of each topic of the table, except for topics whose messages are delivered only
+    /// once.
     current: Vec<Order>,
     mailbox: Arc<Mailbox>,
     /// `None` if nothing goes to `/rosout`.
     rosout: Option<Rosout>,
     reception: TopicReception,
     phase: NetworkPhase,
-    /// Killed, but not seen to end.
+    /// Killed network sides whose end has not been observed yet.
     unended: Vec<Host>,
-    /// From the network side out and back to it.
+    /// The way of an echo sample from the network side back to itself.
     echo_way: ReturnPath,
-    /// From the network side to a reader beside it.
+    /// The way of a sample from the network side to a separate reader.
     witness_way: ReturnPath,
     crowd: Crowd,
     /// Times at which network sides ended within the last minute.
     ends: Vec<Instant>,
     processor: ProcessorWatch,
     state: NetworkState,
-    /// Log lines that network sides which have ended did not write.
+    /// Log lines lost by network sides that have ended.
     lost_lines: LostLines,
     /// True if the environment names a distribution whose graph this build cannot enter.
     has_other_distribution: bool,
-    /// The state as noted last, and when.
+    /// The last recorded state, with its time.
     noted: Option<(NetworkState, Instant)>,
-    /// Messages that could not be encoded or sent.
+    /// Number of messages that could not be encoded or sent.
     send_errors: u64,
-    /// Who waits for the start.
+    /// Receiver of the result of the start, while it waits.
     starter: Option<Sender<Result<(), RosError>>>,
 }
 
-/// Where the network side is in its life.
+/// Phase of the network side's life.
 enum NetworkPhase {
     /// The network side runs.
     Active(Box<Active>),
-    /// It was killed, or has closed its end of the link; with the cause, if that is known, and the age it
-    /// reached.
+    /// The network side was killed, told to leave, or has closed its end of the link; with the cause, if
+    /// known, and its age.
     Ending {
         host: Host,
         since: Instant,
         failure: Option<NetworkFailure>,
         age: Option<Duration>,
-        /// It was told to leave, and is killed if it has not done so by then.
+        /// Time at which it is killed if it was told to leave and has not left.
         leaves_until: Option<Instant>,
     },
-    /// There is none until then.
+    /// There is no network side until this time.
     Down { until: Instant },
-    /// The first one could not be started.
+    /// The first network side could not be started.
     Refused,
 }
 
-/// A network side that runs.
+/// A running network side.
 struct Active {
     host: Host,
     link: Link,
     liveness: Liveness,
-    /// When it joined the network.
+    /// Time at which it joined the network.
     joined: Option<Instant>,
-    /// A sample of its own has come back.
+    /// True once a sample of its own has come back.
     had_echo: bool,
-    /// One has arrived at a reader beside it.
+    /// True once a sample of it has arrived at a separate reader.
     was_heard: bool,
     status: NetworkStatus,
 }
 
-/// Why the conversation with a network side is over.
+/// Reason for the end of the communication with a network side.
 enum Over {
     /// Its end of the link is closed.
     Closed,
-    /// It is of no more use.
+    /// The network side has failed and is no longer usable.
     Failed(NetworkFailure),
 }
 
@@ -127,7 +128,8 @@ impl From<Violation> for Over {
 }
 
 impl Exchange {
-    /// An exchange that starts the first network side when it runs, and says to `starter` how that went.
+    /// Creates an exchange, which starts the first network side when it runs, and sends the result to
+    /// `starter`.
     pub(super) fn new(
         settings: RosSettings,
         mailbox: Arc<Mailbox>,
@@ -172,16 +174,16 @@ impl Exchange {
         }
     }
 
-    /// Leaves the node out of a graph of DDS, which is of another distribution.
+    /// Leaves the node out of the graph on DDS, which belongs to another distribution.
     pub(super) fn stay_outside_graph(&mut self) {
-        // Zenoh's graph has no message of that kind.
+        // Zenoh's graph has no such message.
         if self.state.links.is_none() && self.settings.graph {
             self.settings.graph = false;
             self.has_other_distribution = true;
         }
     }
 
-    /// Works until the mailbox holds a stop, or the first network side cannot be started.
+    /// Runs until the mailbox contains a stop, or the first network side cannot be started.
     pub(super) async fn run(mut self) {
         while !self.mailbox.is_stopping() {
             let now = Instant::now();
@@ -192,7 +194,7 @@ impl Exchange {
                 NetworkPhase::Down { .. } => {}
                 NetworkPhase::Refused => return,
             }
-            // Without a network side, messages are noted as current or lost.
+            // Without a network side, messages are recorded as current or lost.
             if !matches!(self.phase, NetworkPhase::Active(_)) {
                 self.deliver(&self.mailbox.take());
             }
@@ -202,7 +204,7 @@ impl Exchange {
         self.leave().await;
     }
 
-    /// Waits for a message, for the network side, or for a time.
+    /// Waits for a message, the network side, or a deadline.
     async fn wait(&self, now: Instant) {
         let (link, pause) = match &self.phase {
             NetworkPhase::Active(active) => (Some(&active.link), TICK),
@@ -251,8 +253,8 @@ impl Exchange {
         }
     }
 
-    /// Ends with this error if the start still waits for the first network side. False if it does not: the
-    /// next one may do better.
+    /// Reports this error if the start still waits for the first network side. Otherwise returns false, since
+    /// the next one may succeed.
     fn refuse(&mut self, error: RosError) -> bool {
         let is_refused = self.starter.take().is_some_and(|starter| starter.send(Err(error)).is_ok());
         if is_refused {
@@ -289,7 +291,7 @@ impl Exchange {
         if failure == Some(NetworkFailure::Unheard) && !was_heard {
             self.witness_way.note_in_vain();
         }
-        // One that works still tells its peers that it leaves.
+        // A network side that still works can tell its peers that it leaves.
         let can_leave = matches!(failure, Some(NetworkFailure::Unheard | NetworkFailure::Crowded))
             && link.queue(&ToNetwork::Stop)
             && link.flush().is_ok()
@@ -302,7 +304,7 @@ impl Exchange {
         self.phase = NetworkPhase::Ending { host, since: now, failure, age, leaves_until };
     }
 
-    /// Reads what the network side has sent, and writes what it takes.
+    /// Reads the network side's messages, and writes as many of ours as it accepts.
     fn converse(&mut self, now: Instant) -> Result<(), Over> {
         let NetworkPhase::Active(active) = &mut self.phase else { return Ok(()) };
         let read = active.link.read();
@@ -353,7 +355,7 @@ impl Exchange {
         read.map_err(|_| Over::Closed)?;
         let Active { host, liveness, status, .. } = &mut **active;
         let looked = liveness.look(now, || host.look().threads);
-        // A thread may be in a debugger, and cannot be killed.
+        // A thread cannot be killed, and may be in a debugger.
         if host.is_isolated() {
             looked.map_err(Over::Failed)?;
             if self.crowd.look(show::peers(status), now) {
@@ -370,7 +372,7 @@ impl Exchange {
         active.link.flush().map_err(|_| Over::Closed)
     }
 
-    /// Takes what waits. Warnings wait on until the network was joined.
+    /// Takes the waiting messages. Warnings continue to wait until the network has been joined.
     fn take_messages(&self) -> OutgoingMessages {
         let mut messages = self.mailbox.take();
         let has_joined = matches!(&self.phase, NetworkPhase::Active(active) if active.joined.is_some());
@@ -382,7 +384,7 @@ impl Exchange {
         messages
     }
 
-    /// Queues what the messages order, if the network was joined, and notes what is current.
+    /// Queues the orders of the messages if the network has been joined, and records the current ones.
     fn deliver(&mut self, messages: &OutgoingMessages) {
         if let Some(parameters) = &messages.parameters {
             self.settings.set_parameters(parameters.as_ref().clone());
@@ -425,7 +427,7 @@ impl Exchange {
         self.send_errors += 1;
     }
 
-    /// Waits for the end of a network side that was killed.
+    /// Waits for a killed network side to end.
     fn see_end(&mut self, now: Instant) {
         let NetworkPhase::Ending { host, since, leaves_until, .. } = &mut self.phase else { return };
         let end = host.end();
@@ -444,12 +446,12 @@ impl Exchange {
         self.note_end(failure.or(end).unwrap_or(NetworkFailure::NoAnswer), age, now);
     }
 
-    /// Notes an end and its cause, and when the next network side is to start.
+    /// Records an end with its cause, and schedules the start of the next network side.
     fn note_end(&mut self, failure: NetworkFailure, age: Option<Duration>, now: Instant) {
         let delay = self.hosts.note_end(&failure, age);
         let ends = self.state.restarts + 1;
         self.ends.push(now);
-        // In a row of the same ends, not each is worth a line.
+        // Not every end in a series with the same cause is worth a line.
         if self.state.last_failure.as_ref() != Some(&failure) || ends.is_power_of_two() {
             tracing::warn!(
                 "the network side of ROS 2 has ended ({failure}), {ends} in all; starting it anew"
@@ -458,18 +460,18 @@ impl Exchange {
         self.reception.lose_writers();
         (self.state.is_up, self.state.last_failure) = (false, Some(failure));
         self.phase = NetworkPhase::Down { until: now + delay };
-        // A first one that ended is not a start that failed: the next may do better.
+        // If the first network side ends, the start has not failed, since the next one may succeed.
         if let Some(starter) = self.starter.take() {
             let _ = starter.send(Ok(()));
         }
     }
 
-    /// Sends what is left, and waits for the network side to say goodbye.
+    /// Sends the remaining messages, and waits for the network side to leave.
     async fn leave(&mut self) {
         self.deliver(&self.take_messages());
         if let NetworkPhase::Active(active) = &mut self.phase {
             active.link.queue(&ToNetwork::Stop);
-            // Over either way: it has ended, or the time is up.
+            // Done in either case: it has ended, or the time is up.
             let _ = timeout(GOODBYE, active.end()).await;
         }
     }

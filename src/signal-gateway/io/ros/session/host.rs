@@ -1,4 +1,4 @@
-//! The host of a network side: a process, or a thread of this one.
+//! Host of a network side: a process, or a thread of this process.
 
 use std::io;
 use std::os::fd::AsFd as _;
@@ -21,20 +21,20 @@ use crate::process_status::network::{NetworkFailure, Place};
 use ros_transport::link::{Layer, Layers, datagram};
 use ros_transport::serve;
 
-/// Starts network sides, one after the other.
+/// Starts one network side after the other.
 pub(super) struct Hosts {
     isolation: Isolation,
     delay: RestartDelay,
-    /// The service of the last one did not start.
+    /// True if the service of the last network side did not start.
     has_no_service: bool,
 }
 
 /// A running network side.
 #[derive(Debug)]
 pub(super) enum Host {
-    /// A process, and what is known of its confinement.
+    /// A child process, with its confinement.
     Process(Child, ConfinementWatch),
-    /// A process of another user.
+    /// A process of another user, with its confinement.
     Service(Supervised, ConfinementWatch),
     /// A thread, which cannot be ended from outside.
     Thread(JoinHandle<io::Result<()>>),
@@ -46,15 +46,15 @@ impl Hosts {
         Self { isolation, delay: RestartDelay::default(), has_no_service: false }
     }
 
-    /// Notes an end, and the age that was reached since it joined the network; gives the time to the start of
-    /// the next one. A service that does not even start is done without from then on.
+    /// Records an end, with the age since joining the network, and returns the delay before the next start. A
+    /// service that fails to start is no longer used.
     pub(super) fn note_end(&mut self, failure: &NetworkFailure, age: Option<Duration>) -> Duration {
         self.has_no_service |= *failure == NetworkFailure::SupervisorEnded && age.is_none();
         self.delay.next(age)
     }
 
-    /// Starts a network side; gives our end of its link. From the first process on, none of our user looks
-    /// into our memory.
+    /// Starts a network side and returns our end of its link. From the first process on, other processes of
+    /// our user cannot read our memory.
     pub(super) fn start(&self) -> io::Result<(Host, UnixStream)> {
         let (ours, theirs) = UnixStream::pair()?;
         let Isolation::Process { program, memory_limit_mb, supervisor } = &self.isolation else {
@@ -97,33 +97,33 @@ impl Host {
         }
     }
 
-    /// True for a process of its own.
+    /// Returns true if the network side runs in a separate process.
     pub(super) fn is_isolated(&self) -> bool {
         self.place() != Place::Thread
     }
 
-    /// Ends it at once, if it can be ended.
+    /// Kills the network side at once, if possible.
     pub(super) fn kill(&mut self) {
         match self {
-            // One that has ended by itself was waited for by us, or still will be.
+            // A process that has ended by itself has been waited for, or will be.
             Self::Process(child, _) => drop(child.kill()),
             Self::Service(supervised, _) => supervised.kill(),
             Self::Thread(_) => {}
         }
     }
 
-    /// The cause of its end; `None` while it has not ended, or cannot be waited for.
+    /// Returns the cause of its end; `None` if it has not ended, or cannot be waited for.
     pub(super) fn end(&mut self) -> Option<NetworkFailure> {
         match self {
             Self::Process(child, _) => child.try_wait().ok().flatten().map(failure),
             Self::Service(supervised, _) => supervised.end(),
             Self::Thread(thread) if !thread.is_finished() => None,
-            // The panic of a thread that has ended is reported by its hook.
+            // The panic hook reports the panic of a thread.
             Self::Thread(_) => Some(NetworkFailure::Panicked),
         }
     }
 
-    /// What the kernel knows of its own process now; nothing of what cannot be read.
+    /// Reads the kernel's current measurements of the network process; values that cannot be read are `None`.
     pub(super) fn look(&self) -> ProcessReading {
         match self {
             Self::Process(child, _) => ProcessReading::of(child.id()),
@@ -132,7 +132,7 @@ impl Host {
         }
     }
 
-    /// How its own process is confined; `None` as long as it has not said so.
+    /// Returns the confinement of the network process; `None` until it has reported it.
     pub(super) fn confinement(&self) -> Option<Confinement> {
         match self {
             Self::Process(_, watch) | Self::Service(_, watch) => watch.confinement(),

@@ -1,4 +1,4 @@
-//! When a network side counts as dead, and when to start the next one.
+//! Decides when a network side counts as dead, and when to start the next one.
 
 use std::time::{Duration, Instant};
 
@@ -8,66 +8,66 @@ use ros_transport::link::Violation;
 
 /// Time between two pings.
 const PING_INTERVAL: Duration = Duration::from_millis(200);
-/// Silence after which the network side's threads are looked at.
+/// Silence after which the network side's threads are checked.
 const SUSPICIOUS: Duration = Duration::from_millis(400);
-/// The most silence from then on while the threads could run. Together it is a second.
+/// Maximum further silence while the threads could run. Together with [`SUSPICIOUS`] it is 1 s.
 const MAX_IDLE: Duration = Duration::from_millis(600);
-/// Time between two looks at the threads: the kernel notes how long a thread has run every few milliseconds.
+/// Time between two checks of the threads: the kernel updates a thread's run time every few milliseconds.
 const LOOK_INTERVAL: Duration = Duration::from_millis(100);
-/// The most silence whatever held the threads up, or where that cannot be known.
+/// Maximum silence if the threads were held up, or if that cannot be determined.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Longest time until a network side has joined the network.
+/// Maximum time for a network side to join the network.
 const START_PATIENCE: Duration = Duration::from_secs(10);
-/// The most that counts of the time between two calls. When the whole computer is busy, or was suspended,
-/// this side does not run either, and the silence is not the other's.
+/// Maximum time that counts between two calls. If the whole computer is busy or was suspended, this side does
+/// not run either, and the silence is not the network side's fault.
 const MAX_STEP: Duration = Duration::from_millis(150);
 
-/// Time without a sample at a reader of our own after which the network side's threads are looked at. A new
-/// reader takes the place of the last one within that time, and is met.
+/// Time without a sample at our own reader after which the network side's threads are checked. Within that
+/// time a new reader can replace the last one and be discovered.
 const QUIET: Duration = Duration::from_millis(600);
-/// The most such time from then on while the threads could run.
+/// Maximum further time without a sample while the threads could run.
 const MAX_QUIET: Duration = Duration::from_millis(900);
-/// The most such time whatever held the threads up.
+/// Maximum time without a sample if the threads were held up.
 const QUIET_PATIENCE: Duration = Duration::from_secs(8);
 
-/// Waits for answers of one network side, and for samples of it at a reader of our own. A silent one is deaf,
-/// or was held up: on one busy processor an echo was seen to take more than a second, and killing a healthy
-/// network side costs more than waiting for it. One that answers and is not heard is of no use either: no
-/// peer meets it.
+/// Monitors the answers of one network side, and its samples at a reader of our own. A silent network side
+/// hangs or was held up: on a single busy processor an echo has taken more than a second, and killing a
+/// healthy network side costs more than waiting for it. A network side that answers but whose samples do not
+/// arrive is useless too, since no peer discovers it.
 #[derive(Debug)]
 pub(super) struct Liveness {
     last_look: Instant,
     has_joined: bool,
     silence: Silence,
-    /// Since a sample has arrived at a reader of our own.
+    /// Time since a sample arrived at our own reader.
     quiet: Silence,
-    /// One is known to arrive there, on this computer.
+    /// True if samples are known to arrive there on this computer.
     is_hearing_proven: bool,
     last_ping: Option<(u64, Instant)>,
     last_pong: u64,
 }
 
-/// Time without a sign of life.
+/// Time without a sign of life, in counted steps.
 #[derive(Debug, Default)]
 struct Silence {
-    /// Time that was seen to pass.
+    /// Counted time.
     passed: Duration,
     suspicion: Option<Suspicion>,
 }
 
-/// What is known of a network side that has been silent for some time.
+/// Observations of a network side that has been silent for some time.
 #[derive(Debug)]
 struct Suspicion {
-    /// Its threads at the last look; `None` if they could not be read.
+    /// Its threads at the last check; `None` if they could not be read.
     threads: Option<Threads>,
-    /// Silence since that look.
+    /// Silence since that check.
     since: Duration,
-    /// Silence in which nothing held the threads up.
+    /// Silence during which nothing held the threads up.
     idle: Duration,
 }
 
 impl Liveness {
-    /// A network side that was started now.
+    /// Creates the monitor of a network side that was started at `now`.
     pub(super) fn new(is_hearing_proven: bool, now: Instant) -> Self {
         Self {
             last_look: now,
@@ -80,13 +80,13 @@ impl Liveness {
         }
     }
 
-    /// Notes that it has joined the network: from now on it is to answer.
+    /// Records that the network side has joined the network; from now on it must answer.
     pub(super) fn joined(&mut self) {
         (self.silence, self.quiet, self.has_joined) = (Silence::default(), Silence::default(), true);
     }
 
-    /// An error once it has been silent or unheard for too long. `threads` reads its threads, where that can
-    /// be done.
+    /// Returns an error once the network side has been silent or unheard for too long. `threads` reads its
+    /// threads if possible.
     pub(super) fn look(
         &mut self,
         now: Instant,
@@ -111,12 +111,12 @@ impl Liveness {
         if is_unheard && self.is_hearing_proven { Err(NetworkFailure::Unheard) } else { Ok(()) }
     }
 
-    /// True unless no sample of it has arrived for some time where samples did.
+    /// Returns false if samples are known to arrive, but none has arrived for some time.
     pub(super) fn is_heard(&self) -> bool {
         !self.is_hearing_proven || self.quiet.passed < QUIET
     }
 
-    /// The number of a ping, when one is due.
+    /// Returns the number of the next ping, if one is due.
     pub(super) fn next_ping(&mut self, now: Instant) -> Option<u64> {
         let number = match self.last_ping {
             Some((_, at)) if now.saturating_duration_since(at) < PING_INTERVAL => return None,
@@ -127,8 +127,7 @@ impl Liveness {
         Some(number)
     }
 
-    /// Notes an answer, which may be to any ping since the last one, and whether a sample has arrived since
-    /// then.
+    /// Records an answer, to any ping since the last answer, and whether a sample has arrived since then.
     pub(super) fn pong(&mut self, number: u64, is_heard: bool) -> Result<(), Violation> {
         let sent = self.last_ping.map_or(0, |(number, _)| number);
         if number <= self.last_pong || number > sent {
@@ -143,8 +142,8 @@ impl Liveness {
 }
 
 impl Silence {
-    /// Lets time pass, and looks at the threads when that is due; gives the time in which nothing held them
-    /// up.
+    /// Adds a time step, and checks the threads if that is due. Returns the time during which nothing held
+    /// them up.
     fn look(
         &mut self,
         step: Duration,
@@ -165,7 +164,7 @@ impl Silence {
 }
 
 impl Suspicion {
-    /// Looks at the threads when that is due.
+    /// Checks the threads if that is due.
     fn look(&mut self, step: Duration, threads: impl FnOnce() -> Option<Threads>) {
         self.since += step;
         if self.since < LOOK_INTERVAL {
@@ -179,38 +178,38 @@ impl Suspicion {
     }
 }
 
-/// Network sides in a row for which no sample came a way, after which one that does not come says nothing.
+/// Number of consecutive network sides without a sample on a way after which a missing sample means nothing.
 const MAX_IN_VAIN: u32 = 5;
 
-/// Whether samples are known to come a way, on this computer.
+/// Whether samples are known to arrive by a certain way on this computer.
 #[derive(Debug, Default)]
 pub(super) struct ReturnPath {
-    /// True if a sample that does not come is a sign.
+    /// True if a missing sample indicates a fault.
     pub(super) is_proven: bool,
     in_vain: u32,
 }
 
 impl ReturnPath {
-    /// Notes one that has come.
+    /// Records that a sample has arrived.
     pub(super) fn note_come(&mut self) {
         (self.is_proven, self.in_vain) = (true, 0);
     }
 
-    /// Notes a network side that was ended because none came, and for which none ever had.
+    /// Records a network side that was ended because no sample had ever arrived.
     pub(super) fn note_in_vain(&mut self) {
         self.in_vain = self.in_vain.saturating_add(1);
         self.is_proven &= self.in_vain < MAX_IN_VAIN;
     }
 }
 
-/// The delay before the first of a row of restarts.
+/// Delay before the first of several consecutive restarts.
 const MIN_DELAY: Duration = Duration::from_millis(100);
-/// The longest delay: reports are back within a second after an attack, however long it was.
+/// Maximum delay: reports return within a second after an attack of any length.
 const MAX_DELAY: Duration = Duration::from_millis(400);
-/// A network side of this age was healthy.
+/// Age at which a network side counts as having been healthy.
 const HEALTHY: Duration = Duration::from_secs(60);
 
-/// Delays between the end of a network side and the start of the next, which double from one to the next.
+/// Delay between the end of a network side and the start of the next, which doubles each time.
 #[derive(Debug)]
 pub(super) struct RestartDelay(Duration);
 
@@ -221,7 +220,7 @@ impl Default for RestartDelay {
 }
 
 impl RestartDelay {
-    /// The delay after the end of a network side of this age; none that never joined the network has an age.
+    /// Returns the delay after the end of a network side of this age; `None` if it never joined the network.
     pub(super) fn next(&mut self, age: Option<Duration>) -> Duration {
         if age.is_some_and(|age| age >= HEALTHY) {
             self.0 = MIN_DELAY;
@@ -241,8 +240,8 @@ mod tests {
         Duration::from_millis(ms)
     }
 
-    /// Time at which a network side that answers for three seconds, and then never, is found deaf, in
-    /// milliseconds; looks are `pause` apart, and its threads are `threads` at each.
+    /// Returns the time, ms, at which a network side that stops answering after three seconds is found deaf.
+    /// Checks are `pause` ms apart; `threads` gives its threads at each.
     fn found_deaf(pause: u64, threads: impl Fn(u64) -> Option<Threads>) -> u64 {
         let start = Instant::now();
         let mut liveness = Liveness::new(false, start);
@@ -258,7 +257,7 @@ mod tests {
         deaf.unwrap() - 3_000
     }
 
-    /// One thread in this state, which runs and waits for so many thousandths of the time.
+    /// One thread in this state that runs and waits for these thousandths of the time.
     fn thread(state: &str, ran: u64, waited: u64) -> impl Fn(u64) -> Option<Threads> {
         move |at| Some(threads(&[(state, &format!("{} {} 1", 1 + at * ran * 1000, at * waited * 1000))]))
     }
@@ -342,7 +341,7 @@ mod tests {
         );
     }
 
-    /// Time after three seconds at which a network side that answers is found unheard, in milliseconds, if it
+    /// Returns the time, ms after three seconds, at which a network side that answers is found unheard, if it
     /// is.
     fn found_unheard(is_proven: bool, is_heard: impl Fn(u64) -> bool, ran: u64, waited: u64) -> Option<u64> {
         let start = Instant::now();

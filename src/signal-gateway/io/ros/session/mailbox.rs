@@ -1,4 +1,4 @@
-//! Messages from the caller to the session's thread, and the status that the thread shows.
+//! Messages from the caller to the session's thread, and the thread's status for the caller.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -9,7 +9,7 @@ use crate::io::ros::outgoing::messages::OutgoingMessages;
 use gateway_core::gateway::event::Output;
 use ros_transport::parameters::Parameters;
 
-/// Between the caller and the thread; locks are held for moments only.
+/// Shared by the caller and the thread. Locks are held only briefly.
 #[derive(Debug, Default)]
 pub(super) struct Mailbox {
     messages: Mutex<OutgoingMessages>,
@@ -18,7 +18,7 @@ pub(super) struct Mailbox {
 }
 
 impl Mailbox {
-    /// Adds the messages of an output; never blocks.
+    /// Adds the messages of an output. Never blocks.
     pub(super) fn put(&self, output: &Output, hardware_id: &str) {
         if lock(&self.messages).put(output, hardware_id) {
             lock(&self.status).overtaken_lights += 1;
@@ -32,28 +32,28 @@ impl Mailbox {
         self.arrived.notify_one();
     }
 
-    /// Requests that the session sends what waits and ends.
+    /// Requests that the session sends the waiting messages and ends.
     pub(super) fn stop(&self) {
         lock(&self.messages).stop = true;
         self.arrived.notify_one();
     }
 
-    /// Waits for something to arrive since the last wait. Cancellation loses nothing.
+    /// Waits until something has arrived since the last wait. Cancel safe.
     pub(super) async fn arrived(&self) {
         self.arrived.notified().await;
     }
 
-    /// Takes all that waits out.
+    /// Removes and returns all waiting messages.
     pub(super) fn take(&self) -> OutgoingMessages {
         std::mem::take(&mut lock(&self.messages))
     }
 
-    /// True while a stop waits.
+    /// Returns true while a stop is pending.
     pub(super) fn is_stopping(&self) -> bool {
         lock(&self.messages).stop
     }
 
-    /// State and counts of the session.
+    /// Returns state and counts of the session.
     pub(super) fn status(&self) -> RosStatus {
         lock(&self.status).clone()
     }
@@ -64,7 +64,7 @@ impl Mailbox {
     }
 }
 
-/// Nothing behind these locks can be left half done by a panic.
+/// A panic cannot leave the data behind these locks inconsistent.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -87,7 +87,7 @@ mod tests {
         }
     }
 
-    /// What waits for a topic, oldest first.
+    /// Returns the messages that wait for a topic, oldest first.
     fn waiting(messages: &OutgoingMessages, topic: OutgoingTopic) -> Vec<String> {
         messages.topics.get(&topic).into_iter().flatten().map(|waiting| format!("{waiting:?}")).collect()
     }

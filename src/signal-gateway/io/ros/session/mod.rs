@@ -1,15 +1,16 @@
-//! The session: a node in the ROS 2 graph that publishes any number of topics and reads any number.
+//! The session: a node in the ROS 2 graph that publishes and subscribes to any number of topics.
 //!
-//! It owns a thread; the caller only puts messages into its mailbox and is never held up. Received messages
+//! It owns a thread; the caller only puts messages into its mailbox and is never blocked. Received messages
 //! wait in an inbox. The thread encodes and decodes messages, and exchanges them with the network side
-//! ([`ros_transport`]), which alone joins DDS: a process that the session starts (through a
-//! [`supervisor`] of another user, where systemd has one), watches and replaces, or a thread of this process.
+//! ([`ros_transport`]), the only part that joins DDS. The network side is a process that the session starts
+//! (through a [`supervisor`] of another user, if systemd provides one), watches and replaces, or a thread of
+//! this process.
 //!
-//! The network side answers pings with the help of a sample of its own that goes out and comes back. One that
-//! is silent for a second in which it could run is killed, and so is one that breaks the rules of the link.
-//! One that answers while its samples no longer arrive at a reader of our own, or to which too many peers
-//! were announced, is told to leave. The next one starts after a delay, gets what is current on each topic,
-//! and announces it as a new participant does.
+//! The network side answers pings after a sample of its own has gone out and come back. It is killed if it is
+//! silent for a second in which it could run, or if it breaks the rules of the link. It is told to leave if
+//! it answers but its samples no longer arrive at a reader of our own, or if too many peers were announced to
+//! it. The next network side starts after a delay, receives the current message of each topic, and announces
+//! itself as a new participant.
 
 mod child;
 mod confinement_watch;
@@ -53,12 +54,12 @@ use gateway_core::gateway::event::Output;
 use mailbox::Mailbox;
 pub use status::{OutgoingStatus, RosStatus};
 
-/// Longest time that [`RosSession::stop`] waits for DDS to leave the graph.
+/// Maximum time that [`RosSession::stop`] waits for DDS to leave the graph.
 const STOP_PATIENCE: Duration = Duration::from_millis(450);
-/// Longest time that a start waits for the network side; after it, the session continues without one for now.
+/// Maximum time that a start waits for the network side; then the session continues without it for now.
 const START_PATIENCE: Duration = Duration::from_secs(5);
 
-/// A session that runs in its thread.
+/// A session, which runs in its own thread.
 #[derive(Debug)]
 pub struct RosSession {
     mailbox: Arc<Mailbox>,
@@ -68,8 +69,8 @@ pub struct RosSession {
 }
 
 impl RosSession {
-    /// Joins the graph. Blocks until DDS is up, for some 10 ms; at worst 5 s, and then continues without it
-    /// for now.
+    /// Joins the graph. Blocks until DDS is up, usually for about 10 ms and at most for 5 s; then it
+    /// continues without DDS for now.
     pub fn start(settings: RosSettings) -> Result<Self, RosError> {
         check(&settings)?;
         let has_other_distribution = warn_of_other_distribution();
@@ -84,7 +85,7 @@ impl RosSession {
             exchange.stay_outside_graph();
         }
         thread::Builder::new().name("ros".to_owned()).spawn(move || {
-            // Dropped last, also by a panic, which ends the wait of `stop`.
+            // Dropped last, even on a panic, which wakes `stop`.
             let _end = end_sender;
             runtime.block_on(exchange.run());
         })?;
@@ -97,32 +98,32 @@ impl RosSession {
         }
     }
 
-    /// Publishes an output. Never blocks: reports, commands and traffic lights not yet sent are replaced by
-    /// newer ones, diagnostics queue up to a bound.
+    /// Publishes an output. Never blocks: unsent reports, commands and traffic lights are replaced by newer
+    /// ones; diagnostics are queued up to a limit.
     pub fn send(&self, output: &Output) {
         self.mailbox.put(output, &self.hardware_id);
     }
 
-    /// Replaces the parameters of the node, where it has services for them.
+    /// Replaces the parameters of the node, if it has services for them.
     pub fn set_parameters(&self, parameters: Parameters) {
         self.mailbox.put_parameters(parameters);
     }
 
-    /// The inbox in which received messages wait.
+    /// Returns the inbox in which received messages wait.
     pub fn inbox(&self) -> Arc<Inbox> {
         Arc::clone(&self.inbox)
     }
 
-    /// State and counts of the session.
+    /// Returns state and counts of the session.
     pub fn status(&self) -> RosStatus {
         self.mailbox.status()
     }
 
-    /// Sends what is still in the mailbox and leaves the graph, within half a second. When DDS
-    /// takes longer, it is left to end by itself.
+    /// Sends the messages in the mailbox and leaves the graph, within half a second. If DDS takes longer, it
+    /// is left to end by itself.
     pub fn stop(self) {
         self.mailbox.stop();
-        // Ends when the thread has ended, or when the time is up.
+        // Returns when the thread has ended or the time is up.
         let _ = self.ended.recv_timeout(STOP_PATIENCE);
     }
 }
@@ -154,8 +155,8 @@ fn check(settings: &RosSettings) -> Result<(), RosError> {
     Ok(())
 }
 
-/// Warns if the environment names another distribution than this build; returns true if its graph differs.
-/// The data is the same in every distribution, the graph is not (see `graph.rs`).
+/// Warns if the environment names a distribution other than this build's; returns true if its graph differs.
+/// The data is the same in every distribution, but the graph is not (see `graph.rs`).
 fn warn_of_other_distribution() -> bool {
     match std::env::var("ROS_DISTRO") {
         Ok(other) if other != DISTRO => {

@@ -1,10 +1,10 @@
-//! What the network side has to know of a session's settings.
+//! The network side's part of a session's settings.
 
 use crate::io::ros::outgoing::Outgoing;
 use crate::io::ros::settings::{Isolation, RosSettings};
 use ros_transport::link::{NetworkSettings, ReadTopic};
 
-/// What writers may keep where no process has a limit of its own, bytes.
+/// Limit for the writers' history if the network side has no process with its own memory limit, bytes.
 const THREAD_HISTORY: u64 = 256 << 20;
 
 /// Returns the part of a session's settings that the network side needs.
@@ -35,7 +35,7 @@ pub(super) fn network_settings(settings: &RosSettings, table: &[Outgoing]) -> Ne
     }
 }
 
-/// Two thirds of the memory that there is.
+/// Returns the limit for the writers' history, bytes: two thirds of the process's memory limit.
 fn history_bytes(isolation: &Isolation) -> usize {
     let bytes = match isolation {
         Isolation::Process { memory_limit_mb, .. } => (u64::from(*memory_limit_mb) << 20) * 2 / 3,

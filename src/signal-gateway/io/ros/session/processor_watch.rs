@@ -1,25 +1,26 @@
-//! The part of a processor that a network side takes.
+//! Measures the processor time that a network side uses.
 
 use std::time::Instant;
 
 use super::threads::Threads;
 
-/// The part that counts as a whole processor, percent.
+/// Load that counts as a whole processor, percent.
 const WHOLE_PERCENT: u32 = 90;
-/// Looks in a row at a network side that takes a whole processor, after which that is worth a warning.
+/// Number of consecutive measurements of a whole processor after which a warning is due.
 const MAX_LOOKS: u32 = 3;
 
-/// What one look after the other shows.
+/// Consecutive measurements of a network side.
 #[derive(Debug, Default)]
 pub(super) struct ProcessorWatch {
-    /// The threads at the last look, and when that was.
+    /// Threads and time of the last measurement.
     last: Option<(Threads, Instant)>,
-    /// Looks in a row at which it took a whole processor.
+    /// Number of consecutive measurements of a whole processor.
     busy: u32,
 }
 
 impl ProcessorWatch {
-    /// The part that these threads have taken since the last look, percent; `None` where that is not known.
+    /// Returns the processor load of these threads since the last measurement, percent; `None` if it is
+    /// unknown.
     pub(super) fn look(&mut self, threads: Option<Threads>, now: Instant) -> Option<u32> {
         let last = std::mem::replace(&mut self.last, threads.map(|threads| (threads, now)));
         let percent = self.last.as_ref().zip(last).and_then(|((threads, _), (earlier, at))| {
@@ -32,7 +33,7 @@ impl ProcessorWatch {
         percent
     }
 
-    /// True once it has taken a whole processor for some time.
+    /// Returns true once the network side has used a whole processor for some time.
     pub(super) fn is_busy(&self) -> bool {
         self.busy >= MAX_LOOKS
     }

@@ -7,14 +7,14 @@ use tracing::Level;
 use crate::io::process_log::{TakenWarnings, Warning};
 use ros_messages::rcl_interfaces::Log;
 
-/// Makes the messages of one logger.
+/// Creates the messages of one logger.
 #[derive(Debug)]
 pub(super) struct Rosout {
     logger: String,
 }
 
 impl Rosout {
-    /// The logger of a node, by the name that `rcl` gives it: `vehicle.signal_gateway` in the namespace
+    /// Creates the logger of a node, named as `rcl` names it: `vehicle.signal_gateway` in the namespace
     /// `/vehicle`.
     pub(super) fn new(namespace: &str, node: &str) -> Self {
         let full = format!("{namespace}/{node}");
@@ -22,7 +22,7 @@ impl Rosout {
         Self { logger: levels.join(".") }
     }
 
-    /// The messages of warnings; one more says how many did not find room.
+    /// Returns the messages of warnings, followed by one with the number of dropped warnings, if any.
     pub(super) fn messages(&self, TakenWarnings { warnings, dropped }: TakenWarnings) -> VecDeque<Log> {
         let last = warnings.back().map(|warning| warning.at);
         let mut messages: VecDeque<_> = warnings.into_iter().map(|warning| self.message(warning)).collect();

@@ -9,41 +9,42 @@ use crate::process_status::network::NetworkState;
 /// State and counts of a session since its start.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct RosStatus {
-    /// False when the session's thread has ended; nothing is published any more.
+    /// False once the session's thread has ended; nothing is published then.
     pub running: bool,
-    /// The topics that are written: the vehicle's lights, diagnostics, traffic lights in the order of the
-    /// settings, the decider, the log.
+    /// The published topics: the vehicle's lights, diagnostics, traffic lights in the order of the settings,
+    /// the decider, the log.
     pub outgoing: Vec<OutgoingStatus>,
-    /// The topics that are read, in the order of the settings.
+    /// The subscribed topics, in the order of the settings.
     pub incoming: Vec<IncomingStatus>,
-    /// Participants of the network whose lease ran out, until a new participant has found them.
+    /// Number of participants whose lease ran out and that have not been found again.
     pub missing_peers: usize,
-    /// True while a second participant listens for them.
+    /// True while a second participant of ours searches for them.
     pub has_probe: bool,
-    /// Times our own participant was replaced.
+    /// Number of times our own participant was replaced.
     pub rebuilds: u32,
-    /// Emissions of traffic lights overtaken by a newer one because DDS did not keep up.
+    /// Number of traffic-light emissions replaced by newer ones before they were sent, because DDS did not
+    /// keep up.
     pub overtaken_lights: u64,
-    /// Samples that RustDDS did not take, or that could not be sent to it.
+    /// Number of samples that RustDDS did not accept, or that could not be sent to it.
     pub write_errors: u64,
-    /// Requests for parameters that the present network side did not answer.
+    /// Number of parameter requests that the present network side did not answer.
     pub unanswered_requests: u64,
     /// State of the network side.
     pub network: NetworkState,
 }
 
-/// State of a topic that is written.
+/// State of a published topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OutgoingStatus {
     /// Short name for people, e.g. `turn`, `hazard`, `V2I lights`.
     pub label: &'static str,
     /// Absolute name of the topic.
     pub name: Arc<str>,
-    /// True for a report on the vehicle, which one node alone publishes.
+    /// True for a report on the vehicle, which only one node may publish.
     pub is_report: bool,
-    /// Readers that are matched now.
+    /// Number of currently matched readers.
     pub readers: usize,
-    /// Writers of other nodes that are there now.
+    /// Number of writers of other nodes at present.
     pub other_writers: usize,
 }
 

@@ -1,7 +1,7 @@
-//! A network process with a user of its own. systemd starts it, in a service for each connection with a
-//! socket, since the gateway has no right to become another user; nor may it signal, wait for, or look at
-//! another user's process. So a second process of that user, the supervisor, stands between the two: it
-//! starts the network process, and does these things for the gateway.
+//! A network process with a user of its own. systemd starts it, as one service per connection to a socket,
+//! since the gateway cannot change to another user. The gateway also cannot signal, wait for or inspect
+//! another user's process, so a second process of that user, the supervisor, starts the network process and
+//! does this for the gateway.
 
 use std::io;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
@@ -24,35 +24,35 @@ use crate::io::hangup::ignore_hangup;
 use crate::process_status::network::NetworkFailure;
 use ros_transport::link::datagram;
 
-/// The longest message, bytes: some readings of 64 threads.
+/// Maximum length of a message, bytes: several readings of 64 threads.
 const MAX_MESSAGE: usize = 16 * 1024;
-/// Time within which a supervisor reads what the kernel knows of its network process.
+/// Maximum time for a supervisor to read the kernel's measurements of its network process.
 const PATIENCE: Duration = Duration::from_millis(100);
-/// Time that a network process has for ending by itself after its gateway has.
+/// Time that a network process has to end by itself after its gateway has ended.
 const TIME_TO_LEAVE: Duration = Duration::from_secs(2);
 
-/// What the gateway wants of a supervisor.
+/// Orders of the gateway to a supervisor.
 #[derive(Debug, Serialize, Deserialize)]
 enum SupervisorOrder {
-    /// To start the network process; its ends of the link and of the report come along.
+    /// Start the network process; its ends of the link and the report are attached.
     Start {
-        /// The level of the log, unless the environment sets one.
+        /// Log level, unless the environment sets one.
         log_level: String,
-        /// The most private writable memory of the network process, MB.
+        /// Maximum private writable memory of the network process, MB.
         memory_limit_mb: u32,
     },
-    /// To look at it.
+    /// Read the kernel's measurements of the network process.
     Look,
-    /// The handle that ends it.
+    /// Kill the network process.
     Kill,
 }
 
-/// What a supervisor says of its network process.
+/// Reports of a supervisor on its network process.
 #[derive(Debug, Serialize, Deserialize)]
 enum SupervisorReport {
-    /// What it looks like.
+    /// The kernel's measurements.
     Reading(ProcessReading),
-    /// It has ended, with this status as `wait` gives it.
+    /// The process has ended, with this status of `wait`.
     Ended(i32),
 }
 
@@ -63,7 +63,7 @@ pub(super) struct Supervised {
     seen: Mutex<ObservedService>,
 }
 
-/// What its supervisor has said.
+/// Reports received from its supervisor.
 #[derive(Debug, Default)]
 struct ObservedService {
     reading: Option<ProcessReading>,
@@ -71,7 +71,7 @@ struct ObservedService {
 }
 
 impl Supervised {
-    /// Has the supervisor behind a socket start a network process with these ends of its link and of its
+    /// Orders the supervisor behind a socket to start a network process with these ends of the link and the
     /// report.
     pub(super) fn start(
         path: &Path,
@@ -88,25 +88,25 @@ impl Supervised {
         Ok(Self { socket, seen: Mutex::default() })
     }
 
-    /// Ends it, as soon as the supervisor runs.
+    /// Kills the network process, as soon as the supervisor runs.
     pub(super) fn kill(&self) {
-        // A supervisor that is gone has taken it along.
+        // If the supervisor has ended, so has its network process.
         let _ = send(&self.socket, &SupervisorOrder::Kill, &[]);
     }
 
-    /// The cause of its end; `None` while it has not ended.
+    /// Returns the cause of its end; `None` if it has not ended.
     pub(super) fn end(&self) -> Option<NetworkFailure> {
         let mut seen = self.seen();
         seen.take(&self.socket);
         seen.end.clone()
     }
 
-    /// Looks at it now; nothing is known of one whose supervisor does not answer at once.
+    /// Reads its measurements now; all are `None` if the supervisor does not answer at once.
     pub(super) fn look(&self) -> ProcessReading {
         let mut seen = self.seen();
         seen.reading = None;
         if seen.end.is_none() && send(&self.socket, &SupervisorOrder::Look, &[]).is_ok() {
-            // An answer to a look that was given up may come first; it is as good.
+            // The answer to an earlier request that timed out may come first; it serves as well.
             let _ = poll(&mut [PollFd::new(&self.socket, PollFlags::IN)], Some(&timespec(PATIENCE)));
             seen.take(&self.socket);
         }
@@ -119,7 +119,7 @@ impl Supervised {
 }
 
 impl ObservedService {
-    /// Takes what the supervisor has said until now.
+    /// Processes the reports received from the supervisor so far.
     fn take(&mut self, socket: &OwnedFd) {
         while self.end.is_none() {
             match receive(socket) {
@@ -129,7 +129,7 @@ impl ObservedService {
                 }
                 Err(error) => match Errno::from_io_error(&error) {
                     Some(Errno::AGAIN) => return,
-                    // It has ended without reading all of ours; what it had said comes after that.
+                    // It has ended without reading all our orders; its own reports follow.
                     Some(Errno::CONNRESET) => {}
                     _ => self.end = Some(NetworkFailure::SupervisorEnded),
                 },
@@ -139,11 +139,11 @@ impl ObservedService {
     }
 }
 
-/// Supervises a network process, which runs this program, for the gateway at the other end of standard input:
-/// what the hidden command `network-supervisor` runs.
+/// Supervises a network process, which runs this program, for the gateway at the other end of standard input.
+/// The hidden command `network-supervisor` calls this.
 ///
 /// # Errors
-/// Standard input is not such a connection, or a process cannot be started.
+/// Fails if standard input is not such a connection, or a process cannot be started.
 pub fn run(program: &Path) -> io::Result<()> {
     ignore_hangup();
     set_dumpable_behavior(DumpableBehavior::NotDumpable)?;
@@ -176,7 +176,7 @@ fn supervise(gateway: &OwnedFd, program: &Path) -> io::Result<()> {
     }
 }
 
-/// Waits for a network process whose gateway has ended, and ends it if need be.
+/// Waits for a network process whose gateway has ended, and kills it if necessary.
 fn see_off(child: &mut Child, ended: &OwnedFd) -> io::Result<()> {
     poll(&mut [PollFd::new(ended, PollFlags::IN)], Some(&timespec(TIME_TO_LEAVE)))?;
     child.kill()?;
@@ -191,7 +191,7 @@ fn send(socket: &OwnedFd, message: &impl Serialize, descriptors: &[BorrowedFd<'_
     datagram::send(socket, &serde_json::to_vec(message)?, descriptors)
 }
 
-/// The next message; `None` when the other end is closed.
+/// Returns the next message; `None` if the other end is closed.
 fn receive<T: DeserializeOwned>(socket: &OwnedFd) -> io::Result<Option<(T, Vec<OwnedFd>)>> {
     let mut space = vec![0; MAX_MESSAGE];
     let (length, descriptors) = datagram::receive(socket, &mut space)?;
@@ -208,7 +208,7 @@ mod tests {
     use super::*;
     use crate::waiting::wait_for;
 
-    /// A supervisor of a program, our end of its connection, and our ends of the link and the report.
+    /// Starts a supervisor of a program; returns it with our ends of its connection, the link and the report.
     fn supervised(program: &'static str) -> (JoinHandle<io::Result<()>>, Supervised, [OwnedFd; 2]) {
         let (ours, theirs) = datagram::pair().unwrap();
         rustix::io::ioctl_fionbio(&ours, true).unwrap();

@@ -1,5 +1,5 @@
-//! What held up the threads of a process, by two readings of `/proc`: a processor or memory that they waited
-//! for.
+//! Determines from two readings of `/proc` how long the threads of a process waited for a processor or
+//! memory.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,14 +8,14 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-/// The threads of a process by their ids.
+/// The threads of a process by id.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub(super) struct Threads(BTreeMap<u32, ThreadReading>);
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 struct ThreadReading {
     state: ThreadState,
-    /// `None` where the kernel does not measure them.
+    /// `None` if the kernel does not measure them.
     times: Option<ProcessorTimes>,
 }
 
@@ -33,15 +33,15 @@ enum ThreadState {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 struct ProcessorTimes {
     ran: Duration,
-    /// Noted when the wait is over.
+    /// Updated when a wait ends.
     waited: Duration,
 }
 
 impl Threads {
-    /// Returns the threads of a process now; `None` if they cannot be read.
+    /// Reads the current threads of a process; returns `None` if they cannot be read.
     pub(super) fn read(process: u32) -> Option<Self> {
         let tasks = fs::read_dir(format!("/proc/{process}/task")).ok()?;
-        // A thread that ends meanwhile has no files any more.
+        // The files of a thread that ends meanwhile are gone.
         let threads = tasks.filter_map(|task| {
             let task = task.ok()?;
             let id = task.file_name().to_str()?.parse().ok()?;
@@ -51,8 +51,8 @@ impl Threads {
         (!threads.is_empty()).then_some(Self(threads))
     }
 
-    /// The processor time that threads have used since an earlier reading; `None` where the kernel does not
-    /// measure it.
+    /// Returns the processor time that the threads have used since an earlier reading; `None` if the kernel
+    /// does not measure it.
     pub(super) fn ran_since(&self, earlier: &Self) -> Option<Duration> {
         let ran = |(id, now): (&u32, &ThreadReading)| {
             let before =
@@ -62,8 +62,8 @@ impl Threads {
         self.0.iter().map(ran).sum()
     }
 
-    /// How much of the time since an earlier reading, which is `span`, threads may have been held up. One
-    /// waits for another, so their times add up.
+    /// Returns for how much of `span`, the time since an earlier reading, threads may have been held up.
+    /// Since threads wait for each other, their times are added.
     pub(super) fn held_up(&self, earlier: &Self, span: Duration) -> Duration {
         let pairs = self.0.iter().filter_map(|(id, now)| Some((earlier.0.get(id)?, now)));
         pairs.map(|(then, now)| now.held_up(then, span)).sum::<Duration>().min(span)
@@ -90,7 +90,7 @@ impl ThreadReading {
     }
 }
 
-/// The third field of `stat`, behind a name that may hold anything.
+/// Parses the third field of `stat`, which follows a name that may contain any characters.
 fn state(stat: &str) -> Option<ThreadState> {
     match stat.rsplit_once(')')?.1.split_whitespace().next()? {
         "R" => Some(ThreadState::Runnable),
@@ -99,7 +99,7 @@ fn state(stat: &str) -> Option<ThreadState> {
     }
 }
 
-/// The first two fields of `schedstat`, nanoseconds; zeros from a kernel that does not measure.
+/// Parses the first two fields of `schedstat`, ns, which are zero if the kernel does not measure them.
 fn times(schedstat: &str) -> Option<ProcessorTimes> {
     let mut fields = schedstat.split_whitespace().map(str::parse).map_while(Result::ok);
     let (ran, waited) = (fields.next()?, fields.next()?);
@@ -118,7 +118,7 @@ pub(super) mod tests {
         ThreadReading { state, times: times(schedstat) }
     }
 
-    /// Threads of these states and `schedstat`s.
+    /// Creates threads with these states and `schedstat` lines.
     pub(in super::super) fn threads(readings: &[(&str, &str)]) -> Threads {
         let readings = readings.iter().map(|(stat, schedstat)| reading(stat, schedstat));
         Threads((1..).zip(readings).collect())

@@ -1,4 +1,4 @@
-//! The topics that are read.
+//! The subscribed topics.
 
 use super::flow::TopicFlow;
 use ros_messages::autoware_adapi_v1_msgs::OperationModeState;
@@ -13,18 +13,18 @@ use ros_transport::qos::{Durability, Reliability};
 use traffic_lights::target::StoreId;
 use turn_signal::planner_input::FactorTopic;
 
-/// A topic that is read.
+/// A subscribed topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Subscription {
     /// Absolute name of the topic.
     pub name: String,
-    /// The message, and its purpose.
+    /// Message and purpose of the topic.
     pub kind: SubscriptionKind,
     /// Reliability requested from writers.
     pub reliability: Reliability,
     /// Durability requested from writers.
     pub durability: Durability,
-    /// Samples kept while the session is busy, at least 1.
+    /// Number of samples kept while the session is busy, at least 1.
     pub depth: i32,
 }
 
@@ -36,7 +36,7 @@ impl Subscription {
     }
 }
 
-/// The message of a topic that is read, and its purpose.
+/// Message and purpose of a subscribed topic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum SubscriptionKind {
     /// States of lights for a store.
@@ -57,7 +57,7 @@ pub enum SubscriptionKind {
     Trajectory,
     /// Planning factors of one module for the decider.
     Factors(FactorTopic),
-    /// The goal that the goal planner has moved, for the decider.
+    /// The goal as moved by the goal planner, for the decider.
     ModifiedGoal,
     /// The operation mode for the decider.
     OperationMode,
@@ -65,9 +65,9 @@ pub enum SubscriptionKind {
     Scenario,
     /// The system's request for hazard lights, for the decider.
     HazardRequest,
-    /// The turn command of Autoware's own decider, to compare with.
+    /// The turn command of Autoware's own decider, for comparison.
     OwnTurnCommand,
-    /// The hazard command of Autoware's own decider, to compare with.
+    /// The hazard command of Autoware's own decider, for comparison.
     OwnHazardCommand,
     /// The turn command for the vehicle.
     TurnCommand,
@@ -77,14 +77,15 @@ pub enum SubscriptionKind {
     ControlMode,
 }
 
-/// A topic that is read, as far as it is not configured.
+/// The fixed properties of a subscribed topic.
 #[derive(Debug, Clone, Copy)]
 pub struct IncomingRow {
-    /// The flow that takes the messages.
+    /// The flow that receives the messages.
     pub flow: TopicFlow,
     /// Section and key of the configuration that name the topic; `None` for a topic whose name is fixed.
     pub key: Option<(&'static str, &'static str)>,
-    /// Absolute name unless configured; empty for a topic that is read only where the configuration names it.
+    /// Absolute name unless configured; empty for a topic that is subscribed to only if the configuration
+    /// names it.
     pub default_name: &'static str,
     /// Type of the messages.
     pub type_name: TypeName,
@@ -92,7 +93,7 @@ pub struct IncomingRow {
     pub reliability: Reliability,
     /// Durability requested from writers.
     pub durability: Durability,
-    /// Samples kept while the session is busy.
+    /// Number of samples kept while the session is busy.
     pub depth: i32,
 }
 
@@ -108,7 +109,7 @@ const fn command(key: &'static str, default_name: &'static str, type_name: TypeN
     newest(TopicFlow::Command, Some(("command.topics", key)), default_name, type_name)
 }
 
-/// A topic whose newest message counts, from now on: an earlier message may no longer hold.
+/// A topic of which only new messages count, since an earlier message may be outdated.
 const fn newest(
     flow: TopicFlow,
     key: Option<(&'static str, &'static str)>,
@@ -119,13 +120,13 @@ const fn newest(
     IncomingRow { flow, key, default_name, type_name, reliability, durability, depth: 1 }
 }
 
-/// A topic that is published only when it changes, so that late readers need the current message.
+/// A topic that is published only on change, so late readers need the current message.
 const fn kept(row: IncomingRow) -> IncomingRow {
     IncomingRow { durability: Durability::TransientLocal, ..row }
 }
 
 impl SubscriptionKind {
-    /// The inputs of the decider, planning factors left out.
+    /// The inputs of the decider, except planning factors.
     pub const DECIDER: [Self; 8] = [
         Self::Odometry,
         Self::Route,
@@ -139,7 +140,7 @@ impl SubscriptionKind {
     /// The commands of Autoware's own decider.
     pub const OWN_COMMANDS: [Self; 2] = [Self::OwnTurnCommand, Self::OwnHazardCommand];
 
-    /// Returns the row of the topic.
+    /// Returns the fixed properties of the topic.
     pub const fn row(self) -> IncomingRow {
         const BEHAVIOR_PATH: &str =
             "/planning/scenario_planning/lane_driving/behavior_planning/path_with_lane_id";
@@ -149,9 +150,9 @@ impl SubscriptionKind {
         match self {
             Self::Groups(store) => lights(store.name(), TrafficLightGroupArray::TYPE_NAME),
             Self::Camera => lights("camera", TrafficLightGroupArray::TYPE_NAME),
-            // Each command counts.
+            // No command may be lost.
             Self::Command => IncomingRow { depth: 50, ..lights("command", std_msgs::String::TYPE_NAME) },
-            // A clock is often published at best effort, and the next message follows soon.
+            // A clock is often published as best effort, and the next message follows soon.
             Self::Clock => IncomingRow {
                 reliability: Reliability::BestEffort,
                 ..newest(TopicFlow::TrafficLights, None, "/clock", Clock::TYPE_NAME)
@@ -162,7 +163,7 @@ impl SubscriptionKind {
             }
             Self::PlannedPath => decider("planned_path", BEHAVIOR_PATH, PathWithLaneId::TYPE_NAME),
             Self::Trajectory => decider("trajectory", "", Trajectory::TYPE_NAME),
-            // The name is a folder, in which each module has its topic.
+            // The name is a prefix, under which each module has its topic.
             Self::Factors(_) => {
                 decider("planning_factors", "/planning/planning_factors", PlanningFactorArray::TYPE_NAME)
             }

@@ -2,7 +2,7 @@
 //! renames it.
 //!
 //! docs/spec/vehicle-interface.md ("Topics and quality of service") and docs/spec/traffic-lights.md
-//! ("Messages and topics") say why; the log is as `rcl_qos_profile_rosout_default` of `rcl` has it.
+//! ("Messages and topics") give the reasons; the log follows `rcl_qos_profile_rosout_default` of `rcl`.
 
 mod flow;
 mod incoming;
@@ -29,9 +29,8 @@ pub use ros_transport::qos::{Delivery, Durability, LOG_DEPTH, LOG_LIFESPAN, Reli
 use traffic_lights::compat::Compat;
 use traffic_lights::emission::LightsTopic;
 
-/// A topic that is written. The order is the order in settings, statuses and recordings; the topics of
-/// traffic lights, which are configured one by one ([`LightsTopicSettings`]), come before the topics of the
-/// decider.
+/// A published topic. Settings, statuses and recordings use this order; the topics of traffic lights, which
+/// are configured individually ([`LightsTopicSettings`]), come before the topics of the decider.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[allow(missing_docs)] // see the rows
 pub enum OutgoingTopic {
@@ -50,29 +49,29 @@ pub enum OutgoingTopic {
     Log,
 }
 
-/// A topic that is written, as far as it is not configured.
+/// The fixed properties of a published topic.
 #[derive(Debug, Clone, Copy)]
 pub struct OutgoingRow {
-    /// The topic that the row is about.
+    /// The topic of this row.
     pub topic: OutgoingTopic,
-    /// Short name in texts for people.
+    /// Short name for use in texts.
     pub label: &'static str,
     /// The flow whose outputs are published.
     pub flow: TopicFlow,
     /// Section and key of the configuration that name the topic; `None` for a topic whose name is fixed.
     pub key: Option<(&'static str, &'static str)>,
-    /// Absolute name unless configured; empty for a topic that is written only where the configuration names
+    /// Absolute name unless configured; empty for a topic that is published only if the configuration names
     /// it.
     pub default_name: &'static str,
     /// Type of the messages.
     pub type_name: TypeName,
     /// Durability offered to readers.
     pub durability: RowDurability,
-    /// Samples that the writer keeps for readers.
+    /// History depth of the writer, samples.
     pub depth: i32,
     /// Delivery of the messages to readers.
     pub delivery: Delivery,
-    /// Messages that may wait to be sent; the oldest make room.
+    /// Maximum number of messages that wait to be sent; beyond it the oldest are dropped.
     pub max_waiting: usize,
     /// Meaning of the key, for the documentation.
     pub doc: &'static str,
@@ -83,13 +82,13 @@ pub struct OutgoingRow {
 /// The durability of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RowDurability {
-    /// `[reports] durability` chooses it.
+    /// Set by `[reports] durability`.
     Configured,
     /// The same in every configuration.
     Fixed(Durability),
 }
 
-/// The topics that are written, in the order of [`OutgoingTopic`].
+/// The published topics, in the order of [`OutgoingTopic`].
 pub const OUTGOING: [OutgoingRow; 13] = [
     OutgoingRow {
         topic: OutgoingTopic::TurnIndicatorsReport,
@@ -212,16 +211,16 @@ pub const OUTGOING: [OutgoingRow; 13] = [
         type_name: Log::TYPE_NAME,
         doc: "",
         durability: RowDurability::Fixed(Durability::TransientLocal),
-        // `rclcpp` keeps a thousand, of all levels.
+        // `rclcpp` keeps a thousand messages of all levels.
         depth: LOG_DEPTH,
         delivery: Delivery::Log,
-        // As many as the process log keeps, and one that counts the rest.
+        // As many as the process log keeps, plus one that counts the others.
         max_waiting: 129,
         when: "each warning and error of the log",
     },
 ];
 
-/// The rest of the row of a report.
+/// Default row of a report.
 const REPORT: OutgoingRow = OutgoingRow {
     topic: OutgoingTopic::TurnIndicatorsReport,
     label: "",
@@ -236,17 +235,18 @@ const REPORT: OutgoingRow = OutgoingRow {
     max_waiting: 1,
     when: "10 Hz and at once on a change",
 };
-/// The rest of the row of a state of the vehicle.
+/// Default row of a vehicle state.
 const STATE: OutgoingRow = OutgoingRow { flow: TopicFlow::VehicleStatus, ..REPORT };
-/// The rest of the row of a report that is published with each frame. A late reader would take an earlier one
-/// for current.
+/// Default row of a report that is published with each frame. A late reader would mistake an earlier report
+/// for a current one.
 const MEASUREMENT: OutgoingRow = OutgoingRow {
     durability: RowDurability::Fixed(Durability::Volatile),
     delivery: Delivery::Live,
     when: "with each frame, at most 50 Hz",
     ..STATE
 };
-/// The rest of the row of a topic of the decider. It is not kept for late readers, for whom it is outdated.
+/// Default row of a topic of the decider. Messages are not kept for late readers, since they would be
+/// outdated.
 const DECISION: OutgoingRow = OutgoingRow {
     flow: TopicFlow::TurnSignal,
     durability: RowDurability::Fixed(Durability::Volatile),
@@ -255,17 +255,17 @@ const DECISION: OutgoingRow = OutgoingRow {
     ..REPORT
 };
 
-/// The topic of all nodes' logs; tools know it by this name only.
+/// The log topic of all nodes; tools know it only by this name.
 pub const LOG_NAME: &str = "/rosout";
 
 impl OutgoingTopic {
-    /// Returns the row of the topic.
+    /// Returns the fixed properties of the topic.
     pub fn row(self) -> &'static OutgoingRow {
         &OUTGOING[self as usize]
     }
 }
 
-/// The topics that are written, by absolute names (`/…`).
+/// The published topics, by absolute names (`/…`).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Topics {
     names: BTreeMap<OutgoingTopic, String>,
@@ -288,7 +288,7 @@ impl Default for Topics {
 }
 
 impl Topics {
-    /// Returns the topics with this one under `name`, or without it if `name` is empty.
+    /// Returns the topics with this topic under `name`, or without it if `name` is empty.
     pub fn with(mut self, topic: OutgoingTopic, name: &str) -> Self {
         if name.is_empty() {
             self.names.remove(&topic);
@@ -298,43 +298,43 @@ impl Topics {
         self
     }
 
-    /// Returns the topics with these of traffic lights.
+    /// Returns the topics with these traffic-light topics.
     pub fn with_lights(mut self, lights: Vec<LightsTopicSettings>) -> Self {
         self.lights = lights;
         self
     }
 
-    /// Returns the name of a topic; `None` if it is not written.
+    /// Returns the name of a topic; `None` if it is not published.
     pub fn name(&self, topic: OutgoingTopic) -> Option<&str> {
         self.names.get(&topic).map(String::as_str)
     }
 
-    /// Returns the topics that are written, except traffic lights, in order and with their names.
+    /// Returns the published topics except traffic lights, in order, with their names.
     pub fn named(&self) -> impl Iterator<Item = (OutgoingTopic, &str)> {
         self.names.iter().map(|(topic, name)| (*topic, name.as_str()))
     }
 
-    /// Returns the names of all topics that are written.
+    /// Returns the names of all published topics.
     pub fn names_mut(&mut self) -> impl Iterator<Item = &mut String> {
         self.names.values_mut().chain(self.lights.iter_mut().map(|topic| &mut topic.name))
     }
 }
 
-/// A topic with traffic lights. Several can carry the same emissions, as the V2I topic and its legacy name
-/// do.
+/// A topic with traffic lights. Several topics can carry the same emissions, e.g. the V2I topic and its
+/// legacy name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LightsTopicSettings {
     /// The emissions that are published there.
     pub topic: LightsTopic,
     /// Absolute name of the topic.
     pub name: String,
-    /// The message that they become.
+    /// Message type of the emissions.
     pub lights: LightsType,
     /// The numbering of shapes and the width of ids that the message uses.
     pub compat: Compat,
 }
 
-/// Returns the type of the messages and the number of samples that a writer keeps.
+/// Returns the type of the messages and the history depth of the writer.
 pub const fn lights_row(lights: LightsType) -> (TypeName, i32) {
     match lights {
         LightsType::ArrayV1 => (TrafficLightArrayV1::TYPE_NAME, 10),

@@ -2,8 +2,8 @@ use super::*;
 use crate::report::chart::{Along, CommandKind, IndicatorState, Look, Mark, Plan, PlanLane};
 use gateway_base::diagnostics::Level;
 
-/// All texts of a picture with their left and right end as the widths of this program have them, and their
-/// base line.
+/// Returns all texts of a chart with their left and right end, by this program's text widths, and their base
+/// line.
 fn texts(svg: &str) -> Vec<(String, f64, f64, f64)> {
     let text = |element: &str| {
         let (head, rest) = element.split_once('>')?;
@@ -26,7 +26,7 @@ fn attribute<'a>(head: &'a str, name: &str) -> Option<&'a str> {
     head.split_once(&format!(" {name}=\""))?.1.split('"').next()
 }
 
-/// Alternating lights with short and long states, with messages, over a time.
+/// Creates a chart of alternating lights with short and long states, and messages.
 fn chart(length_s: f64, states: u32) -> Chart {
     let step = length_s / f64::from(states);
     let bar = |number: u32, look| {
@@ -60,7 +60,7 @@ fn chart(length_s: f64, states: u32) -> Chart {
     }
 }
 
-/// From a second to ten hours, with few states and many.
+/// Returns charts from a second to ten hours, with few and many states.
 fn charts() -> impl Iterator<Item = (f64, u32, Chart)> {
     [1.0, 45.0, 600.0, 7_200.0, 36_000.0]
         .into_iter()
@@ -95,7 +95,7 @@ fn each_label_fits_into_its_bar_and_each_text_into_the_picture() {
                 );
                 assert!(!text.ends_with('…'), "{text}");
             }
-            // The title has all of it; a corner says where less is shown.
+            // The title has the full text; a corner marks a shortened label.
             let title = bar.split("<title>").nth(1).unwrap().split("</title>").next().unwrap();
             let full = title.split(": ").skip(1).collect::<Vec<_>>().join(": ");
             let full = full.trim_start_matches("signal: ");

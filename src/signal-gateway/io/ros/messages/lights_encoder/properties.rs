@@ -1,4 +1,5 @@
-//! Whatever changes in whatever order: patched bytes are freshly encoded ones, and bytes that are held stay.
+//! Property tests: after any sequence of changes, patched bytes equal freshly encoded ones, and held bytes
+//! stay unchanged.
 
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -14,23 +15,24 @@ const IDS: Range<i64> = 0..12;
 
 #[derive(Debug, Clone)]
 enum ListStep {
-    /// Only the stamp is another one.
+    /// Only the stamp changes.
     Nothing,
-    /// Lights look differently, or appear.
+    /// Lights change or appear.
     Set(Vec<LightLook>),
     /// Lights disappear from the list.
     Remove(Vec<i64>),
-    /// An equal list at another address, as other groups have after faults.
+    /// The list is replaced by an equal list at another address, as happens to unaffected groups after
+    /// faults.
     Copy,
 }
 
-/// A light as each kind of message may show it.
+/// A light with the properties that any kind of message may show.
 #[derive(Debug, Clone)]
 struct LightLook {
     id: i64,
     bulbs: Vec<Bulb>,
     quarters: u8,
-    /// Number of bulbs, and source.
+    /// Number of bulbs and source of each prediction.
     predictions: Vec<(usize, &'static str)>,
 }
 
@@ -58,7 +60,7 @@ fn step() -> impl Strategy<Value = ListStep> {
     ]
 }
 
-/// Some ids do not fit 32 bits, so that the markers of some lights have longer names.
+/// Returns an id. Some do not fit 32 bits, so the markers of some lights have longer names.
 fn id(of: i64) -> i64 {
     if of % 3 == 0 { of + (1 << 40) } else { of }
 }
@@ -99,8 +101,7 @@ impl LightLook {
     }
 }
 
-/// Changes a list as the core does: in place unless it is held elsewhere, and not at all without a
-/// difference.
+/// Changes a list as the core does: in place unless it is shared, and only if there is a difference.
 fn take<T: Clone>(
     list: &mut Arc<Vec<T>>,
     step: &ListStep,
@@ -165,7 +166,7 @@ proptest! {
     }
 }
 
-/// The address of a message's bytes, after it was dropped.
+/// Returns the address of a message's bytes, after the message was dropped.
 fn address(encoder: &mut LightsEncoder, content: &LightsContent, nanos: i64) -> *const u8 {
     let stamp = WallStamp::from_nanos(nanos);
     let emission = Emission { topic: LightsTopic::V2i, stamp, content: content.clone() };

@@ -1,4 +1,4 @@
-//! What the caller sees of the network side: its status, and what weighs on it.
+//! The network side as visible to the caller: status and current load.
 
 use std::time::{Duration, Instant};
 
@@ -8,13 +8,13 @@ use crate::io::ros::session::status::OutgoingStatus;
 use crate::process_status::network::{Burden, NetworkState, SharedTopic};
 use ros_transport::link::{LostLines, NetworkStatus};
 
-/// Time after which age and memory are noted again.
+/// Interval at which age and memory are recorded.
 const NOTE_INTERVAL: Duration = Duration::from_secs(1);
-/// Time for which a restart counts among the recent ones.
+/// Time for which a restart counts as recent.
 const RECENT: Duration = Duration::from_secs(60);
 
 impl Exchange {
-    /// Shows the status to the caller, with the state when it has changed or is due.
+    /// Updates the status that the caller sees, including the state if it has changed or is due.
     pub(super) fn show(&mut self, now: Instant) {
         self.unended.retain_mut(|host| host.end().is_none());
         let is_due = self.noted.as_ref().is_none_or(|(noted, at)| {
@@ -83,22 +83,23 @@ impl Exchange {
     }
 }
 
-/// Participants of others, and their endpoints that are matched with ours.
+/// Returns the number of other participants plus their endpoints that are matched with ours.
 pub(super) fn peers(status: &NetworkStatus) -> u32 {
     let matched = status.readers.iter().chain(&status.writers).copied();
     matched.fold(status.participants, u32::saturating_add)
 }
 
 impl Active {
-    /// Returns the log lines that it did not write; none of a thread, which shares the log of this process.
+    /// Returns the number of log lines that the network side lost; 0 for a thread, which shares the log of
+    /// this process.
     pub(super) fn lost_lines(&self) -> LostLines {
         if self.host.is_isolated() { self.status.lost_lines } else { LostLines::default() }
     }
 
-    /// Writes what waits, and reads until the other end is closed.
+    /// Writes the pending messages, and reads until the other end is closed.
     pub(super) async fn end(&mut self) {
         while self.link.flush().is_ok() && self.link.read().is_ok() {
-            // What it still has to say is of no use.
+            // Its remaining messages are not needed.
             while let Ok(Some(_)) = self.link.next_frame() {}
             if self.link.ready().await.is_err() {
                 return;
