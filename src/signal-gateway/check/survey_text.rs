@@ -273,7 +273,7 @@ pub fn recording_faults(replay: &Replay) -> Vec<String> {
              parts one by one"
         )
     });
-    // If the file was truncated, its frames already report that.
+    // A truncated file is also reported for its frames.
     let of_samples = replay.samples().into_iter().flat_map(sample_faults);
     log_faults(replay.log())
         .chain(of_times.into_iter().flatten())

@@ -71,7 +71,7 @@ enum TimeUnit {
 }
 
 impl TimeArgs {
-    /// Applies the unit to a recording that was opened.
+    /// Applies the unit to an open recording.
     pub(super) fn apply(self, log: Log) -> io::Result<Log> {
         let unit_ns = match self.time_unit {
             None => return Ok(log),
@@ -108,7 +108,7 @@ fn log_help() -> String {
     )
 }
 
-/// A value that an argument may have: the value, its name, and what it means.
+/// A value of an argument, with its name and meaning.
 pub(super) type NamedValue<T> = (T, &'static str, &'static str);
 
 /// Parses names of values that are defined outside of the command line.
@@ -172,7 +172,7 @@ fn read_settings(files: &dyn Files, args: &ConfigArgs, ros: &RosOverrides) -> Re
     Ok(settings)
 }
 
-/// When the progress of a recording is shown.
+/// When to show the progress of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ShowProgress {
     /// Always: the command prints nothing until the end.
@@ -203,7 +203,7 @@ pub(super) fn open(path: &Path, time: TimeArgs, shown: ShowProgress) -> Result<L
     open().and_then(|log| time.apply(log)).map_err(Failure::file(path))
 }
 
-/// Parses the path of a picture, which must end in `.svg`.
+/// Parses the path of a chart, which must end in `.svg`.
 pub(super) fn svg_path(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     let extension = path.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
@@ -225,7 +225,7 @@ pub(super) fn draw(path: &Path, chart: &Chart) -> Result<(), Failure> {
     write_new(path, &chart.to_svg(), true).map_err(Failure::written(path))
 }
 
-/// Returns the title of a chart that has none of its own.
+/// Returns the title of a chart without its own title.
 pub(super) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }

@@ -1,5 +1,5 @@
-//! `black-box-report`: the page of a black box for the live page, in a process of its own, so that neither
-//! its memory nor a fault in it concerns the gateway.
+//! `black-box-report`: the page of a black box for the live page, in a separate process, so that neither its
+//! memory nor its faults affect the gateway.
 
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
@@ -17,10 +17,10 @@ use crate::report::text::escaped;
 use crate::report::timeline::{OpenedAt, Timeline};
 use can_log::Log;
 
-/// Longest time of a processor, seconds; a black box of the default length takes less than one.
+/// Maximum processor time, seconds; a black box of the default length takes less than 1 s.
 const MAX_SECONDS: u64 = 30;
-/// The most private writable memory, bytes: a black box of 100,000 frames, each of which changes something,
-/// takes 60 MB. It leaves the service room below its own limit.
+/// Maximum private writable memory, bytes. A black box of 100,000 frames with a change each takes 60 MB. This
+/// leaves the service room below its own limit.
 const MAX_MEMORY: u64 = 128 * 1024 * 1024;
 
 #[derive(Debug, Args)]
@@ -51,7 +51,8 @@ pub(super) fn run(args: &BlackBoxReportArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Makes the page of a black-box log with the configuration that is on disk; an error is for people.
+/// Creates the page of a black-box log with the configuration on the disk. An error is a message for the
+/// user.
 pub(super) fn black_box_report(
     config: &ConfigArgs,
     log: &Path,

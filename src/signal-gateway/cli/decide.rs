@@ -258,7 +258,7 @@ fn turn_signal(path: &Path) -> Result<TurnSignalConfig, Refused> {
     })
 }
 
-/// Replaces the decider's settings of a drive by the settings of a gateway's configuration.
+/// Replaces a drive's decider settings by those in a gateway's configuration.
 fn take_settings(file: &mut DriveFile, settings: &TurnSignalSettings) {
     file.compats = vec![settings.decider.compat];
     file.planning_hz = 1.0 / settings.period.as_secs_f64();

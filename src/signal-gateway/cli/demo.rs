@@ -50,14 +50,14 @@ What is published is invented: it stays on this computer, in a ROS domain of its
 ROS 2. On a terminal a live view shows the state, and ? its keys; elsewhere, and with --plain, each
 change is a line. Each caption is checked: the demo ends with an error when one does not hold.";
 
-/// ROS domain of the demo unless one is given: what it publishes is invented, and must not reach a vehicle.
+/// Default ROS domain of the demo: its messages are invented, and must not reach a vehicle.
 const DEMO_DOMAIN: u16 = 100;
 
-/// What makes Cyclone DDS listen on the loopback, where Fast DDS listens by itself.
+/// Setting that makes Cyclone DDS listen on the loopback interface, where Fast DDS listens by default.
 const CYCLONE_ON_LOOPBACK: &str =
     r#"<General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces></General>"#;
 
-/// Commands that are listed after the summary.
+/// Commands listed after the summary.
 const TRY_NEXT: &[(&str, &str)] = &[
     ("signal-gateway demo commands", "a drive, and a vehicle that obeys or not"),
     ("signal-gateway demo lights", "the traffic lights of a scenario"),
@@ -66,7 +66,7 @@ const TRY_NEXT: &[(&str, &str)] = &[
     ("signal-gateway init", "a configuration for your car"),
 ];
 
-/// Time after an error until its black box is written, in the time of the recording.
+/// Time from an error to the writing of its black box, in the time of the recording.
 const AFTER_ERROR: Duration = Duration::from_secs(2);
 
 #[derive(Debug, Args)]
@@ -145,7 +145,7 @@ fn play(args: &DemoArgs, mut settings: Settings) -> Result<(), Failure> {
     let reopen = || Log::new(Box::new(io::Cursor::new(Embedded.read(&file)?))).map(Recording::from);
     let routes = Routes::by_interface(&settings.gateway);
     let playback = Playback { speed: args.speed, repeat: args.repeat, stamps, stay: false };
-    // Whoever looks at the page is led from an error to its frames.
+    // The page links from an error to its frames.
     let black_box = if args.web.is_on() { BlackBoxFolder::create(&mut settings) } else { None };
     let report: Option<ReportPage> = black_box.is_some().then(|| {
         let config = ConfigArgs { config: None, profile: Some("demo_vehicle".into()) };
@@ -156,11 +156,11 @@ fn play(args: &DemoArgs, mut settings: Settings) -> Result<(), Failure> {
     Ok(daemon::play(settings, view, report, recording, playback)?)
 }
 
-/// A folder for the black boxes of a demo, which goes when this is dropped.
+/// A folder for the black boxes of a demo, removed when this is dropped.
 struct BlackBoxFolder(PathBuf);
 
 impl BlackBoxFolder {
-    /// Creates one and configures it; `None` where that is impossible, so that errors lead nowhere.
+    /// Creates a folder and configures it; `None` if that is impossible, so that errors have no link.
     fn create(settings: &mut Settings) -> Option<Self> {
         let folder = std::env::temp_dir().join(format!("signal-gateway-demo-{}", std::process::id()));
         DirBuilder::new().mode(0o700).create(&folder).ok()?;
@@ -172,12 +172,12 @@ impl BlackBoxFolder {
 
 impl Drop for BlackBoxFolder {
     fn drop(&mut self) {
-        // What cannot be removed is left to whoever clears temporary files.
+        // If the folder cannot be removed, it is left to the cleaning of temporary files.
         let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 
-/// Where the demo publishes, and the commands that listen to it.
+/// Describes where the demo publishes, and the commands that subscribe to it.
 fn listen_notes(domain: Option<u16>) -> Vec<String> {
     let (domain_id, place) = match domain {
         Some(domain_id) => (domain_id, "on all networks"),
@@ -273,7 +273,7 @@ mod tests {
         load(&Embedded, Path::new(config), &Overrides::default()).unwrap()
     }
 
-    /// Looks at the state as the commands do, at each moment of a demo, and returns for how many looks each
+    /// Checks the state like the commands at each moment of a demo, and counts the checks during which each
     /// caption was shown.
     struct Audience {
         teller: Teller,
@@ -296,14 +296,14 @@ mod tests {
             Ok(())
         }
 
-        /// Each caption was seen for at least half a second.
+        /// Returns true if each caption was shown for at least half a second.
         fn has_seen_all(self, story: Story, rounds: usize) {
             assert_eq!(self.looks.len(), rounds * story.len());
             assert!(self.looks.iter().all(|looks| *looks >= 10), "{:?}", self.looks);
         }
     }
 
-    /// Two rounds, as with `--repeat`.
+    /// Plays two rounds, as with `--repeat`.
     fn watch_recording(story: Story) -> Result<Audience, WrongCaption> {
         let settings = settings(DEMO_CONFIG);
         let file = settings.recording.unwrap().file;

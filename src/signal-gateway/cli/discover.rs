@@ -214,7 +214,7 @@ fn finish(
 
 struct LiveSession {
     log: BufWriter<File>,
-    /// The latest mark, which is written after the frames that were received before it.
+    /// The latest mark, which is written after the frames received before it.
     mark: Option<(WallStamp, DriverMark)>,
     interfaces: Vec<String>,
     screen: DiscoveryScreen,
@@ -252,7 +252,7 @@ impl LiveSession {
 /// Shows the requests on standard output: with a countdown on a terminal, as lines elsewhere.
 struct DiscoveryScreen {
     is_terminal: bool,
-    /// The present request with its beginning, and its number in front of it.
+    /// The current request with its start, and the number that precedes it.
     request: Option<(DriverRequest, MonoTime, String)>,
 }
 
@@ -302,7 +302,7 @@ impl DiscoveryScreen {
         };
         let mut out = io::stdout().lock();
         let countdown = texts::countdown(*from, *until, now);
-        // A wrapped line cannot be erased, so the request is cut and the next one is left out.
+        // A wrapped line cannot be erased, so the request is shortened and the next one omitted.
         let request = format!("{step}{}", texts::request(*mark, Self::width()));
         let room = Self::width().saturating_sub(countdown.chars().count() + 5);
         let request: String = request.chars().take(room).collect();

@@ -1,4 +1,4 @@
-//! Writes why a command failed and what to type next, in the same words for every command.
+//! Writes the reason why a command failed and what to type next, in the same words for every command.
 
 use std::path::Path;
 
@@ -47,8 +47,8 @@ fn remedy(interface: &str, state: LinkState) -> String {
     }
 }
 
-/// Returns the command that brings an interface up so that it sends nothing, not even error frames when the
-/// bit rate is wrong. A virtual one refuses a bit rate.
+/// Returns the command that brings an interface up without sending anything, not even error frames if the bit
+/// rate is wrong. A virtual interface refuses a bit rate.
 fn bring_up(interface: &str, is_virtual: bool) -> String {
     let rate = if is_virtual { "" } else { " type can bitrate 500000 listen-only on" };
     format!("bring it up first: ip link set {interface} up{rate}")

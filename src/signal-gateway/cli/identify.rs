@@ -84,7 +84,7 @@ pub(super) fn read(path: &Path, time: TimeArgs) -> Result<Identifier, Failure> {
     Ok(identifier)
 }
 
-/// Shortest time to listen, and the interval at which the best candidate is determined.
+/// Minimum time to listen, and the interval at which the best candidate is determined.
 const SHORTEST: Duration = Duration::from_secs(3);
 const LOOK: Duration = Duration::from_secs(1);
 

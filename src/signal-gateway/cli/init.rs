@@ -66,7 +66,7 @@ const PROPOSED: usize = 3;
 /// Maximum number of times that the user is asked for a vehicle.
 const MAX_ROUNDS: usize = 10;
 
-/// Name of a profile that can be chosen by number, and of its vehicle.
+/// Names of a profile that can be chosen by number, and of its vehicle.
 type Proposal = (&'static str, String);
 
 enum VehicleAnswer {
@@ -125,7 +125,7 @@ pub(super) fn run(args: &InitArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// A car that the list of models has.
+/// A car in the list of models.
 struct ListedCar<'a> {
     name: &'a str,
     models: Vec<&'a CarModel>,
@@ -155,7 +155,7 @@ fn listed<'a>(models: &'a [CarModel], car: &'a str) -> Result<ListedCar<'a>, Fai
     Ok(ListedCar { name: car, models: search.models, profiles })
 }
 
-/// Returns what is listed of the car, or of all models of a profile; `None` if the profile needs no
+/// Returns the listed dimensions of the car, or of all models of a profile; `None` if the profile needs no
 /// dimensions.
 fn dimensions(
     profile: &str,
@@ -311,8 +311,8 @@ fn assigned(buses: &[&str], interfaces: &[String]) -> Result<Vec<BusInterface>, 
     }
 }
 
-/// Returns the profile as the new configuration names it: by name, by its path below the configuration, or by
-/// its absolute path.
+/// Returns the profile in the form for the new configuration: by name, by its path below the configuration,
+/// or by its absolute path.
 fn named(profile: &str, output: &Path) -> io::Result<String> {
     if !Path::new(profile).exists() {
         return Ok(profile.to_owned());

@@ -157,7 +157,7 @@ fn judge(args: &CheckArgs) -> Result<ExitCode, Failure> {
     outcome.map(|()| code)
 }
 
-/// Proposes missing timeouts of a refused profile that the recording shows, and fails with the refusal.
+/// Proposes missing timeouts of a refused profile from the recording, and fails with the refusal.
 fn mend(refused: Refused, log: Option<&Path>, time: TimeArgs) -> Result<ExitCode, Failure> {
     let missing: Vec<_> = refused.0.iter().filter_map(|problem| problem.missing_timeout.as_deref()).collect();
     let profile = refused.0.iter().find_map(|problem| Some((problem, problem.missing_timeout.as_deref()?)));
@@ -252,7 +252,7 @@ pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
     outcome.and_then(|code| has_frames(&replay, code, &unreadable))
 }
 
-/// Shows the messages of all interfaces until the user ends it.
+/// Shows the messages of all interfaces until the user quits.
 fn show_messages(settings: &Settings, clock: &Clock) -> Result<ExitCode, Failure> {
     let mut messages = LiveMessages::new(settings);
     let mut view = view::start_messages(format!("decode · {}", settings.vehicle))?;

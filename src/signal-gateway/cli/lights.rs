@@ -65,7 +65,8 @@ The exit code is 5 when the scenario ends with exitFailure or cannot be carried 
 verdict is not known, because an event that could have ended it otherwise needs what is not
 interpreted here.";
 
-/// The most states of lights that are shown in all: each change of one shows those of all lights of the map.
+/// Maximum total number of shown light states: each change of a light shows the states of all lights of the
+/// map.
 const MAX_SHOWN: usize = 20_000_000;
 
 #[derive(Debug, Args)]
@@ -189,7 +190,7 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
         messages::warn(&names.in_text(&text));
     }
     let has_failed = matches!(run.verdict(), Some(ScenarioOutcome::Failure | ScenarioOutcome::Fault(_)));
-    // The same verdict at another time is the same verdict.
+    // A verdict at a different time is still the same verdict.
     let decided = match run.verdict() {
         Some(ScenarioOutcome::Success) => Some(true),
         Some(ScenarioOutcome::Failure) => Some(false),

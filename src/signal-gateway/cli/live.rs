@@ -92,7 +92,8 @@ pub(super) fn run(mut args: RunArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Reads the arguments of ROS 2 and starts the log in this form with their level, or `default_level`.
+/// Reads the ROS 2 arguments, and starts the log in this form with the level that they give, or
+/// `default_level`.
 pub(super) fn node_arguments(
     args: &RosArgs,
     default_level: &str,
@@ -129,10 +130,10 @@ pub(super) fn network(args: &NetworkArgs) -> Result<ExitCode, Failure> {
     if let Err(error) = closed {
         tracing::warn!("descriptors of the parent stay open: {error}");
     }
-    // `systemctl kill --signal=HUP` means the gateway, and reaches all of its unit.
+    // `systemctl kill --signal=HUP` is meant for the gateway, but reaches all processes of its unit.
     ignore_hangup();
     match process::run(args.memory_limit_mb, process_log::lost_lines, || ()) {
-        // The process that started this one has ended.
+        // The parent process has ended.
         Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => Ok(ExitCode::FAILURE),
         outcome => Ok(outcome.map(|()| ExitCode::SUCCESS)?),
     }

@@ -1,4 +1,4 @@
-//! `man` and `completions`: print what packages ship beside the binary.
+//! `man` and `completions`: print the texts that packages ship with the binary.
 
 use std::io::{self, Write as _};
 use std::path::PathBuf;
@@ -148,7 +148,7 @@ fn exit_codes(command: &Command) -> String {
         let is_common = line.trim().starts_with(['0', '1', '2', '3']);
         is_common || line.split([' ', ',', ':']).any(|word| word == command.get_name())
     };
-    // A line that is indented more goes on with the one before.
+    // A line with deeper indentation continues the previous one.
     let codes = EXIT_CODES.replace("\n     ", " ");
     codes.lines().filter(is_own).collect::<Vec<_>>().join("\n")
 }
@@ -159,7 +159,7 @@ fn entries<'a>(roff: &mut Roff, entries: impl IntoIterator<Item = (&'a str, &'a 
     }
 }
 
-/// Adds a text with its line breaks, which may be a table.
+/// Adds a text, which may be a table, with its line breaks.
 fn as_it_is(roff: &mut Roff, text: &str) {
     roff.control("nf", []);
     for line in text.lines() {

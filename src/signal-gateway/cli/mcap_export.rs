@@ -13,9 +13,9 @@ use gateway_base::time::{MonoTime, WallStamp};
 use gateway_core::gateway::call::TimedCall;
 use gateway_core::gateway::event::Output;
 
-/// Number of bytes that are collected before they are written.
+/// Number of bytes collected before a write.
 const WRITE_BYTES: usize = 1 << 20;
-/// Number of bytes of a message in a file beside its payload: its record and its entry in the index.
+/// Number of bytes of a message in a file in addition to its payload: its record and its index entry.
 const MESSAGE_BYTES: usize = 51;
 
 pub(super) struct McapExport {
@@ -23,7 +23,7 @@ pub(super) struct McapExport {
     encoder: Encoder,
     target: ExportTarget,
     budget: OutputBudget,
-    /// Virtual time of what is added.
+    /// Virtual time of added messages.
     at: MonoTime,
 }
 
@@ -51,7 +51,7 @@ impl McapExport {
         })
     }
 
-    /// Sets the virtual time of what is added from now on.
+    /// Sets the virtual time of further messages.
     pub(super) fn advance(&mut self, at: MonoTime) {
         self.at = at;
     }
@@ -62,7 +62,7 @@ impl McapExport {
         message.iter().try_for_each(|message| self.add(message))
     }
 
-    /// Adds a sample of ROS 2, by the position of its subscription.
+    /// Adds a ROS 2 sample, given by the position of its subscription.
     pub(super) fn sample(&mut self, subscription: usize, sample: &LoggedSample) -> Result<(), Failure> {
         self.budget.entry();
         let LoggedSample { bytes, endian, logged, .. } = sample;
@@ -84,7 +84,7 @@ impl McapExport {
     /// Closes the file or bag, whose index makes it readable.
     ///
     /// # Errors
-    /// A disk that does not take it, or an export that is not whole.
+    /// Fails if the disk does not accept the data, or the export is incomplete.
     pub(super) fn finish(mut self) -> Result<(), Failure> {
         let finished = match &mut self.target {
             ExportTarget::File(file) => file.finish(),

@@ -1,4 +1,4 @@
-//! Writes errors, warnings and notes of commands to standard error, with options for how many and how.
+//! Writes errors, warnings and notes of commands to standard error, with options for their number and form.
 
 use std::ffi::OsString;
 use std::io;
@@ -122,7 +122,7 @@ pub(super) fn start_log(level: &str, form: LogForm) -> Result<(), Failure> {
         (_, level) => level,
     };
     // DDS logs only if RUST_LOG names it, as in RUST_LOG=debug,rustdds=debug. Zenoh would warn of each link
-    // that ends while it reports its links to others.
+    // that ends while reporting its links to others.
     let quiet = "rustdds=off,ros2_client=off,zenoh::api::admin=error";
     let requested = std::env::var(EnvFilter::DEFAULT_ENV).unwrap_or_default();
     let refused = |directive: &str| {
@@ -154,7 +154,7 @@ fn for_our_crates(directives: &str) -> String {
     added.chain([directives.to_owned()]).collect()
 }
 
-/// Longest time to wait for a reader of standard error, or on a busy computer for the thread that writes.
+/// Maximum time to wait for the reader of standard error, or on a busy computer for the writing thread.
 const LAST_LINES: Duration = Duration::from_secs(2);
 
 /// Waits until the messages so far are written, at most for [`LAST_LINES`].
@@ -173,7 +173,7 @@ mod tests {
             ("debug", "debug"),
             ("signal_gateway::daemon=debug", "signal_gateway::daemon=debug"),
             ("warn, signal_gateway=debug", "ros_transport=debug,warn, signal_gateway=debug"),
-            // The last level of a target counts.
+            // The last level for a target applies.
             (
                 "signal_gateway=info,ros_transport=off",
                 "ros_transport=info,signal_gateway=info,ros_transport=off",

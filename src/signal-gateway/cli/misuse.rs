@@ -1,4 +1,4 @@
-//! Adds a tip to the parser's error for command lines that people often mistype.
+//! Adds a tip to the parser's error for common mistakes in command lines.
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -34,7 +34,7 @@ fn help_as_option(mut arguments: Vec<OsString>) -> Vec<OsString> {
     arguments
 }
 
-/// Takes hidden commands out of the commands that were probably meant.
+/// Removes hidden commands from the suggested commands.
 fn forget_hidden(error: &mut Error, command: &Command) {
     let is_shown = |name: &String| command.find_subcommand(name).is_none_or(|found| !found.is_hide_set());
     let Some(ContextValue::Strings(names)) = error.get(ContextKind::SuggestedSubcommand) else { return };
@@ -45,7 +45,7 @@ fn forget_hidden(error: &mut Error, command: &Command) {
     }
 }
 
-/// Returns what the user probably meant; `None` if the parser's message says enough.
+/// Returns what the user probably meant; `None` if the parser's message is sufficient.
 #[allow(clippy::wildcard_enum_match_arm)] // most kinds of errors say enough
 fn tip(kind: ErrorKind, words: &[&str]) -> Option<String> {
     let command = words.iter().position(|word| !word.starts_with('-'))?;

@@ -1,4 +1,4 @@
-//! The command line: one definition makes help, man page and completions.
+//! The command line: one definition for help, man page and completions.
 
 mod against_running;
 mod arguments;
@@ -173,7 +173,7 @@ pub fn main() -> ExitCode {
     };
     let code = match outcome {
         Ok(code) => code,
-        // The reader of our output has closed it, which is not a failure.
+        // The reader of our output has closed the pipe, which is not a failure.
         Err(Failure::System(error) | Failure::Daemon(DaemonError::System(error)))
             if error.kind() == io::ErrorKind::BrokenPipe =>
         {
@@ -182,7 +182,7 @@ pub fn main() -> ExitCode {
         Err(failure) => {
             failure_message::show(&failure);
             ExitCode::from(match failure {
-                // Variables of ROS 2 are settings too, though they are in the environment.
+                // ROS 2 environment variables count as settings too.
                 Failure::Refused(_)
                 | Failure::Environment(_)
                 | Failure::Daemon(DaemonError::Publisher(
@@ -205,7 +205,7 @@ pub fn main() -> ExitCode {
 mod tests {
     use super::*;
 
-    /// Wider lines are broken once more by clap, which leaves single words behind.
+    /// clap wraps wider lines again, leaving single words on a line.
     #[test]
     fn no_line_of_help_is_wider_than_the_terminal_that_clap_wraps_for() {
         for command in Cli::command().get_subcommands() {

@@ -1,17 +1,17 @@
-//! The size of what a command writes of a recording: in proportion to the recording, so that a small file
-//! cannot fill a disk.
+//! Limits the output that a command writes for a recording in proportion to the recording, so that a small
+//! file cannot fill a disk.
 
 use std::io;
 use std::time::Duration;
 
 use gateway_base::time::MonoTime;
 
-/// Bytes that may be written of any recording.
+/// Number of bytes that may be written for any recording.
 const BASE: u64 = 64 << 20;
-/// Further bytes for each entry of the recording. A frame with all its reports takes less than one.
+/// Additional bytes per entry of the recording. A frame with all its reports takes less than 1 KiB.
 const FOR_ENTRY: u64 = 8 << 10;
 
-/// What was written to one target, and the entries of the recording that it was made of.
+/// Number of bytes written to one target, and of recording entries behind them.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct OutputBudget {
     entries: u64,
@@ -25,7 +25,7 @@ impl OutputBudget {
         self.entries += 1;
     }
 
-    /// Counts bytes of virtual time `at`; false when they and everything after them are to be left out.
+    /// Counts bytes at virtual time `at`; returns false if they and everything after them are to be omitted.
     pub(super) fn take(&mut self, bytes: usize, at: MonoTime) -> bool {
         let written = self.written.saturating_add(bytes as u64);
         if self.ended.is_none() && written > BASE.saturating_add(self.entries.saturating_mul(FOR_ENTRY)) {
@@ -37,7 +37,7 @@ impl OutputBudget {
         self.ended.is_none()
     }
 
-    /// Returns an error with the limit, the place and the remedy if something was left out.
+    /// Returns an error with the limit, the position and the remedy if output was omitted.
     pub(super) fn outcome(&self) -> io::Result<()> {
         let Some(at) = self.ended else { return Ok(()) };
         let Self { entries, written, .. } = self;

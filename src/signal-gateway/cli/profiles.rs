@@ -128,7 +128,7 @@ fn found(car: &str, json: bool) -> Result<(String, ModelVerdict), Failure> {
     Ok((text, search.verdict))
 }
 
-/// Returns what a profile in the binary describes, and how much of it is verified.
+/// Returns the contents of a profile in the binary, and how much of it is verified.
 fn summary(name: &str) -> Result<ProfileSummary, Failure> {
     let settings = load_profile(&Disk, &path(name)?)?;
     Ok(ProfileSummary {
@@ -161,7 +161,7 @@ fn show(out: &mut impl Write, profile: &str, dbc: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-/// True if standard output is redirected into a file.
+/// Returns true if standard output is redirected to a file.
 fn goes_into_a_file() -> bool {
     let output = io::stdout().as_fd().try_clone_to_owned().map(File::from);
     output.and_then(|output| output.metadata()).is_ok_and(|output| output.is_file())
@@ -174,7 +174,7 @@ fn path(name: &str) -> Result<PathBuf, Failure> {
     })
 }
 
-/// The parts of a vehicle that a profile describes.
+/// Returns the parts of a vehicle that a profile describes.
 fn contents(settings: &Settings) -> Vec<&'static str> {
     let lights = &settings.gateway.lights;
     [

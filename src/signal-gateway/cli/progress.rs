@@ -15,7 +15,7 @@ const TICK: Duration = Duration::from_millis(100);
 /// A bar on standard error that appears after a second and disappears when it is dropped.
 pub(super) struct ProgressDisplay {
     bar: ProgressBar,
-    /// Dropping the sender ends the wait of the thread that shows the bar.
+    /// Dropping the sender wakes the thread that shows the bar.
     waiting: Option<(Sender<()>, JoinHandle<()>)>,
 }
 
@@ -66,7 +66,7 @@ impl Drop for ProgressDisplay {
     fn drop(&mut self) {
         if let Some((sender, thread)) = self.waiting.take() {
             drop(sender);
-            // A thread that panics has only failed to show a bar.
+            // A panic of the thread only means that the bar is missing.
             drop(thread.join());
         }
         self.bar.finish_and_clear();

@@ -1,5 +1,4 @@
-//! `decide` with a recording: what Autoware sent on a drive, the decider beside it, and how far the signals
-//! agree.
+//! `decide` with a recording: runs the decider over Autoware's messages of a drive, and compares the signals.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -42,21 +41,21 @@ impl ValueEnum for SignalSource {
     }
 }
 
-/// How a recorded drive is reported.
+/// Form of the report on a recorded drive.
 pub(super) struct ReportForm<'a> {
     pub(super) is_json: bool,
     pub(super) every: Every,
     pub(super) picture: Option<&'a Path>,
-    /// `None`: the first signal of which there are samples.
+    /// Signal to judge; `None` for the first signal with samples.
     pub(super) signal: Option<SignalSource>,
 }
 
-/// What was noted of the cycles: time, way driven, and a sentence where the decision was new.
+/// Records of the cycles: time, distance driven, and a sentence for each new decision.
 #[derive(Default)]
 struct Notes {
     driven: Vec<(MonoTime, f64)>,
     sentences: Vec<(MonoTime, String)>,
-    /// The decider had what it needs.
+    /// True once the decider has had all required inputs.
     has_decided: bool,
 }
 
@@ -160,7 +159,7 @@ pub(super) fn run(
 }
 
 impl Notes {
-    /// Describes a manoeuvre with the way driven until its start and what the decider said then.
+    /// Describes a manoeuvre with the distance driven until its start and the decision then.
     fn described(&self, judged: &JudgedManoeuvre) -> ShadowManoeuvre {
         let before = self.driven.partition_point(|(at, _)| *at < judged.start);
         let at_m = self.driven.get(before).map_or(0.0, |(_, driven_m)| *driven_m);
@@ -170,7 +169,7 @@ impl Notes {
     }
 }
 
-/// The topics that are read: the decider's inputs and the signals.
+/// Returns the topics to read: the decider's inputs and the signals.
 fn topics(names: Option<&TopicNames>) -> Vec<(String, SampleKind)> {
     let autoware = TopicNames::of_decider();
     let inputs = decider_subscriptions(names.unwrap_or(&autoware), true);
@@ -183,7 +182,7 @@ fn topics(names: Option<&TopicNames>) -> Vec<(String, SampleKind)> {
     topics
 }
 
-/// The signal that is judged.
+/// Returns the signal to judge.
 fn source(log: &SampleLog, wanted: Option<SignalSource>, recording: &Path) -> Result<SignalSource, Failure> {
     let has_samples = |source: &SignalSource| {
         log.topics().iter().any(|topic| topic.kind == source.sample_kind() && topic.received > 0)
@@ -207,7 +206,7 @@ fn unfit(recording: &Path, reason: String) -> Failure {
     Failure::File(recording.to_owned(), io::Error::new(io::ErrorKind::InvalidData, reason))
 }
 
-/// Tells what the recording lacks, and what of it could not be read.
+/// Warns of missing and unreadable parts of the recording.
 fn warn(recording: &Path, log: &SampleLog) {
     let name = file_name(recording);
     for text in sample_faults(log) {

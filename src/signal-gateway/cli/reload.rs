@@ -1,4 +1,4 @@
-//! `reload`: lets the running gateway reload its configuration, and waits for what becomes of it.
+//! `reload`: makes the running gateway reload its configuration, and waits for the result.
 
 use std::io::{self, Write as _};
 use std::path::PathBuf;
@@ -24,7 +24,7 @@ Examples:
 A configuration that is refused, or that needs a restart, leaves the one before in effect; the exit
 code is 3 then, and 8 where no gateway can be reached.";
 
-/// Longest wait for the new configuration; a large map takes seconds to read.
+/// Maximum wait for the new configuration; reading a large map takes seconds.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 #[derive(Debug, Args)]
@@ -72,18 +72,18 @@ pub(super) fn run(args: &ReloadArgs) -> Result<ExitCode, Failure> {
     }
 }
 
-/// The configuration of a gateway that reloads, and its process.
+/// Returns the configuration of a gateway that can reload, and its process id.
 fn configuration(snapshot: &Snapshot) -> Option<(&ConfigurationState, u32)> {
     let process = snapshot.process.as_ref()?;
     Some((process.configuration.as_ref()?, process.pid))
 }
 
-/// The number of reloads that have ended.
+/// Returns the number of completed reloads.
 fn ended(configuration: &ConfigurationState) -> u64 {
     configuration.reloads.saturating_add(configuration.refused)
 }
 
-/// Waits until more reloads have ended than `before`; gives the last.
+/// Waits until more reloads than `before` have been completed; returns the last one.
 fn wait(client: &mut StatusClient, before: u64) -> Result<Reload, ClientError> {
     let end = Instant::now() + PATIENCE;
     while Instant::now() < end {

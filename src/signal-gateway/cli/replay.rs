@@ -144,7 +144,7 @@ fn inputs(settings: &Settings) -> Vec<(String, SampleKind)> {
     encoder(settings).inputs(&subscriptions(settings))
 }
 
-/// Adds to the frames of a recording the samples of ROS 2, if it is a bag and any of `inputs` are.
+/// Adds the ROS 2 samples to the frames of a recording, if it is a bag and contains any of `inputs`.
 fn with_samples(log: Log, path: &Path, inputs: &[(String, SampleKind)]) -> io::Result<Recording> {
     let is_used = inputs.iter().any(|(_, kind)| matches!(kind, SampleKind::Input(_)));
     if !is_used || !SampleLog::is_for(path)? {
@@ -155,7 +155,7 @@ fn with_samples(log: Log, path: &Path, inputs: &[(String, SampleKind)]) -> io::R
     Ok(Recording { log, samples: Some(samples) })
 }
 
-/// Makes the calls of a recorded run, and tells where it could not.
+/// Makes the calls of a recorded run, and warns of departures.
 fn call_by_call(
     run: &mut RecordedRun,
     results: &mut Results<'_>,
@@ -203,20 +203,20 @@ fn by_stamps(
     }
 }
 
-/// Where a replay on virtual time goes.
+/// Destinations of a replay on virtual time.
 struct Results<'a> {
     out: io::BufWriter<io::StdoutLock<'a>>,
     json: Option<JsonTimeline>,
     changes: Changes,
     mcap: Option<McapExport>,
     timeline: Option<TimelineCollector>,
-    /// What was written to standard output.
+    /// Budget of standard output.
     printed: OutputBudget,
     failed: Result<(), Failure>,
 }
 
 impl Results<'_> {
-    /// Does something with the file of the export, unless something has failed before.
+    /// Calls `write` with the export file, unless an earlier call failed.
     fn export(&mut self, write: impl FnOnce(&mut McapExport) -> Result<(), Failure>) {
         if let (Some(mcap), Ok(())) = (&mut self.mcap, &self.failed) {
             self.failed = write(mcap);
@@ -304,7 +304,7 @@ pub(super) fn has_frames(
     if replay.counts().is_empty() { Err(unreadable(no_frame())) } else { Ok(code) }
 }
 
-/// True if there are frames, and none of them was received on a configured interface.
+/// Returns true if there are frames, but none was received on a configured interface.
 fn is_all_foreign(replay: &Replay) -> bool {
     let counts = replay.counts();
     counts.records > 0 && counts.foreign == counts.records
@@ -342,7 +342,7 @@ fn replay_in_time(
         Some(timeline) => View::json(timeline),
         None => args.view.open(title, url, View::lines)?,
     };
-    // On ROS 2 they come from there.
+    // With ROS 2, the inputs come from ROS 2.
     let inputs = if args.ros { Vec::new() } else { inputs(&settings) };
     let reopen = || with_samples(args.recording.time.apply(Log::open(path)?)?, path, &inputs);
     let recording = PlayedRecording { name: &path.display().to_string(), reopen: &reopen, routes };

@@ -39,14 +39,14 @@ pub(super) struct RosArguments {
     pub(super) config: Option<PathBuf>,
     /// The parameter `profile`; `--profile` has priority.
     pub(super) profile: Option<PathBuf>,
-    /// Parameters that this node does not have, e.g. global ones of a launch file.
+    /// Parameters that this node does not have, e.g. global parameters of a launch file.
     pub(super) unknown: Vec<String>,
     /// Accepted options that change nothing here, with an alternative.
     pub(super) without_effect: Vec<String>,
 }
 
-/// Reads the arguments of ROS 2 for a node that the configuration calls `default_node`. Fails for an unknown
-/// or unsupported option or rule, and for an invalid parameter file.
+/// Parses the ROS 2 arguments for a node that the configuration calls `default_node`. Fails for an unknown or
+/// unsupported option or rule, and for an invalid parameter file.
 pub(super) fn read(files: &dyn Files, ros: &[OsString], default_node: &str) -> Result<RosArguments, Failure> {
     let mut found = RosArguments::default();
     let mut rules = Vec::new();
@@ -96,7 +96,7 @@ pub(super) fn read(files: &dyn Files, ros: &[OsString], default_node: &str) -> R
         namespace: overrides.namespace.as_deref().unwrap_or("/"),
         remappings: &[],
     };
-    // The last one wins, as in rcl: launch files give global parameters before the parameters of a node.
+    // The last value applies, as in rcl: launch files give global parameters before the parameters of a node.
     for given in &parameters {
         match given {
             GivenParameters::File(path) => found.adopt_file(files, path, names)?,
@@ -115,7 +115,7 @@ enum GivenParameters {
 
 /// A rule of `--remap`.
 struct RemapRule {
-    /// The node that the rule is for; `None` means all nodes.
+    /// Node to which the rule applies; `None` for all nodes.
     node: Option<String>,
     from: String,
     to: String,
@@ -168,7 +168,7 @@ impl RosArguments {
         Ok(())
     }
 
-    /// Applies the rules for node and namespace, then keeps the topic rules for the node's new name.
+    /// Applies the rules for node and namespace, then stores the topic rules for the node's new name.
     fn remap(&mut self, rules: &[RemapRule], default_node: &str) -> Result<(), Failure> {
         for rule in rules.iter().filter(|rule| rule.is_for(default_node)) {
             match rule.from.as_str() {
@@ -206,7 +206,7 @@ impl RosArguments {
                 usage(&format!("--params-file {}: {}", path.display(), parameter.name), reason)
             };
             let is_known = self.set(&parameter.name, parameter.value.as_ref()).map_err(wrong)?;
-            // A pattern is for all nodes that have such a parameter.
+            // A pattern applies to all nodes that have such a parameter.
             if !is_known && parameter.is_for_this_node {
                 self.adopt_unknown(&parameter.name).map_err(|reason| wrong(&reason))?;
             }
@@ -272,7 +272,7 @@ mod tests {
             "/**: {ros__parameters: {use_sim_time: true, wheel_radius: 0.4}}\n\
              /car/left: {ros__parameters: {profile: mazda_2017, colour: red}}",
         ),
-        // What launch_ros writes for `parameters` of a node, by Python's YAML.
+        // Output of launch_ros for `parameters` of a node, by Python's YAML.
         (
             "own.yaml",
             "/car/left:\n  ros__parameters:\n    list: !!python/tuple\n    - 1\n    - 2\n    \
@@ -295,12 +295,11 @@ mod tests {
         ),
     ]);
 
-    /// What nodes are given in a tree of launch files, as `launch_ros` puts it together: arguments, and what
-    /// this node makes of them. What a global parameter is for all nodes comes first, then the node's own.
+    /// Arguments of nodes in a tree of launch files, as assembled by `launch_ros`, with the result in this
+    /// node. Global parameters come first, then the node's own.
     #[rustfmt::skip]
     const LAUNCH_TREE: [(&str, &str); 14] = [
-        // A container of composable nodes beside this node changes nothing of it, and has the same global
-        // parameters.
+        // A container of composable nodes does not affect this node, and has the same global parameters.
         ("--ros-args|-r|__node:=left|-r|__ns:=/car/interface", "/car/interface left"),
         ("--log-level|info|--ros-args|-r|__node:=left|-r|__ns:=/", "/ left log=info"),
         // SetParameter(name, value): Python's own texts of numbers, truth values, tuples and strings.
@@ -314,9 +313,9 @@ mod tests {
         // Parameters of rclcpp and rclpy, for each node.
         ("-p|start_type_description_service:=False|-p|use_intra_process_comms:=true|-p|qos_overrides./tf.publisher.depth:=1",
             "unknown=start_type_description_service,use_intra_process_comms,qos_overrides./tf.publisher.depth"),
-        // SetParametersFromFile: a pattern is for whoever has such a parameter.
+        // SetParametersFromFile: a pattern applies to all nodes that have such a parameter.
         ("--params-file|vehicle_info.yaml|-p|wheel_radius:=0.4|-p|wheel_radius:=0.5", "unknown=wheel_radius"),
-        // The node's own come later, and win; as in rcl, whatever the form.
+        // The node's own parameters come later and win; as in rcl, in any form.
         ("-r|__node:=left|-r|__ns:=/car|-p|use_sim_time:=False|--params-file|own.yaml",
             "/car left sim=true unknown=list,nested.x,s"),
         ("-p|use_sim_time:=True|--params-file|any.yaml", "sim=false"),

@@ -1,4 +1,4 @@
-//! `status`: prints the present state of a running gateway.
+//! `status`: prints the current state of a running gateway.
 
 use std::io::{self, IsTerminal as _, Write as _};
 use std::path::{Path, PathBuf};
@@ -108,13 +108,13 @@ pub(super) fn run(args: &StatusArgs) -> Result<ExitCode, Failure> {
     }
 }
 
-/// Prints the changes that the gateway has kept, and with `--watch` those that come.
+/// Prints the changes in the gateway's history, and with `--watch` also further changes.
 fn history(args: &StatusArgs, level: Level) -> Result<ExitCode, Failure> {
     let (mut after, mut is_connected) = (0, false);
     loop {
         let request = HistoryRequest { after: Some(after), level, ..HistoryRequest::default() };
-        // A new connection each time: on one that waits for the reader of what is printed here, snapshots
-        // would pile up.
+        // Uses a new connection each time, since snapshots would pile up on a connection while printing here
+        // blocks.
         let page = match StatusClient::connect(&args.socket).and_then(|mut client| client.history(request)) {
             Ok(page) => page,
             Err(error) if args.watch && after > 0 && !matches!(error, ClientError::NoHistory) => {
@@ -139,7 +139,8 @@ fn history(args: &StatusArgs, level: Level) -> Result<ExitCode, Failure> {
         }
         out.flush()?;
         drop(out);
-        // After a clock that was set back, a gateway without a file numbers its changes below those before.
+        // After the clock was set back, a gateway without a history file numbers its changes below earlier
+        // ones.
         let last = page.entries.last().map_or(after, |entry| entry.number);
         after = if page.next_number <= last { 0 } else { last };
         if !page.has_more {
@@ -151,7 +152,7 @@ fn history(args: &StatusArgs, level: Level) -> Result<ExitCode, Failure> {
     }
 }
 
-/// Writes why the gateway cannot be reached, and returns the exit code.
+/// Writes the reason why the gateway cannot be reached, and returns the exit code.
 pub(super) fn unreachable(socket: &Path, error: &ClientError) -> ExitCode {
     messages::error(&format!("no status from {}: {error}", socket.display()), remedy(error));
     ExitCode::from(UNREACHABLE)

@@ -1,4 +1,4 @@
-//! Explains why a file of a command cannot be read or written, and what to do about it.
+//! Explains why a file of a command cannot be read or written, and names the remedy.
 
 use std::io::{self, Read};
 use std::path::Path;
@@ -12,7 +12,7 @@ use can_log::NotRecording;
 use can_log::{regular_file, standard_input};
 use gateway_base::near_miss::nearest;
 
-/// Number of bytes by which a file is recognised.
+/// Number of bytes that are read to recognise a file.
 const HEAD: u64 = 16 << 10;
 
 /// Writes why a file cannot be read, and the remedy.
@@ -93,7 +93,7 @@ pub(super) fn expect_recording(path: &Path) -> Result<(), Failure> {
     if standard_input::is_named(path) {
         return Ok(());
     }
-    // Bytes that are read from a pipe are gone.
+    // Bytes read from a pipe would be lost.
     let is_file = std::fs::metadata(path).map_err(Failure::file(path))?.is_file();
     match Some(path).filter(|_| is_file).and_then(head).and_then(|head| FileKind::of(&head)) {
         None | Some(FileKind::Recording | FileKind::Other(_)) => Ok(()),
@@ -101,8 +101,8 @@ pub(super) fn expect_recording(path: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Adds hints to similar files to the problems with missing files. A `profile` that resembles a built-in one
-/// has its hint already.
+/// Adds hints to similar files to the problems with missing files. A `profile` that resembles a built-in
+/// profile already has its hint.
 pub(super) fn with_neighbours(Refused(mut problems): Refused, profile: Option<&Path>) -> Refused {
     let has_hint = |path: &Path| profile == Some(path) && !BuiltIn::Profile.probably_meant(path).is_empty();
     for problem in problems.iter_mut().filter(|problem| problem.position.is_none()) {

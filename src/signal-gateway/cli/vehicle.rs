@@ -255,7 +255,7 @@ fn choose_interfaces(args: &VehicleArgs, settings: &mut Settings) -> Result<(), 
     Ok(())
 }
 
-/// Reads a script; requests without a time are for the start.
+/// Reads a script; requests without a time apply at the start.
 fn read_script(path: &Path) -> Result<Vec<(Duration, SimulationRequest)>, Failure> {
     let text = read_text(path).map_err(Failure::file(path))?;
     let mut script = Vec::new();

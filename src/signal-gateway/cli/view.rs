@@ -20,8 +20,8 @@ pub(super) struct ViewArgs {
 }
 
 impl ViewArgs {
-    /// Opens the live view if there is a terminal for it, else `otherwise`; `url` is the address of the live
-    /// page.
+    /// Opens the live view if there is a terminal for it, otherwise `otherwise`; `url` is the address of the
+    /// live page.
     pub(super) fn open(
         &self,
         title: String,
@@ -34,7 +34,7 @@ impl ViewArgs {
         Ok(View::terminal(start(Model { title, url, ..Model::default() }, None)?))
     }
 
-    /// The form of the log: the live view gives its lines the time that all of it shows.
+    /// Returns the form of the log. The live view adds its own time to the lines.
     pub(super) fn log_form(&self) -> LogForm {
         if self.is_live() { LogForm::Messages } else { LogForm::Timed }
     }
@@ -50,7 +50,7 @@ pub(super) fn start_messages(title: String) -> io::Result<TerminalView> {
     TerminalView::start(Model { title, has_color, messages, ..Model::default() }, None)
 }
 
-/// Takes the terminal for the live view; `driver` gets the requests of the driver's keys.
+/// Takes the terminal for the live view; `driver` receives the requests of the driver's keys.
 pub(super) fn start(model: Model, driver: Option<DriverLine>) -> io::Result<TerminalView> {
     let has_color = messages::layout(&io::stdout()).has_color;
     TerminalView::start(Model { has_color, ..model }, driver)

@@ -10,7 +10,7 @@ use super::failure::Failure;
 use super::messages;
 use crate::config::gateway::HttpConfig;
 
-/// Where the live page is served unless something else is given.
+/// Default address of the live page.
 const DEFAULT_ADDRESS: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 9464);
 
 #[derive(Debug, Args)]
@@ -36,7 +36,7 @@ impl WebArgs {
     }
 
     /// Enables the page in the configuration as requested, and writes its address to standard error. Fails if
-    /// it cannot be served there: what a browser finds at the address would be another program's.
+    /// it cannot be served there, since a browser would reach another program at the address.
     pub(super) fn apply(&self, http: &mut HttpConfig) -> Result<(), Failure> {
         if !self.is_on() {
             return Ok(());
@@ -52,7 +52,7 @@ impl WebArgs {
     }
 }
 
-/// Reads `ADDRESS:PORT`, or one of them.
+/// Parses `ADDRESS:PORT`, or only one of the two.
 fn page_address(text: &str) -> Result<SocketAddr, String> {
     let text = text.replacen("localhost", "127.0.0.1", 1);
     let full = text.parse().ok();
@@ -66,7 +66,7 @@ fn page_address(text: &str) -> Result<SocketAddr, String> {
     })
 }
 
-/// The text for a page that cannot be served, and the remedy.
+/// Returns the text for a page that cannot be served, and the remedy.
 pub(super) fn unusable_address(address: SocketAddr, error: &io::Error) -> (String, String) {
     let (ip, port) = (address.ip(), address.port());
     let next = port.checked_add(1).unwrap_or(DEFAULT_ADDRESS.port());
@@ -88,8 +88,8 @@ pub(super) fn unusable_address(address: SocketAddr, error: &io::Error) -> (Strin
     }
 }
 
-/// Joins `--web ADDRESS:PORT` to `--web=ADDRESS:PORT`, also for an address or a port alone. Without one
-/// `--web` is a flag, and no other argument looks like one.
+/// Joins `--web ADDRESS:PORT` to `--web=ADDRESS:PORT`, also for an address or a port alone. Without an
+/// address `--web` is a flag, and no other argument looks like an address.
 pub(super) fn with_joined_address(arguments: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     let mut joined: Vec<OsString> = Vec::new();
     for argument in arguments {

@@ -24,7 +24,7 @@ use vehicle_bringup::discovery::timeline::{ActionTimeline, DriverAction};
 /// Reason why no files are written.
 #[derive(Debug, Clone, PartialEq, Eq, Display)]
 pub enum Refutation {
-    /// Neither side is certain.
+    /// Not both sides are certain.
     #[display("a wrong signal would be worse than none")]
     NotSure,
     /// The gateway does not accept the files.

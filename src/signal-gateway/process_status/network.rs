@@ -32,7 +32,7 @@ pub struct NetworkState {
     pub last_failure: Option<NetworkFailure>,
     /// Time since it joined the network; `None` while it is not up.
     pub age: Option<Duration>,
-    /// Memory in use by its process, bytes; `None` where that is not known.
+    /// Memory in use by its process, bytes; `None` if unknown.
     pub memory_bytes: Option<u64>,
     /// Confinement of its process; `None` for a thread, and before the process has reported it.
     pub confinement: Option<Confinement>,
@@ -42,7 +42,7 @@ pub struct NetworkState {
     pub has_other_graph: bool,
     /// Current load on the network side.
     pub burden: Option<Burden>,
-    /// Processor load of its process, percent; `None` where that is not known.
+    /// Processor load of its process, percent; `None` if unknown.
     pub processor_percent: Option<u32>,
     /// Number of other participants plus their endpoints that are matched with ours; zero with Zenoh.
     pub peers: u32,

@@ -1,4 +1,4 @@
-//! What is counted since start: a row for each count, of which metrics, page and status text are made.
+//! Counts since start: a row per count, from which metrics, page and status text are generated.
 
 use can_signal::can::BusSnapshot;
 use gateway_core::command::snapshot::FunctionSnapshot;
@@ -10,7 +10,7 @@ pub(super) struct Count<T> {
     pub(super) metric: &'static str,
     /// Help of its metric.
     pub(super) help: &'static str,
-    /// Its name on the page and in the status text, which show it where it has one and is not 0.
+    /// Its name on the page and in the status text, which show it if it has a name and is not 0.
     pub(super) label: Option<&'static str>,
     pub(super) value: fn(&T) -> u64,
 }

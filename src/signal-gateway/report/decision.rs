@@ -1,4 +1,4 @@
-//! A decision of the turn signal decider: fields for programs, reasons for people.
+//! Formats a decision of the turn signal decider: fields for programs, reasons for users.
 
 use std::fmt::Display;
 
@@ -13,8 +13,8 @@ use turn_signal::manoeuvre::ManoeuvreOutcome;
 use turn_signal::resolve::{CandidateOutcome, EvaluatedCandidate};
 use turn_signal::section::Distances;
 
-/// The commands, the candidate that won by which rule, and why each other one lost, as an object that
-/// `decide --help` describes. Distances are metres to the micrometre, negative behind the vehicle.
+/// Returns the commands, the winner with its rule, and the reason why each other candidate lost, as an object
+/// that `decide --help` describes. Distances are metres to the micrometre, negative behind the vehicle.
 pub fn fields(decision: &Decision) -> Value {
     let intersection = decision.intersection.map(|TurnAhead { side, active, distance_m, .. }| {
         json!({
@@ -78,12 +78,12 @@ fn text(value: Option<impl Display>) -> Option<String> {
     value.map(|value| value.to_string())
 }
 
-/// Metres rounded to the micrometre; zero has no sign.
+/// Rounds metres to the micrometre; zero has no sign.
 fn to_the_micrometre(metres: f64) -> f64 {
     (metres * 1e6).round() / 1e6 + 0.0
 }
 
-/// The basis of the decision as text.
+/// Returns the basis of the decision as text.
 pub(super) fn basis(decision: &Decision) -> String {
     match &decision.basis {
         Basis::NoInputs => "no inputs".to_owned(),
@@ -98,7 +98,7 @@ pub(super) fn basis(decision: &Decision) -> String {
     }
 }
 
-/// Every reason, one a line: candidates, hold, manoeuvres, findings.
+/// Returns every reason, one per line: candidates, hold, manoeuvres, findings.
 pub fn reasons(decision: &Decision) -> impl Iterator<Item = String> {
     let candidates = decision.evaluated().iter().map(EvaluatedCandidate::to_string);
     let junction = decision.junction.as_ref().map(|junction| format!("junction: {junction}"));

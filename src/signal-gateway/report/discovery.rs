@@ -1,4 +1,4 @@
-//! A discovery as text, for a person in a car.
+//! Formats a discovery as text, for a person in a car.
 
 use std::fmt::Write as _;
 
@@ -8,10 +8,10 @@ use vehicle_bringup::discovery::capture::MessageKey;
 use vehicle_bringup::discovery::findings::{Certainty, DiscoveryFindings};
 use vehicle_bringup::discovery::timeline::DriverAction;
 
-/// Columns from which on a terminal shows a request in full, beside its countdown.
+/// Minimum number of terminal columns for showing a request in full, beside its countdown.
 const WIDE: usize = 80;
 
-/// What the driver is asked to do, in a line of a terminal of that width.
+/// Returns the request to the driver, in a line of a terminal of this width.
 pub fn request(mark: DriverMark, width: usize) -> &'static str {
     let (short, long) = match mark {
         DriverMark::Quiet => ("HANDS OFF  touch nothing", "HANDS OFF  touch nothing: pedals, lever, wheel"),
@@ -29,7 +29,7 @@ pub fn request(mark: DriverMark, width: usize) -> &'static str {
     if width < WIDE { short } else { long }
 }
 
-/// What the driver is asked to do, and the action that comes next, in a line of a terminal of that width.
+/// Returns the request to the driver and the next action, in a line of a terminal of this width.
 pub fn request_and_next(mark: DriverMark, next: Option<DriverAction>, width: usize) -> String {
     let request = request(mark, width);
     let Some(next) = next else { return request.to_owned() };
@@ -37,7 +37,7 @@ pub fn request_and_next(mark: DriverMark, next: Option<DriverAction>, width: usi
     format!("{request:<room$}next: {}", next.to_string().to_uppercase())
 }
 
-/// A bar for the time left, with whole seconds: `■■■□□ 3 s`.
+/// Returns a bar for the remaining time, with whole seconds: `■■■□□ 3 s`.
 pub fn countdown(from: MonoTime, until: MonoTime, now: MonoTime) -> String {
     let total = until.since(from).as_millis().div_ceil(1000).max(1);
     let left = until.since(now).as_millis().div_ceil(1000).min(total);
@@ -45,7 +45,7 @@ pub fn countdown(from: MonoTime, until: MonoTime, now: MonoTime) -> String {
     format!("{}{} {left:>2} s", squares(total - left, "■"), squares(left, "□"))
 }
 
-/// What responded to an action: `4 bits of 2A5 and 1F0 responded`.
+/// Describes the response to an action: `4 bits of 2A5 and 1F0 responded`.
 pub fn seen(action: DriverAction, messages: &[MessageKey], bits: usize) -> String {
     const LISTED: usize = 4;
     if messages.is_empty() {
@@ -58,17 +58,17 @@ pub fn seen(action: DriverAction, messages: &[MessageKey], bits: usize) -> Strin
     format!("{action}: {bits} responded, in {}{more}", ids.join(", "))
 }
 
-/// Why actions are repeated.
+/// Explains why actions are repeated.
 pub fn repeats(actions: &[DriverAction]) -> String {
     let names: Vec<_> = actions.iter().map(|action| action.to_string().to_uppercase()).collect();
     let why = "Not every request was followed clearly, or too few were.";
     format!("Not sure about {} yet: once more.\n{why}", names.join(" and "))
 }
 
-/// The largest number of rivals that are listed.
+/// Maximum number of listed rivals.
 const MAX_RIVALS: usize = 3;
 
-/// The result, in lines.
+/// Returns the result, in lines.
 pub fn result(findings: &DiscoveryFindings) -> String {
     let mut text = String::new();
     // Writing to a String cannot fail.
@@ -160,7 +160,7 @@ mod tests {
         }) {
             // The marker of the line, the number of the request, and two blanks before the countdown.
             let length = 2 + 5 + request(mark, width).len() + 2 + countdown;
-            // Only nothing is asked for so long.
+            // Only the request to do nothing lasts this long.
             let length = if mark == DriverMark::Quiet { length } else { length - 5 };
             assert!(length <= width, "{mark:?} at {width}: {length}");
         }

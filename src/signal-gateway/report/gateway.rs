@@ -1,4 +1,4 @@
-//! Outputs of the gateway: messages as JSON lines for programs, changes as lines for people.
+//! Formats outputs of the gateway: messages as JSON lines for programs, changes as text lines for users.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -21,14 +21,13 @@ use traffic_lights::emission::Emission;
 use traffic_lights::output::TrafficLightOutput;
 use turn_signal::output::TurnSignalOutput;
 
-/// One object a line: `{"t": seconds, "topic": name, "data": {message fields}}`.
+/// One object per line: `{"t": seconds, "topic": name, "data": {message fields}}`.
 ///
-/// Every published report is a line. Diagnostics are a line whenever a status changes, with the
-/// statuses that changed; plain refreshes are left out. A decision of the turn signal decider is a line
-/// when it or its reason has changed; its topic is [`DECISIONS`] and its data an
-/// object, see [`decision::fields`]. A frame to the vehicle is a line with the topic [`FRAMES`] and the data
-/// `{"bus": name, "id": number, "extended": bool, "fd": bool, "data": "hex", "sent": bool}`; `sent` is
-/// false in a dry run, and always in a replay.
+/// Every published report is a line. Diagnostics are a line whenever a status changes, with the changed
+/// statuses; plain refreshes are omitted. A decision of the turn signal decider is a line when it or its
+/// reason has changed; its topic is [`DECISIONS`] and its data an object, see [`decision::fields`]. A frame
+/// to the vehicle is a line with the topic [`FRAMES`] and the data `{"bus": name, "id": number, "extended":
+/// bool, "fd": bool, "data": "hex", "sent": bool}`; `sent` is false in a dry run, and always in a replay.
 #[derive(Debug, Clone)]
 pub struct JsonTimeline {
     /// Names of the topics, as configured.
@@ -39,23 +38,23 @@ pub struct JsonTimeline {
     pub buses: Vec<String>,
 }
 
-/// Stands for the topic of decisions, which are not published.
+/// Used as the topic of decisions, which are not published.
 pub const DECISIONS: &str = "turn_signal_decision";
 
-/// Stands for the topic of frames to the vehicle, which are not published.
+/// Used as the topic of frames to the vehicle, which are not published.
 pub const FRAMES: &str = "command_frame";
 
 #[derive(Serialize)]
 struct JsonLine<'a, T> {
-    /// Seconds of virtual time, to the nanosecond.
+    /// Virtual time, seconds, to the nanosecond.
     t: f64,
     topic: &'a str,
     data: T,
 }
 
 impl JsonTimeline {
-    /// The line for an output, without line end; `None` for what is not a message and for refreshes.
-    /// Traffic lights are a line for each message on each of their topics.
+    /// Returns the line for an output, without line end; `None` for outputs that are not messages and for
+    /// refreshes. Traffic lights are one line per message and topic.
     pub fn line(&self, output: &Output, at: MonoTime) -> Option<String> {
         match output {
             Output::TrafficLights(TrafficLightOutput::Publish(emission)) => self.lights(emission, at),
@@ -69,7 +68,7 @@ impl JsonTimeline {
                 self.frame((*bus, frame), false, at)
             }
             Output::Diagnostics { diagnostics, .. } if diagnostics.refresh => None,
-            // For viewers on ROS; the lines have them in the decisions.
+            // Meant for viewers on ROS; the lines have sections in the decisions.
             Output::TurnSignal(TurnSignalOutput::Sections { .. }) => None,
             Output::VehicleLights(_)
             | Output::VehicleStatus(_)
@@ -120,20 +119,20 @@ fn line(at: MonoTime, topic: &str, data: impl Serialize) -> Option<String> {
     serde_json::to_string(&JsonLine { t: seconds(at), topic, data }).ok()
 }
 
-/// A change for people: of a report or of a status.
+/// A change of a report or of a status.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Event {
-    /// Severity of the status; WARN where a report ends.
+    /// Severity of the status; WARN if a report ends.
     pub level: Level,
     /// Subject: `turn_indicators`, `hazard_lights` or an interface.
     pub task: String,
     /// `ENABLE_LEFT`, `no longer published`, or the message of a status.
     pub text: String,
-    /// What has changed.
+    /// Kind of the change.
     pub kind: ChangeKind,
-    /// Signals that it is about, as its status names them.
+    /// Signals concerned, as named in the status.
     pub signals: Vec<String>,
-    /// What to do; empty if nothing is to be done.
+    /// Remedy; empty if there is nothing to do.
     pub remedy: String,
 }
 
@@ -144,7 +143,7 @@ impl Event {
         if is_bad { &self.text } else { "" }
     }
 
-    /// `MESSAGE_ID` in the journal. There is one for each kind, and for each level of a status; they never
+    /// Returns the `MESSAGE_ID` for the journal. There is one per kind, and per level of a status; they never
     /// change.
     pub fn message_id(&self) -> &'static str {
         match (self.kind, self.level) {
@@ -157,7 +156,7 @@ impl Event {
         }
     }
 
-    /// The change for the history.
+    /// Converts to a change for the history.
     pub fn change(self) -> Change {
         let Self { level, task, text, kind, remedy, .. } = self;
         Change { kind, level, subject: task, text, remedy }
@@ -173,13 +172,13 @@ impl fmt::Display for Event {
 /// Finds the changes in a stream of outputs.
 #[derive(Debug, Clone, Default)]
 pub struct Changes {
-    /// The published reports by name, each with the name of its constant.
+    /// Published reports by name, each with the name of its constant.
     pub reports: BTreeMap<&'static str, String>,
     statuses: BTreeMap<String, (Level, String)>,
 }
 
 impl Changes {
-    /// The changes in this output.
+    /// Returns the changes in this output.
     pub fn of(&mut self, output: &Output) -> Vec<Event> {
         match output {
             Output::VehicleLights(output) => {
@@ -193,7 +192,7 @@ impl Changes {
             Output::Diagnostics { diagnostics, .. } => {
                 diagnostics.statuses.iter().filter_map(|status| self.status(status)).collect()
             }
-            // Many a second, changed or not. Diagnostics have the decisions.
+            // Many per second, whether changed or not. Diagnostics contain the decisions.
             Output::TrafficLights(_) | Output::TurnSignal(_) => Vec::new(),
             Output::Command(CommandOutput::Transmit { frame, is_news }) => {
                 commanded(*is_news, "sends", frame.frame())
@@ -204,7 +203,8 @@ impl Changes {
         }
     }
 
-    /// Takes the text of a report, and the state whose change is an event; `None` when it is withdrawn.
+    /// Records the text of a report, and the state whose change is an event; `None` if the report is
+    /// withdrawn.
     fn published(&mut self, report: &'static str, value: Option<(String, String)>) -> Vec<Event> {
         let (text, now) = value.unzip();
         let before = match &now {

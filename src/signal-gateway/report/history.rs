@@ -1,12 +1,12 @@
-//! The changes of the last hours as text for people.
+//! The changes of the last hours as text.
 
 use super::text::escaped;
 use gateway_core::gateway::history::HistoryEntry;
 
-/// Width of a time with its space.
+/// Width of a time and the following space.
 const TIME: usize = 25;
 
-/// A change in a line; below it what to do, and where its frames are.
+/// Formats a change in a line, with its remedy and the location of its frames below.
 pub fn entry_text(entry: &HistoryEntry) -> String {
     let mut text = line_text(entry);
     text.push('\n');
@@ -26,7 +26,7 @@ pub fn entry_text(entry: &HistoryEntry) -> String {
     text
 }
 
-/// A change in a line.
+/// Formats a change in a line.
 pub fn line_text(entry: &HistoryEntry) -> String {
     let (time, level) = (entry.stamp().utc_line_text(), entry.level.to_string());
     format!("{time} {level:<5} {:<24} {}", escaped(&entry.subject), escaped(&entry.text))

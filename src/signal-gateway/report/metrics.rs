@@ -1,6 +1,6 @@
-//! The present state as metrics for Prometheus: `OpenMetrics` text, or the older text format.
+//! The current state as metrics for Prometheus: `OpenMetrics` text, or the older text format.
 //!
-//! `docs/metrics.md` lists them, with a dashboard and alert rules beside it.
+//! `docs/metrics.md` lists them, and comes with a dashboard and alert rules.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -29,7 +29,7 @@ pub const OPENMETRICS: &str = "application/openmetrics-text; version=1.0.0; char
 /// Media type of [`classic`].
 pub const CLASSIC: &str = "text/plain; version=0.0.4; charset=utf-8";
 
-/// The metrics as `OpenMetrics` text.
+/// Returns the metrics as `OpenMetrics` text.
 pub fn openmetrics(snapshot: &Snapshot) -> String {
     let mut registry = Registry::with_prefix("signal_gateway");
     registry.register_collector(Box::new(Metrics(snapshot.clone())));
@@ -39,7 +39,7 @@ pub fn openmetrics(snapshot: &Snapshot) -> String {
     written
 }
 
-/// The metrics in the text format before `OpenMetrics`, in which a counter's name ends in `_total`
+/// Returns the metrics in the text format before `OpenMetrics`, where a counter's name ends in `_total`
 /// everywhere.
 pub fn classic(snapshot: &Snapshot) -> String {
     let written = openmetrics(snapshot);
@@ -159,7 +159,7 @@ impl Writer<'_> {
                 "hazard_lights" => vec!["DISABLE", "ENABLE"],
                 "gear" => Gear::all().map(Gear::name).collect(),
                 "control_mode" => ControlMode::ALL.iter().map(|mode| mode.name()).collect(),
-                // Measured values, and several doors.
+                // Measured values and doors have no sample here.
                 _ => Vec::new(),
             };
             states

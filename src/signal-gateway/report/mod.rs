@@ -1,4 +1,4 @@
-//! Results as text for people, as JSON for programs, and as charts.
+//! Results as text for users, as JSON for programs, and as charts.
 //!
 //! | module | results |
 //! |---|---|
@@ -23,8 +23,8 @@
 //! | [`chart`] | the chart of a drive or a scenario |
 //! | [`palette`] | colours by meaning, for all of them |
 //!
-//! Text and JSON are lines, written as they come. An event is an [`Entry`], with its text and its fields; a
-//! state has a [`chart::Bar`] in a chart for as long as it lasts.
+//! Text and JSON are lines, written as events occur. An event is an [`Entry`], with text and fields; a state
+//! is a [`chart::Bar`] in a chart for its duration.
 
 pub mod car_models;
 pub mod chart;
@@ -54,30 +54,30 @@ use serde_json::Value;
 
 use gateway_base::time::MonoTime;
 
-/// The notation of lines.
+/// Format of lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
-    /// Columns of text, for people.
+    /// Columns of text, for users.
     Text,
-    /// An object a line, for programs.
+    /// One object per line, for programs.
     Json,
 }
 
 impl Form {
-    /// JSON if `json` is set, else text.
+    /// Returns JSON if `json` is set, otherwise text.
     pub fn json_if(json: bool) -> Self {
         if json { Self::Json } else { Self::Text }
     }
 }
 
-/// One event, in both notations.
+/// One event, in both formats.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
-    /// The thing that it is about, in a column of the text.
+    /// Subject of the event, in a column of the text.
     pub subject: &'static str,
-    /// The event in words, for people.
+    /// The event in words, for users.
     pub text: String,
-    /// For programs: an object.
+    /// An object for programs.
     pub fields: Value,
 }
 
@@ -95,7 +95,7 @@ fn joined(mut object: Value, more: Value) -> Value {
     object
 }
 
-/// Seconds of a time line, exact to the nanosecond for 104 days.
+/// Converts to seconds on the time line, exact to the nanosecond for 104 days.
 #[allow(clippy::cast_precision_loss)]
 pub(crate) fn seconds(at: MonoTime) -> f64 {
     at.as_nanos() as f64 / 1e9

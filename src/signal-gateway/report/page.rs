@@ -4,7 +4,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use sha2::{Digest as _, Sha256};
 
-/// A page, and the policy that allows its own style and script and nothing else.
+/// A page, with a policy that allows only its own style and script.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Page {
     /// The document, with style and script.
@@ -14,9 +14,9 @@ pub struct Page {
 }
 
 impl Page {
-    /// Creates the page of a document in which stand this style and this script.
+    /// Creates the page of a document that contains this style and this script.
     pub fn new(html: String, style: &str, script: &str) -> Self {
-        // Their hashes cover everything between the tags.
+        // The hashes cover everything between the tags.
         let content_security_policy = format!(
             "default-src 'none'; style-src '{}'; script-src '{}'; connect-src 'self'; img-src data:; base-uri 'none'; \
              form-action 'none'; frame-ancestors 'none'",
@@ -27,7 +27,7 @@ impl Page {
     }
 }
 
-/// A source of a security policy: the text itself.
+/// Returns the source expression for a security policy: the hash of the text.
 fn hash(text: &str) -> String {
     format!("sha256-{}", STANDARD.encode(Sha256::digest(text)))
 }

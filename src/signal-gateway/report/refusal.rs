@@ -1,4 +1,4 @@
-//! Problems of a configuration for people: each with its line of the file, a caret below its place, and the
+//! Problems of a configuration as text: each with its line of the file, a caret below its position, and the
 //! remedy.
 
 use std::ops::Range;
@@ -11,23 +11,23 @@ use crate::config::Problem;
 use crate::config::built_in::display;
 use crate::config::files::Files;
 
-/// The longest line of which a picture is drawn, bytes.
+/// Maximum length of a line that is shown as an excerpt, bytes.
 const MAX_LINE: usize = 1 << 14;
-/// The width of the excerpt where nothing limits it, characters.
+/// Width of the excerpt without a limit, characters.
 const WIDTH: usize = 140;
 
-/// The problems one below the other, at most `most` of them, with the lines of their `files`.
+/// Formats at most `most` problems, one below the other, with the lines of their `files`.
 pub fn refusals(files: &dyn Files, problems: &[Problem], most: usize, layout: Layout) -> String {
     let mut source = Source::default();
     let mut blocks = Vec::new();
     let mut before = "";
     for problem in problems.iter().take(most) {
-        // A list of all keys, for example, is read once.
+        // Avoids repeating e.g. a list of all keys.
         let remedy = if problem.remedy == before { "" } else { &problem.remedy };
         before = &problem.remedy;
         blocks.push(match problem.position.and_then(|place| source.line(files, &problem.file, place)) {
             Some(excerpt) => {
-                // The path of an element is long, and its line says more.
+                // The path of an element is long, and its line is more informative.
                 let is_element = problem.key.contains('/');
                 let key = if is_element { String::new() } else { key(problem) };
                 let title = format!("{key}{}", problem.reason);
@@ -49,7 +49,7 @@ pub fn refusals(files: &dyn Files, problems: &[Problem], most: usize, layout: La
     blocks.join("\n\n")
 }
 
-/// A message that has no place in a file; its remedy may be empty.
+/// Formats a message without a position in a file; its remedy may be empty.
 pub fn plain(level: Level<'_>, text: &str, remedy: &str, layout: Layout) -> String {
     message(level, text, None, remedy, layout)
 }
@@ -58,7 +58,7 @@ fn key(problem: &Problem) -> String {
     if problem.key.is_empty() { String::new() } else { format!("{}: ", problem.key) }
 }
 
-/// One line of a file with the place on it.
+/// One line of a file, with a position on it.
 struct Excerpt<'a> {
     path: String,
     text: &'a str,
@@ -73,7 +73,7 @@ fn message(
     remedy: &str,
     layout: Layout,
 ) -> String {
-    // `error: ` and `= help: ` stand in front of the first lines, blanks in front of the others.
+    // `error: ` and `= help: ` precede the first lines, blanks the others.
     let in_column = |text: &str, indent: usize| {
         let width = layout.width.map(|width| width.saturating_sub(indent));
         wrapped(&escaped(text), width, 0).join("\n")
@@ -91,7 +91,7 @@ fn message(
     renderer.term_width(layout.width.unwrap_or(WIDTH)).render(&[group])
 }
 
-/// The file that was read last, since problems come file by file.
+/// The last file read, since problems are ordered by file.
 #[derive(Default)]
 struct Source {
     file: PathBuf,
@@ -99,7 +99,7 @@ struct Source {
 }
 
 impl Source {
-    /// The line of a place; `None` when the file cannot be read now, or has no such line.
+    /// Returns the line of a position; `None` if the file cannot be read now, or has no such line.
     fn line(
         &mut self,
         files: &dyn Files,
@@ -123,7 +123,7 @@ impl Source {
     }
 }
 
-/// The length of the word, the quoted text, or the bracket with which a text begins, bytes.
+/// Returns the length of the word, quoted text or bracket at the beginning of a text, bytes.
 fn word(text: &str) -> usize {
     let Some(first) = text.chars().next() else { return 0 };
     match first {

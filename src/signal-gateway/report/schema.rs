@@ -1,4 +1,4 @@
-//! JSON Schemas of what programs read of the gateway, made of the types themselves.
+//! JSON Schemas of the gateway's output for programs, generated from its types.
 
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema};
@@ -30,7 +30,7 @@ fn schema<T: JsonSchema>() -> Value {
     schema
 }
 
-/// Rewrites what the descriptions say of Rust in the words of JSON.
+/// Replaces Rust terms in descriptions by JSON terms.
 fn rewrite_descriptions(value: &mut Value) {
     match value {
         Value::String(text) => {

@@ -1,4 +1,4 @@
-//! The present state as text for people.
+//! The current state as text.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,7 @@ use super::gateway_view::{DeciderView, Fact, GatewayView, LightsView, RawView, R
 use super::text::{escaped, wrapped};
 use gateway_base::diagnostics::Level;
 
-/// The whole state, in sections with a heading each, wrapped at a width if there is one.
+/// Returns the whole state in sections with headings, wrapped at a width if there is one.
 pub fn text(view: &GatewayView, width: Option<usize>) -> String {
     let mut text = Text { width, ..Text::default() };
     let process = view.process.as_ref();
@@ -37,7 +37,7 @@ pub fn text(view: &GatewayView, width: Option<usize>) -> String {
     text.finish()
 }
 
-/// Lines: a heading, and below it rows in two columns.
+/// Lines of text: a heading, with rows in two columns below.
 #[derive(Default)]
 struct Text {
     width: Option<usize>,
@@ -45,15 +45,15 @@ struct Text {
     rows: Vec<(String, String)>,
 }
 
-/// Widest first column that the second one gives way to.
+/// Maximum width of the first column before the second one moves below it.
 const MAX_NAME: usize = 44;
-/// Narrowest second column; a narrower one stands below the first.
+/// Minimum width of the second column; a narrower column is placed below the first.
 const MIN_COLUMN: usize = 30;
-/// Before what is wrapped of a heading, and of a row whose columns stand below each other.
+/// Indentation of the wrapped part of a heading, and of a row whose second column is below the first.
 const INDENT: usize = 6;
 
 impl Text {
-    /// A heading. Names may come from files, and are escaped.
+    /// Adds a heading. It is escaped, since names may come from files.
     fn line(&mut self, text: &str) {
         self.write_rows();
         let room = self.width.map(|width| width.saturating_sub(INDENT));

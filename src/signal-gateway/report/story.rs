@@ -1,4 +1,4 @@
-//! The stories of the demos: captions, and what must hold while each of them is shown.
+//! The stories of the demos: captions, and the claims that must hold while each is shown.
 
 mod claim;
 mod summary;
@@ -21,20 +21,20 @@ use traffic_lights::target::StoreLayer::{Detected, GroundTruth};
 /// A caption of a demo. It is an assertion: the demo ends with an error when it does not hold.
 #[derive(Debug)]
 pub struct Caption {
-    /// Time from which it is shown, until the next one.
+    /// Time from which it is shown until the next caption.
     pub from: MonoTime,
     /// The caption.
     pub text: &'static str,
-    /// Time from its beginning until it must hold.
+    /// Time after its start within which its claims need not hold yet.
     pub settling: Duration,
-    /// What holds from then on, until the next caption.
+    /// Claims that hold from then on, until the next caption.
     pub holds: &'static [Claim],
 }
 
-/// The captions of a demo in their order.
+/// The captions of a demo, in order.
 pub type Story = &'static [Caption];
 
-/// Time that a caption has to settle unless it says otherwise: frames come every 20 to 100 ms.
+/// Default settling time of a caption: frames arrive every 20 to 100 ms.
 const SETTLING: Duration = Duration::from_millis(300);
 
 const fn caption(from_ms: u64, text: &'static str, holds: &'static [Claim]) -> Caption {
@@ -46,7 +46,7 @@ impl Caption {
         Self { settling: Duration::from_millis(settling_ms), ..self }
     }
 
-    /// The time from which the caption must hold.
+    /// Returns the time from which the caption must hold.
     fn must_hold_from(&self) -> MonoTime {
         self.from.after(self.settling)
     }
@@ -104,7 +104,7 @@ pub const DEMO: Story = &[
     caption(41_000, "off to the end", &[turn("DISABLE"), hazard("DISABLE")]),
 ];
 
-/// What the decider decides, what is commanded and reported, and the level of the turn command's status.
+/// Claims on the decision, the command, the report, and the level of the turn command's status.
 macro_rules! commands {
     ($decided:literal, $commanded:literal, $reported:literal, $level:literal) => {
         &[
@@ -185,7 +185,7 @@ pub const COMMANDS: Story = &[
     caption(33_300, "off to the end", commands!("DISABLE", "off", "DISABLE", "OK")),
 ];
 
-/// What the driver and the vehicle do in it, as requests of `vehicle`.
+/// Actions of the driver and the vehicle in it, as requests of `vehicle`.
 pub const COMMANDS_SCRIPT: &[(MonoTime, &str)] = &[
     (MonoTime::from_millis(7_000), "stalk right"),
     (MonoTime::from_millis(9_000), "stalk off"),
@@ -193,7 +193,7 @@ pub const COMMANDS_SCRIPT: &[(MonoTime, &str)] = &[
     (MonoTime::from_millis(30_500), "clear"),
 ];
 
-/// A head of the crossing's main road, as it is, as the camera sees it, and as V2I sends it.
+/// A head at the crossing's main road: ground truth, camera detection, and V2I state.
 const MAIN_ROAD: Observed = Light(11, Conventional, GroundTruth);
 const DETECTED: Observed = Light(11, Conventional, Detected);
 const SENT: Observed = Light(11, V2i, GroundTruth);

@@ -1,4 +1,4 @@
-//! Plain words of all texts: counts, and names that may hold anything.
+//! Common parts of texts: counts, and names with arbitrary contents.
 
 use std::borrow::Cow;
 use std::path::{Component, Path, PathBuf};
@@ -6,9 +6,9 @@ use std::time::Duration;
 
 use crate::config::built_in::display;
 
-/// The text with its control characters escaped, so that a name cannot move the cursor or begin a line.
+/// Returns the text with escaped control characters, so that a name cannot move the cursor or begin a line.
 pub fn escaped(text: &str) -> Cow<'_, str> {
-    // Bytes of ASCII are compared many at once, and hardly a text has others.
+    // Fast path: ASCII bytes are compared many at once, and most texts have no others.
     let is_plain = text.bytes().all(|byte| matches!(byte, b' '..=b'~'));
     if is_plain || !text.contains(char::is_control) {
         return Cow::Borrowed(text);
@@ -20,7 +20,7 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
     Cow::Owned(escaped)
 }
 
-/// How a text is written.
+/// Layout of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Layout {
     /// True to write severities in colour.
@@ -29,11 +29,10 @@ pub struct Layout {
     pub width: Option<usize>,
 }
 
-/// The narrowest column in which a text is wrapped, characters.
+/// Minimum width of a column in which a text is wrapped, characters.
 const MIN_COLUMN: usize = 30;
 
-/// The lines of a text that is wrapped between words in a column of `width`; `used` characters of the first
-/// line are taken.
+/// Wraps a text between words in a column of `width`; `used` characters of the first line are already taken.
 pub fn wrapped(text: &str, width: Option<usize>, used: usize) -> Vec<String> {
     let width = width.map_or(usize::MAX, |width| width.max(MIN_COLUMN));
     let mut lines = vec![String::new()];
@@ -55,25 +54,25 @@ pub fn wrapped(text: &str, width: Option<usize>, used: usize) -> Vec<String> {
     lines
 }
 
-/// A time since the start as on a clock: `0:07`, `12:34`, `1:02:03`.
+/// Formats a time since the start as on a clock: `0:07`, `12:34`, `1:02:03`.
 pub fn clock_text(since_start: Duration) -> String {
     let seconds = since_start.as_secs();
     let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
     if hours > 0 { format!("{hours}:{minutes:02}:{seconds:02}") } else { format!("{minutes}:{seconds:02}") }
 }
 
-/// `once`, or `3 times`.
+/// Returns `once`, or e.g. `3 times`.
 pub fn times(count: u64) -> String {
     if count == 1 { "once".to_owned() } else { format!("{count} times") }
 }
 
-/// `1 line`, or `3 lines`.
+/// Returns e.g. `1 line` or `3 lines`.
 pub fn counted(count: u64, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
-/// The path as people write it: `dbc/a.dbc` for `config/vehicles/../../dbc/a.dbc`, `built-in dbc/a.dbc` for a
-/// file in the binary. For texts alone, since a folder may be a link.
+/// Returns the path in its usual form: `dbc/a.dbc` for `config/vehicles/../../dbc/a.dbc`, `built-in
+/// dbc/a.dbc` for a file in the binary. Only for texts, since a folder may be a link.
 pub fn plain_path(path: &Path) -> String {
     let mut plain = PathBuf::new();
     for component in path.components() {

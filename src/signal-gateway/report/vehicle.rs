@@ -8,7 +8,7 @@ use gateway_core::command::Turn;
 use gateway_core::vehicle_lights::state::TurnCode;
 use vehicle_bringup::simulated_vehicle::{VehicleEvent, VehicleOutput};
 
-/// The line for an event: time, subject and event, or an object that `vehicle --help` describes.
+/// Returns the line for an event: time, subject and event, or an object that `vehicle --help` describes.
 pub fn line(form: Form, event: &VehicleEvent, at: MonoTime) -> String {
     let t = at.since(MonoTime::ZERO).as_secs_f64();
     match form {
@@ -17,7 +17,7 @@ pub fn line(form: Form, event: &VehicleEvent, at: MonoTime) -> String {
     }
 }
 
-/// An event as text, without its time.
+/// Formats an event as text, without its time.
 pub fn text(event: &VehicleEvent) -> String {
     let entry = entry(event);
     format!("{:<9}  {}", entry.subject, entry.text)
@@ -33,7 +33,7 @@ pub struct CandumpLog {
 }
 
 impl CandumpLog {
-    /// The line for an output; `None` when it is not a frame.
+    /// Returns the line for an output; `None` if it is not a frame.
     pub fn line(&self, output: &VehicleOutput, at: MonoTime) -> Option<String> {
         let (bus, frame) = match output {
             VehicleOutput::Frame { bus, frame } => (bus, frame.to_string()),

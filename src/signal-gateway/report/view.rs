@@ -1,4 +1,4 @@
-//! What `run`, `demo` and `replay` show while they run: lines, log records, or the live view.
+//! Output of `run`, `demo` and `replay` while they run: lines, log records, or the live view.
 
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
@@ -22,14 +22,14 @@ use gateway_core::gateway::history::HistoryEntry;
 pub struct View {
     destination: Destination,
     changes: Changes,
-    /// Events of the present moment, which the journal gets as one record, and others as one warning.
+    /// Events of the current moment, which are one record in the journal, and otherwise one warning.
     moment: Vec<Event>,
     /// Captions, and the text at the end; `None` without a story.
     story: Option<(Teller, Ending)>,
     last_at: MonoTime,
 }
 
-/// The text at the end: what was seen and what comes next, and the width of both.
+/// The text at the end: summary and commands to try next, with their width.
 struct Ending {
     summary: Summary,
     try_next: TryNext,
@@ -41,30 +41,30 @@ enum Destination {
     Lines(OutputQueue),
     /// Lines of JSON on standard output.
     Json(Box<JsonTimeline>),
-    /// The journal keeps the time: one log record for the events of a moment.
+    /// The journal adds the time: one log record for the events of a moment.
     Journal,
     /// The live view.
     Terminal(TerminalView),
 }
 
-/// Longest time that the end waits for the reader of standard output.
+/// Maximum time to wait at the end for the reader of standard output.
 const LAST_TEXT: Duration = Duration::from_millis(300);
 
 impl View {
-    /// One line per event.
+    /// Creates a view with one line per event.
     ///
     /// # Errors
-    /// When standard output cannot be used.
+    /// Fails if standard output cannot be used.
     pub fn lines() -> io::Result<Self> {
         Ok(Self::new(Destination::Lines(OutputQueue::start("view", &io::stdout())?)))
     }
 
-    /// Lines of JSON, without a story.
+    /// Creates a view with lines of JSON, without a story.
     pub fn json(timeline: JsonTimeline) -> Self {
         Self::new(Destination::Json(Box::new(timeline)))
     }
 
-    /// One log record for each moment.
+    /// Creates a view with one log record per moment.
     pub fn journal() -> Self {
         Self::new(Destination::Journal)
     }
@@ -84,14 +84,14 @@ impl View {
         }
     }
 
-    /// The view with captions, and at the end a summary with `try_next` behind it, both wrapped at `width`.
+    /// Adds captions, and at the end a summary followed by `try_next`, both wrapped at `width`.
     #[must_use]
     pub fn with_story(mut self, story: Story, try_next: TryNext, width: Option<usize>) -> Self {
         self.story = Some((Teller::new(story), Ending { summary: Summary::default(), try_next, width }));
         self
     }
 
-    /// Shows the changes of an earlier process, where there is a log that scrolls back to them.
+    /// Shows the changes of an earlier process, if the view has a scrollable log.
     pub fn earlier(&self, entries: &[HistoryEntry]) {
         if let Destination::Terminal(view) = &self.destination {
             view.earlier(entries.iter().map(|entry| (entry.level, line_text(entry))).collect());
@@ -101,7 +101,7 @@ impl View {
     /// Shows the changes in an output.
     ///
     /// # Errors
-    /// When standard output is closed.
+    /// Fails if standard output is closed.
     pub fn show(&mut self, output: &Output, at: MonoTime) -> io::Result<()> {
         if let Destination::Json(timeline) = &self.destination {
             return timeline.line(output, at).map_or(Ok(()), |line| writeln!(io::stdout().lock(), "{line}"));
@@ -137,14 +137,14 @@ impl View {
     /// Ends a moment: logs its events.
     ///
     /// # Errors
-    /// When standard output is closed.
+    /// Fails if standard output is closed.
     pub fn end_moment(&mut self, at: MonoTime) -> io::Result<()> {
         self.log_moment();
         self.tell(at)
     }
 
-    /// Logs the events of this moment as one record, which has the level of the worst: what happens at once
-    /// has one cause.
+    /// Logs the events of this moment as one record with the worst level, since simultaneous events have one
+    /// cause.
     fn log_moment(&mut self) {
         let events = std::mem::take(&mut self.moment);
         let Some(worst) = events.iter().max_by_key(|event| event.level) else { return };
@@ -160,7 +160,7 @@ impl View {
             process_log::warn_others(level, subject, &text);
             return;
         }
-        // A field may come several times: each task of the moment is found.
+        // A field may occur several times, so that each task of the moment can be found.
         let mut fields = vec![("MESSAGE_ID", worst.message_id()), ("CAUSE", worst.cause())];
         for event in &events {
             fields.push(("TASK", event.task.as_str()));
@@ -169,12 +169,12 @@ impl View {
         process_log::record(level, subject, &text, &fields);
     }
 
-    /// True if a new snapshot would be shown.
+    /// Returns true if a new snapshot would be shown.
     pub fn is_due(&self) -> bool {
         matches!(&self.destination, Destination::Terminal(view) if view.is_due())
     }
 
-    /// Shows the present state, where there is a live view.
+    /// Shows the current state, if there is a live view.
     pub fn snapshot(&mut self, at: MonoTime, snapshot: Snapshot) {
         if let Destination::Terminal(view) = &mut self.destination {
             view.show(at, move || GatewayView::of(&snapshot));
@@ -188,11 +188,10 @@ impl View {
         }
     }
 
-    /// Holds the present caption against the state when that is due, and shows the traffic lights that have
-    /// changed.
+    /// Checks the current caption against the state if that is due, and shows changed traffic lights.
     ///
     /// # Errors
-    /// A caption that does not hold.
+    /// Fails if a caption does not hold.
     pub fn check(&mut self, at: MonoTime, snapshot: impl FnOnce() -> Snapshot) -> Result<(), WrongCaption> {
         let Some((teller, _)) = &mut self.story else { return Ok(()) };
         if !teller.is_check_due(at) {
@@ -203,14 +202,14 @@ impl View {
             match &self.destination {
                 Destination::Journal | Destination::Json(_) => {}
                 Destination::Terminal(view) => view.line(Level::Ok, at, &text),
-                // A reader that has gone is noticed with the next event.
+                // The next event shows whether the reader is gone.
                 Destination::Lines(out) => out.push(format!("{} {text}\n", time_text(at)).as_bytes()),
             }
         }
         Ok(())
     }
 
-    /// Shows the captions that are due.
+    /// Shows the due captions.
     fn tell(&mut self, at: MonoTime) -> io::Result<()> {
         self.last_at = at;
         let Some((teller, _)) = &mut self.story else { return Ok(()) };
@@ -227,7 +226,7 @@ impl View {
     }
 }
 
-/// Writes without waiting for the reader; an error concerns an earlier text.
+/// Writes without waiting for the reader. An error refers to an earlier text.
 fn write(out: &OutputQueue, text: &str) -> io::Result<()> {
     out.push(text.as_bytes());
     match out.losses() {
@@ -242,7 +241,7 @@ impl Drop for View {
         let out = match std::mem::replace(&mut self.destination, Destination::Journal) {
             Destination::Lines(out) => Some(out),
             Destination::Journal | Destination::Json(_) => None,
-            // The terminal is given back before anything else is written.
+            // The terminal is restored before anything else is written.
             Destination::Terminal(view) => {
                 drop(view);
                 OutputQueue::start("end", &io::stdout()).ok()
@@ -258,7 +257,7 @@ impl Drop for View {
     }
 }
 
-/// Seconds with three decimals, right-aligned.
+/// Formats seconds with three decimals, right-aligned.
 pub fn time_text(at: MonoTime) -> String {
     let millis = at.as_nanos() / 1_000_000;
     format!("{:>8}.{:03}", millis / 1000, millis % 1000)

@@ -41,16 +41,17 @@ use ros_transport::settings::Transport;
 use ros_transport::survey::DomainSurvey;
 use ros_transport::survey_domain;
 
-/// An interface to examine, before the kernel was asked.
+/// An interface to examine, before querying the kernel.
 struct Examined {
     name: String,
     bus: String,
     sends: Option<bool>,
-    /// Identifiers that the vehicle profile reads.
+    /// Identifiers that the vehicle profile uses.
     profile: Option<Vec<IdMatch>>,
 }
 
-/// Gathers all facts, which takes as long as the user wants to listen; `None` if a signal ended it early.
+/// Gathers all facts, which takes the listening time chosen by the user; returns `None` if a signal ended it
+/// early.
 pub(super) fn gather(args: &DoctorArgs) -> Result<Option<Facts>, Failure> {
     let files = ListedDisk::default();
     let (configuration, settings) = configuration(args, &files);
@@ -72,7 +73,7 @@ pub(super) fn gather(args: &DoctorArgs) -> Result<Option<Facts>, Failure> {
     let running = running(args, settings);
     let permissions = permissions(settings, configuration.as_ref(), &files, &examined);
     let interfaces = examined.into_iter().zip(heard).map(|(examined, survey)| InterfaceFacts {
-        // Asked again: listening has shown more.
+        // Queried again, since listening may have changed the counts.
         state: interface_state(&examined.name),
         bus: examined.bus,
         sends: examined.sends,
@@ -118,7 +119,7 @@ fn configuration(args: &DoctorArgs, files: &ListedDisk) -> (Option<Configuration
     }
 }
 
-/// Returns true if something has this path, also if it may not be read.
+/// Returns true if the path exists, even if it may not be read.
 fn is_there(path: &Path) -> bool {
     !matches!(path.symlink_metadata(), Err(error) if error.kind() == io::ErrorKind::NotFound)
 }
@@ -153,7 +154,7 @@ fn examined(args: &DoctorArgs, settings: Option<&Settings>) -> Vec<Examined> {
     examined.collect()
 }
 
-/// Listens on the interfaces that are up; `None` if a signal ended it.
+/// Listens on the interfaces that are up; returns `None` if a signal ended it.
 fn listen(examined: &[Examined], time: Duration) -> Result<Option<Vec<Known<BusSurvey>>>, Failure> {
     let states: Vec<_> = examined.iter().map(|examined| interface_state(&examined.name)).collect();
     let is_heard = |state: &InterfaceState| state.kind == InterfaceKind::Can && state.is_up;
@@ -163,7 +164,7 @@ fn listen(examined: &[Examined], time: Duration) -> Result<Option<Vec<Known<BusS
         .map(|(examined, _)| (examined.name.clone(), examined.profile.clone()))
         .collect();
     if heard.is_empty() {
-        // The domain is watched for this time nevertheless.
+        // The domain is still observed for this time.
         sleep(time);
         return Ok(Some(states.iter().map(not_heard).collect()));
     }
@@ -181,7 +182,7 @@ fn not_heard(state: &InterfaceState) -> Known<BusSurvey> {
     Known::No(if is_down { "it is down" } else { "it cannot be used" }.to_owned())
 }
 
-/// A survey of a domain in its own thread.
+/// A survey of a domain, in its own thread.
 type Survey = JoinHandle<Result<DomainSurvey, String>>;
 
 fn joined(survey: Survey) -> Known<DomainSurvey> {
@@ -189,7 +190,7 @@ fn joined(survey: Survey) -> Known<DomainSurvey> {
     survey.join().unwrap_or_else(|_panic| failed()).map_or_else(Known::No, Known::Yes)
 }
 
-/// Returns the ROS 2 side of the configuration, and starts to survey its domain and the one of the shell.
+/// Returns the ROS 2 side of the configuration, and starts surveys of its domain and the shell's domain.
 fn ros(
     settings: Option<&Settings>,
     environment: &BTreeMap<String, String>,

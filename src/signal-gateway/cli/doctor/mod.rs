@@ -1,4 +1,4 @@
-//! `doctor`: examines a set-up and names the remedy for each thing that is wrong.
+//! `doctor`: examines a set-up and names the remedy for each problem.
 
 mod gather;
 mod scan;

@@ -41,7 +41,7 @@ pub struct Chart {
     pub from: f64,
     /// Right end of the axis.
     pub to: f64,
-    /// From top to bottom.
+    /// Lanes from top to bottom.
     pub lanes: Vec<Lane>,
     /// Marks across all lanes, in any order.
     pub marks: Vec<Mark>,
@@ -87,7 +87,7 @@ pub struct Note {
 pub struct Lane {
     /// Name of the lane, shown left of all rows.
     pub label: String,
-    /// From top to bottom.
+    /// Rows from top to bottom.
     pub rows: Vec<Row>,
 }
 

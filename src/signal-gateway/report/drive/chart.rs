@@ -1,6 +1,6 @@
-//! A drive as a chart: the lanelets of its route, the speed, what the planner does, for each `compat` the
-//! sections of every candidate and the signal that came out, each changeover with its reason, and the way on
-//! the map.
+//! A drive as a chart: the lanelets of its route, the speed, the planner's manoeuvres, for each `compat` the
+//! sections of every candidate and the resulting signal, each changeover with its reason, and the way on the
+//! map.
 
 mod map;
 
@@ -13,10 +13,10 @@ use turn_signal::light_command::{HazardCommand, TurnCommand};
 use turn_signal::resolve::CandidateSource;
 use turn_signal::subject::SignalSubject;
 
-/// Records whose ends are nearer than this are one, metres; starts may move on.
+/// Records whose ends are closer together than this are one, metres; their starts may advance.
 const SAME_M: f64 = 1.0;
 
-/// Collects what is drawn during a drive, for one `compat` after the other.
+/// Collects the contents of the chart during a drive, for one `compat` after the other.
 #[derive(Debug, Clone)]
 pub struct DriveChart<'a> {
     file: &'a DriveFile,
@@ -31,14 +31,14 @@ struct CompatRun {
     compat: DeciderCompat,
     records: Vec<Record>,
     signals: Vec<Driven>,
-    /// What somebody else signalled.
+    /// Signals from another source.
     received: Vec<Driven>,
     narrator: Narrator,
-    /// A sentence for each change, with its position, metres.
+    /// Sentence for each change, with its position, metres.
     sentences: Vec<(f64, String)>,
 }
 
-/// A signal over a part of the route that was driven in one direction, metres.
+/// A signal over a part of the route driven in one direction, metres.
 #[derive(Debug, Clone, Copy)]
 struct Driven {
     from_m: f64,
@@ -57,12 +57,12 @@ struct Record {
 }
 
 impl<'a> DriveChart<'a> {
-    /// A chart without any cycle.
+    /// Creates a chart without cycles.
     pub fn new(file: &'a DriveFile) -> Self {
         Self { file, lanelets: Vec::new(), cycles: Vec::new(), runs: Vec::new() }
     }
 
-    /// Adds the decision at a cycle; the cycles with one `compat` follow each other.
+    /// Adds the decision at a cycle; the cycles of one `compat` must be consecutive.
     pub fn add(&mut self, snapshot: &Snapshot<'_>) {
         let &Snapshot { compat, at_m, decision, .. } = snapshot;
         if self.runs.last().is_none_or(|run| run.compat != compat) {
@@ -92,8 +92,7 @@ impl<'a> DriveChart<'a> {
         }
     }
 
-    /// Adds the signal that somebody else gave at the cycle that was added last; `None` while it is not
-    /// known.
+    /// Adds the signal of another source at the last cycle; `None` while it is unknown.
     pub fn add_received(&mut self, at_m: f64, turn: Option<TurnCommand>) {
         let indicator = indicator_of(turn.unwrap_or(TurnCommand::NoCommand), HazardCommand::Disable);
         if let Some(run) = self.runs.last_mut() {
@@ -108,7 +107,7 @@ impl<'a> DriveChart<'a> {
         }
     }
 
-    /// The chart of all snapshots.
+    /// Returns the chart of all snapshots.
     pub fn chart(self, title: String) -> Chart {
         let file = self.file;
         let driven = self.runs.iter().flat_map(|run| &run.signals);
@@ -133,7 +132,7 @@ impl<'a> DriveChart<'a> {
                 }
                 row.bars.retain(|bar| bar.from < bar.to);
             }
-            // What lies beyond the drive leaves no empty row.
+            // Bars beyond the drive must not leave an empty row.
             lane.rows.retain(|row| !row.bars.is_empty());
         }
         let plan = Some(map::plan(file, &self.cycles));
@@ -153,7 +152,7 @@ impl<'a> DriveChart<'a> {
         let name = lane.map_or_else(|| "?".to_owned(), |lane| lane.id.to_string());
         let (at_m, look) = (snapshot.at_m, Look::Lanelet(side, name));
         if let Some(first) = self.lanelets.first_mut().filter(|first| at_m < first.from) {
-            // Backing beyond the start.
+            // The vehicle backs beyond the start.
             if first.look == look {
                 first.from = at_m;
             } else {
@@ -175,7 +174,7 @@ impl<'a> DriveChart<'a> {
     }
 }
 
-/// The changeovers, those that several runs have in common once.
+/// Returns the changeovers, those common to several runs only once.
 fn changeovers(runs: Vec<CompatRun>) -> Vec<Mark> {
     let mut marks: Vec<(f64, String, Vec<&'static str>)> = Vec::new();
     let several = runs.len() > 1;
@@ -207,8 +206,8 @@ impl CompatRun {
         }
     }
 
-    /// Adds the sections of a candidate in a cycle. A turn at a lanelet is one turn, even if it was lost of
-    /// sight in between; a manoeuvre is the same while its ends stay where they are.
+    /// Adds the sections of a candidate in a cycle. A turn at a lanelet is one turn, even if it is not
+    /// visible in between; a manoeuvre is the same while its ends stay in place.
     fn add_record(&mut self, record: Record) {
         let is_turn = matches!(
             record.subject,
@@ -261,7 +260,7 @@ impl CompatRun {
     }
 }
 
-/// Adds a signal at a position; it holds up to the next.
+/// Adds a signal at a position; it extends to the next.
 fn add_signal(signals: &mut Vec<Driven>, at_m: f64, indicator: IndicatorState) {
     let begun = Driven { from_m: at_m, to_m: at_m, indicator };
     let Some(last) = signals.last_mut() else {
@@ -280,7 +279,7 @@ fn add_signal(signals: &mut Vec<Driven>, at_m: f64, indicator: IndicatorState) {
 }
 
 impl Driven {
-    /// Returns whether the vehicle changes direction.
+    /// Returns true if the vehicle changes direction.
     fn turns_around(&self, at_m: f64) -> bool {
         (self.to_m - self.from_m) * (at_m - self.to_m) < 0.0
     }
@@ -304,7 +303,7 @@ const fn indicator_of(turn: TurnCommand, hazard: HazardCommand) -> IndicatorStat
     }
 }
 
-/// The bar of commands that are expected by position; those by time have none.
+/// Returns the bar of commands expected by position; `None` for expectations by time.
 fn expected(expectation: &Expectation) -> Option<Bar> {
     let interval = Some(expectation.interval).filter(|interval| interval.unit == IntervalUnit::Metres)?;
     let hazard = expectation.decision.hazard.unwrap_or_default();

@@ -1,4 +1,4 @@
-//! A drive of the turn signal decider, written down.
+//! Reports a drive of the turn signal decider as lines.
 
 pub mod chart;
 mod sentence;
@@ -23,11 +23,11 @@ use turn_signal::headline::Headline;
 pub struct Snapshot<'a> {
     /// The `compat` of the decider.
     pub compat: DeciderCompat,
-    /// Seconds from the start.
+    /// Time since the start, seconds.
     pub at_s: f64,
-    /// The rear axle, metres along the route.
+    /// Position of the rear axle, metres along the route.
     pub at_m: f64,
-    /// The rear axle on the map.
+    /// Pose of the rear axle on the map.
     pub pose: Pose,
     /// Speed, m/s; negative while backing up.
     pub speed_mps: f64,
@@ -37,14 +37,14 @@ pub struct Snapshot<'a> {
     pub decision: &'a Decision,
 }
 
-/// The outcome of the expectations with one `compat`.
+/// The result of the expectations for one `compat`.
 #[derive(Debug, Clone)]
 pub struct Verdict<'a> {
     /// The `compat` of the decider.
     pub compat: DeciderCompat,
-    /// The number of expectations that held.
+    /// Number of expectations that were met.
     pub met: usize,
-    /// Those that did not.
+    /// Failed expectations.
     pub failed: Vec<Failed<'a>>,
 }
 
@@ -72,19 +72,19 @@ pub struct DriveWriter {
 pub enum DriveForm {
     /// One sentence for each change.
     Sentences,
-    /// The sentence with all numbers below it, for each change of a reason as well.
+    /// The sentence with all numbers below it, also for each change of a reason.
     Numbers,
     /// One JSON object for each change of a reason.
     Json,
 }
 
-/// Indentation of what belongs to a `compat`.
+/// Indentation of the lines of a `compat`.
 const INDENT: &str = "  ";
 /// Indentation of numbers and reasons, below their sentence.
 const DETAILS: &str = "      ";
 
 impl DriveWriter {
-    /// A writer that has written nothing.
+    /// Creates a writer that has written nothing yet.
     pub fn new(form: DriveForm) -> Self {
         Self { form, last: None, narrator: Narrator::default() }
     }
@@ -95,8 +95,8 @@ impl DriveWriter {
         (self.form != DriveForm::Json).then(|| compat.name().to_owned())
     }
 
-    /// The lines of a cycle; `None` when the decision is the one before, distances and ages apart, and not
-    /// `whole`. Every cycle is given, in order.
+    /// Returns the lines of a cycle; `None` if the decision equals the previous one, apart from distances and
+    /// ages, and `whole` is false. Must be called for every cycle, in order.
     pub fn write(&mut self, snapshot: &Snapshot<'_>, whole: bool) -> Option<String> {
         let (sentence, is_new) = self.narrator.next(snapshot);
         let headline = Some(Headline::of(snapshot.decision));
@@ -110,7 +110,7 @@ impl DriveWriter {
         })
     }
 
-    /// The lines that end a `compat`: the number of expectations that held, and each that failed.
+    /// Returns the lines that end a `compat`: the number of expectations that were met, and each failed one.
     pub fn end(&self, verdict: &Verdict<'_>) -> String {
         let Verdict { compat, met, failed } = verdict;
         if self.form != DriveForm::Json {
@@ -126,7 +126,7 @@ impl DriveWriter {
     }
 }
 
-/// When, where, how fast, on which basis, and every reason, each as a line of its own.
+/// Returns time, position, speed, basis and every reason, each on its own line.
 fn details(snapshot: &Snapshot<'_>) -> String {
     let Snapshot { at_s, at_m, speed_mps, decision, .. } = snapshot;
     let basis = decision::basis(decision);

@@ -1,4 +1,4 @@
-//! A change of a drive in one sentence: the command, where it changes, and why.
+//! Describes a change in a drive in one sentence: the command, the position and the reason.
 
 use std::mem::{Discriminant, discriminant};
 
@@ -13,19 +13,19 @@ use turn_signal::resolve::{CandidateOutcome, CandidateSource, EvaluatedCandidate
 use turn_signal::section::Distances;
 use turn_signal::shift::ShiftVerdict;
 
-/// Speed below which the time is given as well, since the position stays as it is, m/s.
+/// Speed below which the time is also stated, since the position does not change, m/s.
 const STANDING_MPS: f64 = 0.1;
-/// A signal that ends this near to its end was not dropped, metres: more than a cycle.
+/// A signal that ends this close to its section's end was not dropped, metres; longer than a cycle.
 const END_TOLERANCE_M: f64 = 3.0;
 
-/// Puts the cycles of a drive into sentences, one after the other.
+/// Describes the cycles of a drive in sentences.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Narrator {
     last: Option<Essence>,
     signalled: Option<Signalled>,
 }
 
-/// The essence of a decision, by which a sentence is new.
+/// The essential part of a decision, whose change makes a sentence new.
 #[derive(Debug, Clone, PartialEq)]
 struct Essence {
     turn: TurnCommand,
@@ -37,18 +37,18 @@ struct Essence {
     findings: Vec<Discriminant<InputFinding>>,
 }
 
-/// The candidate that won last.
+/// The last winner.
 #[derive(Debug, Clone)]
 struct Signalled {
     name: String,
-    /// Rear axle to the ends of its sections, metres.
+    /// Distances from the rear axle to the ends of its sections, metres.
     desired_end_m: f64,
     required_end_m: f64,
 }
 
 impl Narrator {
-    /// The sentence of a cycle, and whether it is worth printing: command, candidate, hold, or something
-    /// wrong is new.
+    /// Returns the sentence of a cycle, and whether to print it: if command, candidate, hold or a problem is
+    /// new.
     pub(super) fn next(&mut self, snapshot: &Snapshot<'_>) -> (String, bool) {
         let decision = snapshot.decision;
         let sentence = self.sentence(snapshot);
@@ -64,7 +64,7 @@ impl Narrator {
         };
         let is_new = self.last.as_ref().is_none_or(|last| {
             let is_known = |finding: &Discriminant<InputFinding>| last.findings.contains(finding);
-            // That a finding is gone is no news.
+            // The disappearance of a finding is not news.
             *last != Essence { findings: last.findings.clone(), ..essence.clone() }
                 || !essence.findings.iter().all(is_known)
         });
@@ -140,8 +140,8 @@ impl Narrator {
         }
     }
 
-    /// The end of what was signalled in the cycle before, with the reason where it is dropped; `None` when it
-    /// is still a candidate.
+    /// Describes the end of the previous cycle's signal, with the reason if it was dropped; `None` if it is
+    /// still a candidate.
     fn ended(&self, decision: &Decision, now: Option<&EvaluatedCandidate>) -> Option<String> {
         let Signalled { name: before, desired_end_m, required_end_m } = self.signalled.as_ref()?;
         let rivals = decision.evaluated().iter().filter(|other| lost(other));
@@ -168,7 +168,7 @@ const fn lost(candidate: &EvaluatedCandidate) -> bool {
     matches!(candidate.outcome, CandidateOutcome::LostTo { .. })
 }
 
-/// The vehicle's position in the sections of what is signalled.
+/// Describes the vehicle's position in the sections of the winner.
 fn stretch(won: &EvaluatedCandidate) -> String {
     let name = name(won);
     let Some(Distances { desired_end_m, required_start_m, required_end_m, .. }) = won.distances else {
@@ -183,7 +183,7 @@ fn stretch(won: &EvaluatedCandidate) -> String {
     }
 }
 
-/// A candidate that lost, by how its sections lie to the sections of the winner.
+/// Describes a losing candidate by the position of its sections relative to the winner's.
 fn rival(other: &EvaluatedCandidate, won: &EvaluatedCandidate) -> Option<String> {
     let (ours, theirs) = (won.distances?, other.distances.filter(|_| lost(other))?);
     let relation = if theirs.required_end_m < 0.0 {
@@ -196,7 +196,7 @@ fn rival(other: &EvaluatedCandidate, won: &EvaluatedCandidate) -> Option<String>
     Some(format!("the {} {relation}", name(other)))
 }
 
-/// A candidate that is not signalled, with the reason.
+/// Describes a candidate that is not signalled, with the reason.
 fn waiting(candidate: &EvaluatedCandidate) -> Option<String> {
     let name = name(candidate);
     match candidate.outcome {
@@ -215,7 +215,7 @@ fn waiting(candidate: &EvaluatedCandidate) -> Option<String> {
     }
 }
 
-/// The manoeuvres that are not signalled, though there is something to signal.
+/// Returns the manoeuvres that are not signalled although there is something to signal.
 fn silent(decision: &Decision) -> impl Iterator<Item = &ManoeuvreOutcome> {
     decision.remarks.iter().filter(|outcome| {
         !matches!(
@@ -236,12 +236,12 @@ fn remark(outcome: ManoeuvreOutcome) -> String {
     }
 }
 
-/// A distance as people give it: whole metres, below ten with one decimal.
+/// Formats a distance in whole metres, below 10 m with one decimal.
 fn metres(distance_m: f64) -> String {
     if distance_m.abs() < 9.95 { format!("{distance_m:.1} m") } else { format!("{distance_m:.0} m") }
 }
 
-/// A number with one decimal, if that is not zero.
+/// Formats a number with one decimal, unless that is zero.
 fn short(number: f64) -> String {
     let text = format!("{:.1}", (number * 10.0).round() / 10.0 + 0.0);
     text.strip_suffix(".0").map_or(text.clone(), str::to_owned)

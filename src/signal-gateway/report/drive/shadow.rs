@@ -1,5 +1,5 @@
-//! The shadow report of a recorded drive: each manoeuvre with the verdict on the signal that was given, and
-//! the agreement.
+//! The shadow report of a recorded drive: each manoeuvre with the verdict on the recorded signal, and the
+//! agreement.
 
 use serde::Serialize;
 use serde_json::Value;
@@ -11,60 +11,60 @@ use turn_signal::signal_judge::{
     DeciderReason, JudgedCounts, JudgedKind, JudgedManoeuvre, SignalVerdict, VerdictKind,
 };
 
-/// A manoeuvre of a recorded drive, judged.
+/// A judged manoeuvre of a recorded drive.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ShadowManoeuvre {
-    /// What it is: `left turn on 111`.
+    /// Description, e.g. `left turn on 111`.
     pub what: String,
-    /// Its kind.
+    /// Kind of the manoeuvre.
     pub kind: JudgedKind,
-    /// The side that is asked for; of a needless signal the side that was shown.
+    /// Required side; for a needless signal, the side that was signalled.
     pub side: Side,
     /// The verdict on the signal.
     pub verdict: SignalVerdict,
-    /// The side that was received first; `None` when neither was.
+    /// First recorded side; `None` if neither was signalled.
     pub received: Option<Side>,
     /// Start, seconds from the first message.
     pub from_s: f64,
-    /// When the signal became required, seconds; `None` when it never did.
+    /// Time at which the signal became required, seconds; `None` if it never did.
     pub required_s: Option<f64>,
     /// End, seconds.
     pub to_s: f64,
-    /// The way driven until its start, metres.
+    /// Distance driven until its start, metres.
     pub at_m: f64,
-    /// Place of the rear axle at its start, metres in the frame of the map.
+    /// x coordinate of the rear axle at its start, metres in the map frame.
     pub x_m: f64,
-    /// As `x_m`.
+    /// y coordinate of the rear axle at its start, metres in the map frame.
     pub y_m: f64,
     /// Speed at its start, m/s.
     pub speed_mps: f64,
-    /// The decider at its start, in a sentence.
+    /// The decider's decision at its start, in a sentence.
     pub decider: String,
     /// The reason of the decider, for programs.
     pub reason: DeciderReason,
 }
 
-/// What a recorded drive comes to.
+/// Summary of a recorded drive.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ShadowSummary {
-    /// The signal that was judged.
+    /// Judged signal.
     pub signal: &'static str,
-    /// Its topic.
+    /// Topic of the signal.
     pub topic: String,
-    /// Samples of it.
+    /// Number of its samples.
     pub samples: u64,
     /// Length of the recording, seconds.
     pub length_s: f64,
-    /// The way driven, metres.
+    /// Distance driven, metres.
     pub driven_m: f64,
-    /// Share of the manoeuvres whose signal agrees with the rules, percent; `None` when none was judged.
+    /// Share of the manoeuvres whose signal agrees with the rules, percent; `None` if none was judged.
     pub agreement_percent: Option<f64>,
     /// The number of each verdict, by kind.
     pub counts: JudgedCounts,
 }
 
 impl ShadowManoeuvre {
-    /// Describes a manoeuvre that began after `at_m` metres, when the decider said `decider`.
+    /// Describes a manoeuvre that began after `at_m` metres, with the decider's decision `decider`.
     pub fn new(judged: &JudgedManoeuvre, at_m: f64, decider: String) -> Self {
         let position = judged.odometry.pose.position;
         let side = judged.side;
@@ -91,7 +91,7 @@ impl ShadowManoeuvre {
         }
     }
 
-    /// Returns the lines for people: one, and below it both sides' reasons if they differ.
+    /// Returns the text: one line, and if the sides differ, both reasons below it.
     pub fn text(&self) -> String {
         let Self { what, verdict, from_s, at_m, x_m, y_m, .. } = self;
         let line = format!("{from_s:8.1} s {at_m:8.1} m  {what}: {verdict}");
@@ -109,19 +109,19 @@ impl ShadowManoeuvre {
         )
     }
 
-    /// Returns the sentence of its mark in a picture; `None` if the signals agree.
+    /// Returns the sentence of its mark in a chart; `None` if the signals agree.
     pub fn mark(&self) -> Option<String> {
         (self.verdict.kind() != VerdictKind::Agree).then(|| format!("{}: {}", self.what, self.verdict))
     }
 
-    /// Returns the line for programs.
+    /// Returns the JSON object for programs.
     pub fn json(&self) -> Value {
         serde_json::json!({ "manoeuvre": self })
     }
 }
 
 impl ShadowSummary {
-    /// Returns the lines for people.
+    /// Returns the text for users.
     pub fn text(&self) -> String {
         let Self { signal, topic, samples, length_s, driven_m, counts, .. } = self;
         let mut text = format!(
@@ -148,7 +148,7 @@ impl ShadowSummary {
         text
     }
 
-    /// Returns the line for programs.
+    /// Returns the JSON object for programs.
     pub fn json(&self) -> Value {
         serde_json::json!({ "summary": self })
     }

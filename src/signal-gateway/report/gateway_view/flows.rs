@@ -108,7 +108,7 @@ pub struct LightView {
     pub text: String,
 }
 
-/// Returns what is requested of the vehicle, and why.
+/// Returns the request to the vehicle, with its reason.
 pub(super) fn commanded(function: &FunctionSnapshot) -> Value {
     let or = |value: Option<LightsValue>, other: &str| {
         value.map_or_else(|| other.to_owned(), |value| value.to_string())
@@ -182,7 +182,7 @@ impl BusView {
         }
     }
 
-    /// Creates a bus of which only this state is known.
+    /// Creates a bus of which only the state is known.
     pub fn plain(name: String, level: Level, state: &str, rate_hz: f64) -> Self {
         let badges = vec![Value::new(Some(level), state)];
         Self { name, level, state: state.to_owned(), badges, rate_hz, ..Self::default() }
@@ -310,8 +310,8 @@ impl LightView {
     }
 }
 
-/// Returns a bulb in words: `green left` for `green solidOn left`. What most bulbs are, a circle and steadily
-/// on, is left out.
+/// Returns a bulb in words: `green left` for `green solidOn left`. The usual properties, a circle and
+/// steadily on, are omitted.
 pub fn bulb_text(bulb: &Bulb) -> String {
     let (color, status, shape) = (bulb.color, bulb.status, bulb.shape);
     let is_unknown = color == Color::Unknown;

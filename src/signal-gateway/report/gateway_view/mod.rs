@@ -1,5 +1,5 @@
-//! Everything that a person is shown of one moment: made once of a snapshot, and laid out by the terminal,
-//! the live page and the status text, which decide nothing more.
+//! Everything that users see of one moment. It is created once from a snapshot; terminal, live page and
+//! status text only lay it out.
 //!
 //! | module | what it is |
 //! |---|---|
@@ -25,7 +25,7 @@ use crate::process_status::snapshot::Snapshot;
 use gateway_base::diagnostics::Level;
 use gateway_core::gateway::snapshot::StatusSnapshot;
 
-/// Longest headline, in characters; `systemctl status` shows one line.
+/// Maximum length of the headline, characters; `systemctl status` shows one line.
 const MAX_HEADLINE: usize = 200;
 
 /// What a person is shown of a gateway; as JSON, an event of the live page. The terminal shows a simulated
@@ -65,7 +65,7 @@ pub struct GatewayView {
 }
 
 impl GatewayView {
-    /// Returns what is shown of a snapshot.
+    /// Creates the view of a snapshot.
     pub fn of(snapshot: &Snapshot) -> Self {
         let reports = reports::light_reports(snapshot);
         let marks: Vec<_> = reports.iter().map(|report| report.mark).collect();
@@ -89,11 +89,11 @@ impl GatewayView {
         }
     }
 
-    /// Returns the state in one short line: what is published, or everything that is worst.
+    /// Returns the state in one short line: the published values, or everything at the worst level.
     pub fn headline(&self) -> String {
         let level = self.level.unwrap_or_default();
         let text = if level == Level::Ok {
-            // What is measured changes all the time, and doors are many.
+            // Measured values change constantly, and there are many doors.
             let is_short = |report: &&ReportView| report.mark != Mark::Measured && report.key != "doors";
             let reports = self.reports.iter().chain(&self.vehicle_status).filter(is_short);
             let texts: Vec<_> = reports

@@ -1,4 +1,4 @@
-//! The process of the gateway, and what it is connected with.
+//! The process of the gateway, and its connections.
 
 use schemars::JsonSchema;
 use serde::Serialize;

@@ -1,4 +1,5 @@
-//! The reports: what is commanded, published and received of each, and how far it is trusted.
+//! The reports: commanded, published and received values of each, and the steps of validation that they have
+//! passed.
 
 use std::collections::BTreeSet;
 
@@ -179,7 +180,7 @@ fn hazard_mark(value: HazardLights) -> Mark {
     }
 }
 
-/// Returns a lamp by what is published.
+/// Returns a lamp in its published state.
 pub(super) fn lamp(side: Mark, marks: &[Mark]) -> Lamp {
     if marks.contains(&Mark::Hazard) || marks.contains(&side) {
         Lamp::Flashing
@@ -190,7 +191,7 @@ pub(super) fn lamp(side: Mark, marks: &[Mark]) -> Lamp {
     }
 }
 
-/// Returns what the lights do by what is published; empty without a report on them.
+/// Describes the published state of the lights; empty without a report on them.
 pub(super) fn caption(marks: &[Mark]) -> &'static str {
     let texts = [
         (Mark::Hazard, "hazard lights on"),
@@ -202,7 +203,7 @@ pub(super) fn caption(marks: &[Mark]) -> &'static str {
     texts.iter().find(|(mark, _)| marks.contains(mark)).map_or("", |(_, text)| text)
 }
 
-/// Returns what is requested of the vehicle. Without commands nothing is, whatever the decider has decided.
+/// Returns the request to the vehicle. Without commands there is none, regardless of the decider's decision.
 fn commanded(
     snapshot: &Snapshot,
     function: impl Fn(&CommandSnapshot) -> &FunctionSnapshot,
@@ -219,7 +220,7 @@ fn commanded(
     Value { lines: vec![line], ..Value::new(None, "–") }
 }
 
-/// Returns a report without its headings, and without what is commanded.
+/// Returns a report without its headings and without the command.
 fn report_view(
     key: &'static str,
     used_by: UsedBy,
@@ -267,7 +268,7 @@ fn message_of<'a>(snapshot: &'a Snapshot, signal: &SignalSnapshot) -> Option<&'a
     })
 }
 
-/// Returns what the integrity check says of the last frame.
+/// Describes the result of the integrity check of the last frame.
 fn integrity_text(integrity: &IntegritySnapshot) -> String {
     match (integrity.is_trusted, integrity.last_reject) {
         (None, _) => "not checked yet".to_owned(),
@@ -277,7 +278,7 @@ fn integrity_text(integrity: &IntegritySnapshot) -> String {
 }
 
 impl RawView {
-    /// Returns what is shown of a signal.
+    /// Creates the view of a signal.
     pub(super) fn of(snapshot: &Snapshot, signal: &SignalSnapshot) -> Self {
         let integrity = message_of(snapshot, signal).and_then(|message| message.integrity.as_ref());
         Self {
@@ -312,7 +313,7 @@ fn steps(
     }
     let is_published = report.published.is_some();
     let mut answers = answers(snapshot, signals);
-    // A value can be defined and say that there is none.
+    // A defined value can mean that there is no value.
     let is_explained =
         answers.iter().any(|(_, answers)| answers.iter().any(|(passed, _)| *passed == Some(false)));
     if let Some((_, values)) = answers.last_mut().filter(|_| !is_published && !is_explained) {
@@ -340,10 +341,10 @@ fn steps(
     answers.into_iter().chain([("Report", vec![(Some(is_published), text)])]).map(step).collect()
 }
 
-/// True if a step is passed, `None` if there is nothing to pass; and the state behind it in words.
+/// Whether a step is passed (`None` if it does not apply), and the underlying state in words.
 type Answer = (Option<bool>, String);
 
-/// Returns the answers of the buses, messages and signals to each step but the last.
+/// Returns the answers of the buses, messages and signals for each step except the last.
 fn answers(snapshot: &Snapshot, signals: &[&SignalSnapshot]) -> Vec<(&'static str, Vec<Answer>)> {
     let carries = |bus: &str| signals.iter().any(|signal| signal.bus == bus);
     let buses = || snapshot.buses.iter().filter(|bus| carries(&bus.name));

@@ -1,4 +1,4 @@
-//! Values, facts and ages, as all parts of the view have them.
+//! Values, facts and ages, as used in all parts of the view.
 
 use schemars::JsonSchema;
 use serde::Serialize;

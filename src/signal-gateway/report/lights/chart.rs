@@ -16,7 +16,7 @@ use traffic_lights::event_log::ScenarioEvent;
 use traffic_lights::scenario::{Action, Scenario};
 use traffic_lights::target::{LightChannel, StoreId, StoreLayer};
 
-/// The most rows of a chart; a map has tens of thousands of lights, and nobody reads so many rows.
+/// Maximum number of rows in a chart; a map has tens of thousands of lights, and no one reads that many rows.
 const MAX_ROWS: usize = 10_000;
 
 /// The chart of a scenario, which grows while it runs.
@@ -26,7 +26,7 @@ pub struct LightsChart {
     names: LightNames,
     rows: BTreeMap<Subject, Growing>,
     marks: Vec<Mark>,
-    /// Some subjects have no row, since there are too many.
+    /// True if some subjects have no row, since there are too many.
     is_full: bool,
 }
 
@@ -38,7 +38,7 @@ enum Subject {
     Group { id: i64, is_external: bool },
 }
 
-/// The bars of a row that have ended, and the one that has not.
+/// The finished bars of a row, and the unfinished one.
 #[derive(Debug, Default)]
 struct Growing {
     bars: Vec<Bar>,
@@ -46,8 +46,8 @@ struct Growing {
 }
 
 impl LightsChart {
-    /// Creates a chart without snapshots. The map gives the groups of each light; ids with `names` are shown
-    /// by these.
+    /// Creates a chart without snapshots. The map gives the groups of each light; ids with names in `names`
+    /// are shown by name.
     pub fn new(map: Arc<LightMap>, names: LightNames) -> Self {
         Self { map, names, rows: BTreeMap::new(), marks: Vec::new(), is_full: false }
     }
@@ -61,19 +61,19 @@ impl LightsChart {
         for logged in snapshot.events {
             let text = || self.names.in_text(&entry(&logged.event, snapshot.scenario).text);
             match &logged.event {
-                // Entering the phase that is on begins it again.
+                // Entering the current phase begins it again.
                 ScenarioEvent::PhaseEntered { controller, .. } => {
                     self.rows.entry(Subject::Controller(controller.0)).or_default().end(at_s);
                 }
                 ScenarioEvent::Ended(_) => {
                     self.marks.push(Mark { at: at_s, text: format!("end: {}", text()) });
                 }
-                // The end of the scenario has a mark of its own.
+                // The end of the scenario has its own mark.
                 ScenarioEvent::ActionDone(source) => match action_of(*source, snapshot.scenario) {
                     None | Some(Action::End(_)) => {}
                     Some(_) => self.marks.push(Mark { at: at_s, text: text() }),
                 },
-                // Acts and events show by their actions.
+                // Acts and events are visible by their actions.
                 ScenarioEvent::ActStarted(_)
                 | ScenarioEvent::ActEnded(_)
                 | ScenarioEvent::EventStarted { .. } => {}
@@ -92,7 +92,7 @@ impl LightsChart {
         }
     }
 
-    /// The chart of all snapshots, from zero to `end`.
+    /// Returns the chart of all snapshots, from zero to `end`.
     pub fn chart(mut self, title: String, subtitle: String, end: MonoTime, scenario: &Scenario) -> Chart {
         let to = seconds(end);
         let mut lanes: Vec<Lane> = Vec::new();

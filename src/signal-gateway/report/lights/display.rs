@@ -9,7 +9,7 @@ use traffic_lights::engine::LightObservation;
 
 const RESET: &str = "\x1b[0m";
 
-/// The style of text for a terminal.
+/// Style of text for a terminal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Style {
     /// Without terminal colours.
@@ -20,7 +20,7 @@ pub enum Style {
 }
 
 impl Style {
-    /// A light as its bulbs, or `dark`; with its confidence, unless that is 1.
+    /// Formats a light as its bulbs, or `dark`, with its confidence unless that is 1.
     pub(super) fn light(self, light: &LightObservation) -> String {
         self.bulbs(&light.bulbs) + &unsure(light.confidence)
     }
@@ -29,7 +29,7 @@ impl Style {
         lit(bulbs.iter().map(|bulb| self.bulb(bulb)))
     }
 
-    /// A group as its bulbs, with its predictions if it has any.
+    /// Formats a group as its bulbs, with its predictions if it has any.
     pub(super) fn group(self, group: &GroupState) -> String {
         let now = self.elements(&group.elements);
         let next: Vec<_> = group.predictions.iter().map(|prediction| self.prediction(prediction)).collect();
@@ -44,7 +44,7 @@ impl Style {
         lit(elements.iter().map(|element| self.bulb(element.bulb) + &unsure(element.confidence)))
     }
 
-    /// A state text without its defaults.
+    /// Formats a bulb as a state text without its defaults.
     fn bulb(self, bulb: Bulb) -> String {
         let mut parts = vec![bulb.color.name()];
         if bulb.status != BulbStatus::SolidOn || bulb.shape == BulbShape::Unknown {
@@ -61,24 +61,24 @@ impl Style {
     }
 }
 
-/// Seconds with three decimals.
+/// Formats seconds with three decimals.
 pub(super) fn seconds(at: MonoTime) -> String {
-    // To the nearest, as a frame at 1/30 s is not quite 0.033 s.
+    // Rounded to the nearest, since a frame at 1/30 s is not exactly 0.033 s.
     let millis = (at.as_nanos() + 500_000) / 1_000_000;
     format!("{}.{:03}", millis / 1_000, millis % 1_000)
 }
 
-/// Ids joined by `, `.
+/// Joins ids by `, `.
 pub(super) fn list(ids: &[i64]) -> String {
     ids.iter().map(i64::to_string).collect::<Vec<_>>().join(", ")
 }
 
-/// Bulbs as a state text without its defaults, joined by ` + `; `dark` without any.
+/// Formats bulbs as state texts without their defaults, joined by ` + `; `dark` if there are none.
 pub(in crate::report) fn bulbs_text(bulbs: &[Bulb]) -> String {
     lit(bulbs.iter().map(|bulb| Style::Plain.bulb(*bulb)))
 }
 
-/// Bulbs joined by ` + `.
+/// Joins bulbs by ` + `.
 fn lit(bulbs: impl Iterator<Item = String>) -> String {
     let bulbs: Vec<_> = bulbs.collect();
     if bulbs.is_empty() { "dark".to_owned() } else { bulbs.join(" + ") }

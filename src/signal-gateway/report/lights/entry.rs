@@ -1,4 +1,4 @@
-//! Events of a scenario as entries of a report.
+//! Converts events of a scenario to entries of a report.
 
 use serde_json::json;
 
@@ -9,7 +9,7 @@ use traffic_lights::scenario::{Action, Scenario};
 use traffic_lights::target::{SignalTarget, StoreId};
 use traffic_lights::variable::VariableIndex;
 
-/// The entry of an event, with the names behind its positions.
+/// Returns the entry of an event, with the names for its positions.
 pub(super) fn entry(event: &ScenarioEvent, scenario: &Scenario) -> Entry {
     let act_name = |act: usize| scenario.acts.get(act).map_or("", |act| &act.name);
     let event_name = |act: usize, event: usize| {
@@ -59,12 +59,12 @@ pub(super) fn entry(event: &ScenarioEvent, scenario: &Scenario) -> Entry {
     }
 }
 
-/// A name of the scenario, which may be empty.
+/// Formats a name of the scenario, which may be empty.
 fn named(name: &str) -> &str {
     if name.is_empty() { "(unnamed)" } else { name }
 }
 
-/// The action of a source; `None` for one from outside.
+/// Returns the action of a source; `None` for an external source.
 pub(super) fn action_of(source: ActionSource, scenario: &Scenario) -> Option<&Action> {
     match source {
         ActionSource::Init(index) => scenario.init.get(index),
@@ -75,7 +75,7 @@ pub(super) fn action_of(source: ActionSource, scenario: &Scenario) -> Option<&Ac
     }
 }
 
-/// An action as text.
+/// Formats an action as text.
 fn action(action: &Action, scenario: &Scenario) -> String {
     let set = |target: &SignalTarget, text: &str| {
         if text.is_empty() { format!("set {target} to nothing") } else { format!("set {target} to {text}") }

@@ -1,4 +1,4 @@
-//! Objects for programs: all states, changed or not. `lights --help` describes them.
+//! JSON objects for programs, with all states, changed or not. `lights --help` describes them.
 
 use std::fmt::{Display, Write as _};
 use std::sync::Arc;
@@ -14,8 +14,8 @@ use traffic_lights::bulb::Bulb;
 use traffic_lights::emission::{GroupElement, GroupState, Groups, Prediction};
 use traffic_lights::target::{LightChannel, StoreId, StoreLayer};
 
-/// The object of a snapshot as text. Values become text one by one: those of all lights of a large map at
-/// once take 60 times the memory of their text. Ids with `names` are shown by these.
+/// Returns the object of a snapshot as text. Values are serialised one by one, since the values of all lights
+/// of a large map would need 60 times the memory of their text. Ids with names in `names` are shown by name.
 pub(super) fn object(snapshot: &Snapshot<'_>, names: &LightNames) -> String {
     let states = snapshot.states;
     let events = snapshot.events.iter().map(|logged| entry(&logged.event, snapshot.scenario).fields);
@@ -33,7 +33,7 @@ pub(super) fn object(snapshot: &Snapshot<'_>, names: &LightNames) -> String {
     )
 }
 
-/// The object of a verdict that is not known.
+/// Returns the object of an unknown verdict.
 pub(super) fn undecided(at: MonoTime, reason: &str) -> Value {
     json!({ "t": seconds(at), "events": [{ "what": "end", "verdict": "undecided", "reason": reason }] })
 }

@@ -34,14 +34,14 @@ pub struct LightsWriter {
 }
 
 impl LightsWriter {
-    /// Creates a writer that has written nothing; `style` applies to text. Ids with `names` are shown by
-    /// these.
+    /// Creates a writer that has written nothing; `style` applies to text. Ids with names in `names` are
+    /// shown by name.
     pub fn new(form: Form, style: Style, names: LightNames) -> Self {
         Self { form, columns: Columns::new(style), names, is_first: true }
     }
 
-    /// The lines of a snapshot. Text has events and changes, or all states when `whole`; JSON has one line
-    /// with all states, when there are events or changes or `whole`.
+    /// Returns the lines of a snapshot. Text has events and changes, or all states if `whole`; JSON has one
+    /// line with all states if there are events or changes, or if `whole`.
     pub fn write(&mut self, snapshot: &Snapshot<'_>, whole: bool) -> Vec<String> {
         let is_first = std::mem::replace(&mut self.is_first, false);
         match self.form {
@@ -56,7 +56,7 @@ impl LightsWriter {
         }
     }
 
-    /// The line for a verdict that is not known, with the reason.
+    /// Returns the line for an unknown verdict, with the reason.
     pub fn undecided(&self, at: MonoTime, reason: &str) -> String {
         match self.form {
             Form::Text => text::line(at, "end", &format!("undecided: {reason}")),
@@ -64,7 +64,7 @@ impl LightsWriter {
         }
     }
 
-    /// The line for the end of a run whose scenario has not ended; text only.
+    /// Returns the line for the end of a run whose scenario has not ended; only for text.
     pub fn until(&self, at: MonoTime, why: &str) -> Option<String> {
         (self.form == Form::Text).then(|| text::line(at, "until", why))
     }

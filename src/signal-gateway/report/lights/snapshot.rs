@@ -14,22 +14,22 @@ use traffic_lights::target::StoreId;
 pub struct Snapshot<'a> {
     /// Time since the start of the scenario, which is time zero.
     pub at: MonoTime,
-    /// True when a frame was evaluated.
+    /// True if a frame was evaluated.
     pub is_frame: bool,
-    /// True when there are events or changes.
+    /// True if there are events or changes.
     pub has_changed: bool,
-    /// The events since the snapshot before, oldest first.
+    /// The events since the previous snapshot, oldest first.
     pub events: &'a [LoggedEvent],
     /// The states afterwards.
     pub states: &'a States,
-    /// The scenario, for the names behind positions.
+    /// The scenario, which has the names for positions.
     pub scenario: &'a Scenario,
 }
 
 /// The states of all lights, groups and controllers.
 #[derive(Debug, Clone, Default)]
 pub struct States {
-    /// The lights of each store that were touched or detected, by id.
+    /// Lights of each store that were set or detected, by id.
     pub stores: BTreeMap<StoreId, BTreeMap<i64, LightObservation>>,
     /// The groups of the last camera message; `None` before the first.
     pub internal: Option<Groups>,
@@ -46,13 +46,13 @@ impl States {
         self.stores.values().map(BTreeMap::len).chain(groups).sum()
     }
 
-    /// The lights of a store, ascending by id.
+    /// Returns the lights of a store, ascending by id.
     pub(super) fn store(&self, store: StoreId) -> impl Iterator<Item = (i64, &LightObservation)> {
         self.stores.get(&store).into_iter().flatten().map(|(id, light)| (*id, light))
     }
 }
 
-/// The time of a stamp, which counts from the start of the scenario as well.
+/// Returns the time of a stamp, which also counts from the start of the scenario.
 pub(super) fn time_of(stamp: WallStamp) -> MonoTime {
     u64::try_from(stamp.as_nanos()).map_or(MonoTime::ZERO, MonoTime::from_nanos)
 }

@@ -1,4 +1,4 @@
-//! Columns for people: time, subject, event or change.
+//! Text columns: time, subject, event or change.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use gateway_base::time::MonoTime;
 use traffic_lights::emission::Groups;
 use traffic_lights::target::StoreId;
 
-/// One line of text: `seconds  subject  what`.
+/// Returns one line of text: `seconds subject what`.
 pub(super) fn line(at: MonoTime, subject: &str, what: &str) -> String {
     format!("{:>9}  {subject:<21}  {what}", display::seconds(at))
 }
@@ -18,7 +18,7 @@ pub(super) fn line(at: MonoTime, subject: &str, what: &str) -> String {
 #[derive(Debug)]
 pub(super) struct Columns {
     style: Style,
-    /// The texts shown last, by subject, then id.
+    /// The last shown texts, by subject, then id.
     shown: BTreeMap<&'static str, BTreeMap<i64, String>>,
 }
 
@@ -27,7 +27,7 @@ impl Columns {
         Self { style, shown: BTreeMap::new() }
     }
 
-    /// The lines of a snapshot: its events, then its changes, or all states when `whole`.
+    /// Returns the lines of a snapshot: its events, then its changes, or all states if `whole`.
     pub(super) fn lines(&mut self, snapshot: &Snapshot<'_>, whole: bool) -> Vec<String> {
         let mut lines = Vec::new();
         for logged in snapshot.events {
@@ -61,7 +61,7 @@ fn columns(states: &States, style: Style) -> impl Iterator<Item = (&'static str,
     stores.chain(topics.map(move |(topic, groups)| (topic, by_id(groups.as_ref(), style))))
 }
 
-/// The texts of groups by id. Upstream sends a group once for each of its heads: those are joined by ` & `.
+/// Returns the texts of groups by id. Upstream sends a group once per head: its texts are joined by ` & `.
 fn by_id(groups: Option<&Groups>, style: Style) -> BTreeMap<i64, String> {
     let mut texts: BTreeMap<i64, String> = BTreeMap::new();
     for group in groups.into_iter().flat_map(|groups| groups.iter()) {

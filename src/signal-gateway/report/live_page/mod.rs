@@ -1,12 +1,12 @@
-//! The live page: one document with its style and its script, which shows the present state of a
-//! gateway, as a stream of events has it.
+//! The live page: one document with its style and script, which shows the current state of a gateway from a
+//! stream of events.
 
 use crate::report::page::Page;
 use crate::report::palette;
 
 const TEMPLATE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
-/// One after the other they are one script.
+/// Concatenated, they form one script.
 const SCRIPTS: [&str; 5] = [
     include_str!("draw.js"),
     include_str!("sections.js"),
@@ -15,7 +15,7 @@ const SCRIPTS: [&str; 5] = [
     include_str!("page.js"),
 ];
 
-/// Puts the page together.
+/// Assembles the page.
 pub fn page() -> Page {
     let script = SCRIPTS.concat();
     let style = palette::style() + STYLE;

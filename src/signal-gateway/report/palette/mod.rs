@@ -1,6 +1,6 @@
-//! Colours by meaning: the one table from which pictures, both pages and the terminal take theirs.
+//! Colours by meaning: the common table for charts, both pages and the terminal.
 //!
-//! A meaning never shows by its colour alone: its sign, a word or a hatching repeats it. The tests simulate
+//! A meaning is never shown only by its colour: a sign, a word or a hatching repeats it. The tests simulate
 //! colour-blind eyes.
 
 use std::fmt::Write as _;
@@ -8,38 +8,38 @@ use std::fmt::Write as _;
 use gateway_base::diagnostics::Level;
 use traffic_lights::bulb::Color;
 
-/// A colour for light and for dark surroundings.
+/// A colour with a light and a dark variant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Paint {
     /// Name of the CSS variable, without `--`.
     pub name: &'static str,
-    /// Red, green and blue on light surroundings, as in `#2166ac`.
+    /// Red, green and blue in the light scheme, e.g. `#2166ac`.
     pub light: &'static str,
-    /// The same on dark surroundings.
+    /// Red, green and blue in the dark scheme.
     pub dark: &'static str,
 }
 
-/// A meaning, with all that shows it.
+/// A meaning, with its colours and sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Meaning {
-    /// A field with this meaning. Its name is the class of spans on the pages, too.
+    /// Fill of a field with this meaning. Its name is also the class of spans on the pages.
     pub fill: Paint,
-    /// Text on that field.
+    /// Text on this field.
     pub on: Paint,
     /// Text with this meaning on the page.
     pub text: Paint,
-    /// The sign that repeats the meaning; empty for what needs none.
+    /// Sign that repeats the meaning; empty if none is needed.
     pub sign: &'static str,
-    /// Number of the colour on a terminal, of 256; the first eight are those of the terminal's theme.
+    /// Number of the colour on a terminal with 256 colours; the first eight depend on the terminal's theme.
     pub terminal: u8,
 }
 
-/// The lamp of a traffic light: the same in light and dark surroundings, as the real one is.
+/// The lamp of a traffic light, which like a real lamp looks the same in the light and dark schemes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Lamp {
-    /// The colour itself.
+    /// Fill colour.
     pub fill: Paint,
-    /// Its border, and what stands for it where the fill is left out.
+    /// Border, also used instead of an omitted fill.
     pub edge: Paint,
     /// Signs on top of it.
     pub on: Paint,
@@ -57,9 +57,9 @@ const fn fixed(name: &'static str, color: &'static str) -> Paint {
     paint(name, color, color)
 }
 
-/// Behind everything.
+/// Background of everything.
 pub const PAGE: Paint = paint("page", "#f6f7f9", "#11161b");
-/// Behind pictures and sections.
+/// Background of charts and sections.
 pub const CARD: Paint = paint("card", "#ffffff", "#1a2128");
 /// Text and strong lines.
 pub const TEXT: Paint = paint("text", "#1b242d", "#e7ecf1");
@@ -69,17 +69,17 @@ pub const SOFT: Paint = paint("soft", "#4d5a67", "#a9b5c0");
 pub const LINE: Paint = paint("line", "#d3dae1", "#323d47");
 /// Borders of fields.
 pub const EDGE: Paint = paint("edge", "#7d8b99", "#75838f");
-/// Marks with their texts, and what has the focus.
+/// Marks with their texts, and the focused element.
 pub const FOCUS: Paint = paint("focus", "#7b3f98", "#d0a3e8");
 /// States without a meaning of their own, such as phases.
 pub const PLAIN: Paint = paint("plain", "#dfe7f0", "#33404d");
-/// A turn indicator that is lit.
+/// A lit turn indicator.
 pub const AMBER: Paint = paint("amber", "#f5a30a", "#ffb52e");
-/// The border of a turn indicator that is lit.
+/// Border of a lit turn indicator.
 pub const AMBER_TEXT: Paint = paint("amber-text", "#7a4b00", "#ffc766");
 /// Number of the amber on a terminal.
 pub const AMBER_TERMINAL: u8 = 214;
-/// Behind text about an error.
+/// Background of text about an error.
 pub const ERROR_TINT: Paint = paint("error-tint", "#fbe0e1", "#4a1b20");
 /// Badges without a level.
 pub const NONE: Paint = paint("none", "#e8ecf0", "#2a333c");
@@ -89,10 +89,10 @@ pub const LEFT_TINT: Paint = paint("left-tint", "#cfe0f1", "#22405e");
 pub const RIGHT_TINT: Paint = paint("right-tint", "#f8dcc6", "#553418");
 /// The body of the car.
 pub const METAL: Paint = paint("metal", "#c3ccd5", "#46525d");
-/// Its windows.
+/// The windows of the car.
 pub const GLASS: Paint = paint("glass", "#eef3f7", "#20282f");
 
-/// Paints without a meaning of the vehicle's.
+/// Paints without a meaning for the vehicle.
 pub const SURROUNDINGS: [Paint; 16] = [
     PAGE, CARD, TEXT, SOFT, LINE, EDGE, FOCUS, PLAIN, AMBER, AMBER_TEXT, ERROR_TINT, NONE, LEFT_TINT,
     RIGHT_TINT, METAL, GLASS,
@@ -114,7 +114,7 @@ pub const RIGHT: Meaning = Meaning {
     sign: "▶",
     terminal: 208,
 };
-/// Hazard lights: lit on purpose, and no error.
+/// Hazard lights: lit intentionally, so not an error.
 pub const HAZARD: Meaning = Meaning {
     fill: paint("hazard", "#d78bc8", "#e2a6dd"),
     on: paint("on-hazard", "#1b242d", "#0c1116"),
@@ -163,7 +163,7 @@ const LAMP_DARK: Paint = fixed("on-lamp", "#1b242d");
 const LAMP_OFF: Paint = fixed("lamp-off", "#3b454e");
 
 impl Meaning {
-    /// The meaning of a level.
+    /// Returns the meaning of a level.
     pub const fn of(level: Level) -> Self {
         match level {
             Level::Ok => OK,
@@ -174,7 +174,7 @@ impl Meaning {
 }
 
 impl Lamp {
-    /// The lamp of a colour.
+    /// Returns the lamp of a colour.
     pub const fn of(color: Color) -> Self {
         let (fill, edge, on, letter, terminal) = match color {
             Color::Green => (fixed("lamp-green", "#087f66"), "#04513f", LAMP_WHITE, "G", Some(2)),
@@ -187,15 +187,15 @@ impl Lamp {
     }
 }
 
-/// All paints with a variable of their own.
+/// Returns all paints with a CSS variable of their own.
 pub fn paints() -> impl Iterator<Item = Paint> {
     let meanings = MEANINGS.into_iter().flat_map(|meaning| [meaning.fill, meaning.on, meaning.text]);
     let lamps = Color::ALL.into_iter().map(|color| Lamp::of(color).fill);
     SURROUNDINGS.into_iter().chain(meanings).chain(lamps).chain([LAMP_DARK, LAMP_OFF])
 }
 
-/// The beginning of a page's style: the paints as variables, and for spans and bulbs what shows their
-/// meaning.
+/// Returns the beginning of a page's style: the paints as variables, and the rules that show the meaning of
+/// spans and bulbs.
 pub fn style() -> String {
     let variables = |of: fn(&Paint) -> &'static str| {
         paints().fold(String::new(), |text, paint| text + &format!(" --{}: {};", paint.name, of(&paint)))

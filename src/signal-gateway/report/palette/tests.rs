@@ -1,7 +1,7 @@
 use super::*;
 
-/// How eyes see: normally, and without one of the three cones (Machado, Oliveira and Fernandes 2009, severity
-/// 1).
+/// Simulated vision: normal, and without one of the three cones (Machado, Oliveira and Fernandes 2009,
+/// severity 1).
 const VISIONS: [(&str, [[f64; 3]; 3]); 4] = [
     ("normal", [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
     (
@@ -29,14 +29,14 @@ const VISIONS: [(&str, [[f64; 3]; 3]); 4] = [
         ],
     ),
 ];
-/// Least distance of two meanings in CIELAB: some five times what can just be noticed.
+/// Minimum distance of two meanings in CIELAB: about five times the just noticeable difference.
 const MIN_DISTANCE: f64 = 12.0;
-/// Least contrast of text (WCAG 2.2, 1.4.3).
+/// Minimum contrast of text (WCAG 2.2, 1.4.3).
 const MIN_CONTRAST: f64 = 4.5;
 
 type Triple = [f64; 3];
 
-/// Linear red, green and blue, each 0 to 1.
+/// Returns linear red, green and blue, each 0 to 1.
 fn linear(hex: &str) -> Triple {
     let part = |at: usize| f64::from(u8::from_str_radix(&hex[at..at + 2], 16).unwrap()) / 255.0;
     [part(1), part(3), part(5)]
@@ -48,7 +48,7 @@ fn product(matrix: &[Triple; 3], color: Triple) -> Triple {
     matrix.map(row)
 }
 
-/// CIELAB of linear red, green and blue.
+/// Converts linear red, green and blue to CIELAB.
 fn lab(color: Triple) -> Triple {
     let xyz = product(
         &[
@@ -73,7 +73,7 @@ fn contrast(one: &str, other: &str) -> f64 {
     one.max(other) / one.min(other)
 }
 
-/// Each paint in light and dark surroundings.
+/// The light and dark variants of a paint.
 const SCHEMES: [fn(&Paint) -> &'static str; 2] = [|paint| paint.light, |paint| paint.dark];
 
 fn assert_apart(colors: &[(&str, &'static str)]) {
@@ -135,7 +135,7 @@ fn every_text_can_be_read_on_its_ground() {
     }
 }
 
-/// A colour of the usual 256, as in `#0087ff`; the first eight as xterm has them.
+/// Returns a colour of the usual 256, e.g. `#0087ff`; the first eight as in xterm.
 fn of_terminal(number: u8) -> String {
     const FIRST: [&str; 8] =
         ["#000000", "#cd0000", "#00cd00", "#cdcd00", "#0000ee", "#cd00cd", "#00cdcd", "#e5e5e5"];
@@ -163,7 +163,7 @@ fn colour_of_the_terminal_is_nearest_to_its_own_meaning() {
     }
 }
 
-/// True if a text names a colour by its parts, as in `#2166ac` or `#fff`.
+/// Returns true if a text names a colour by its components, e.g. `#2166ac` or `#fff`.
 fn has_color(text: &str) -> bool {
     text.split('#').skip(1).any(|rest| {
         let digits = rest.chars().take_while(char::is_ascii_hexdigit).count();

@@ -1,4 +1,4 @@
-//! What a caption claims of the gateway's state.
+//! Claims of captions about the gateway's state.
 
 use derive_more::Display;
 use serde::Serialize;
@@ -11,11 +11,11 @@ use gateway_core::vehicle_report::ReportSnapshot;
 use traffic_lights::snapshot::TrafficLightsSnapshot;
 use traffic_lights::target::{LightChannel, StoreLayer};
 
-/// An observable of the snapshot, and the value that it must have, by its name.
+/// An observable of the snapshot, and the name of its required value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Claim(pub Observed, pub &'static str);
 
-/// Part of a snapshot that a caption speaks of.
+/// The part of a snapshot to which a caption refers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 pub enum Observed {
     /// The published report on turn indicators, or `withheld`.
@@ -30,10 +30,10 @@ pub enum Observed {
     /// The level of the status of the report on turn indicators.
     #[display("the level of the status turn_indicators")]
     TurnLevel,
-    /// The turn signal that the decider wants.
+    /// The turn signal of the decider.
     #[display("the decision")]
     Decided,
-    /// The turn command, were there no driver, or `nothing`.
+    /// The turn command without intervention of the driver, or `nothing`.
     #[display("the turn command")]
     Commanded,
     /// The turn signal that is requested of the vehicle, or `nothing`.
@@ -53,11 +53,11 @@ pub enum Observed {
     Phase(&'static str),
 }
 
-/// Stands for the value of what the snapshot does not have.
+/// Value of an observable that is not in the snapshot.
 const NOT_LISTED: &str = "not listed";
 
 impl Observed {
-    /// Its value, by the name that programs see.
+    /// Returns the name of its value, as programs see it.
     pub fn value(self, snapshot: &Snapshot) -> String {
         let command = |value: &dyn Fn(&FunctionSnapshot) -> String| {
             let turn = snapshot.commands.as_ref().map(|commands| &commands.turn_indicators);
@@ -98,7 +98,7 @@ fn published<T: Serialize>(report: &ReportSnapshot<T>) -> String {
     report.published.as_ref().map_or("withheld", variant_name).to_owned()
 }
 
-/// The bulbs of each light that is listed, by the name of the light.
+/// Returns the bulbs of each listed light, by the name of the light.
 pub(super) fn lights(snapshot: &Snapshot) -> impl Iterator<Item = (String, String)> {
     let lights = snapshot.traffic_lights.iter().flat_map(TrafficLightsSnapshot::named_lights);
     lights.map(|(name, light)| (name, bulbs_text(&light.bulbs)))

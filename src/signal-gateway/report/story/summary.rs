@@ -1,4 +1,4 @@
-//! What was seen in a demo, and what comes next.
+//! Summary of a demo, and commands to try next.
 
 use std::collections::BTreeMap;
 
@@ -8,15 +8,15 @@ use gateway_base::diagnostics::Level;
 use gateway_base::time::MonoTime;
 use gateway_core::gateway::history::ChangeKind;
 
-/// Commands that come next, each with what it does.
+/// Commands to try next, each with a description.
 pub type TryNext = &'static [(&'static str, &'static str)];
 
-/// What was published and withheld, for a summary.
+/// Published and withheld values, for a summary.
 #[derive(Debug, Clone, Default)]
 pub struct Summary {
-    /// Times of each value, by report; a report that ends is `None`.
+    /// Number of occurrences of each value, by report; the end of a report counts as `None`.
     values: BTreeMap<String, BTreeMap<Option<String>, u64>>,
-    /// Reasons of warnings and errors, in their order.
+    /// Reasons of warnings and errors, in order of occurrence.
     reasons: Vec<String>,
 }
 
@@ -42,7 +42,7 @@ impl Summary {
         }
     }
 
-    /// The summary in lines, wrapped at `width`.
+    /// Returns the summary in lines, wrapped at `width`.
     pub fn text(&self, until: MonoTime, width: Option<usize>) -> String {
         let seconds = until.as_nanos() / 1_000_000_000;
         if self.values.is_empty() {
@@ -64,13 +64,14 @@ impl Summary {
     }
 }
 
-/// A text two columns in, and wrapped four.
+/// Indents a text by two columns, and its wrapped lines by four.
 fn indented(text: &str, width: Option<usize>) -> String {
     let lines = wrapped(text, width.map(|width| width.saturating_sub(4)), 0);
     format!("  {}\n", lines.join("\n    "))
 }
 
-/// What comes next, in two columns, or each below its command where the width is not enough.
+/// Returns the commands to try next in two columns, or each description below its command if the width is not
+/// sufficient.
 pub fn try_next_text(commands: TryNext, width: Option<usize>) -> String {
     let longest = |text: fn(&(&'static str, &'static str)) -> &'static str| {
         commands.iter().map(|row| text(row).chars().count()).max().unwrap_or(0)

@@ -1,4 +1,4 @@
-//! Tells a story: which caption is due, and whether what it claims holds.
+//! Follows a story: which caption is due, and whether its claims hold.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -7,7 +7,7 @@ use super::{Caption, Claim, Observed, Story, claim};
 use crate::process_status::snapshot::Snapshot;
 use gateway_base::time::MonoTime;
 
-/// Least time between two looks at the state.
+/// Minimum time between two checks of the state.
 const CHECK_INTERVAL: Duration = Duration::from_millis(10);
 
 /// A caption whose claim does not hold: a fault of the demo or of the gateway.
@@ -28,12 +28,12 @@ pub struct WrongCaption {
 #[derive(Debug, Clone)]
 pub struct Teller {
     story: Story,
-    /// Time at which the story began, the last time if it was told several times.
+    /// Time at which the current repetition of the story began.
     start: MonoTime,
-    /// The captions that were shown since then.
+    /// Number of captions shown since then.
     shown: usize,
     next_check: MonoTime,
-    /// Traffic lights at the last look, by their names.
+    /// Traffic lights at the last check, by name.
     lights: BTreeMap<String, String>,
 }
 
@@ -48,12 +48,12 @@ impl Teller {
         (self.start, self.shown) = (at, 0);
     }
 
-    /// The time in the story.
+    /// Converts to the time in the story.
     fn story_time(&self, at: MonoTime) -> MonoTime {
         MonoTime::ZERO.after(at.since(self.start))
     }
 
-    /// The next caption that is due; `None` when there is none.
+    /// Returns the next due caption; `None` if there is none.
     pub fn next_caption(&mut self, at: MonoTime) -> Option<&'static Caption> {
         let now = self.story_time(at);
         let next = self.story.get(self.shown).filter(|caption| caption.from <= now)?;
@@ -61,21 +61,21 @@ impl Teller {
         Some(next)
     }
 
-    /// The time at which a caption is shown.
+    /// Returns the time at which a caption is shown.
     pub fn time_of(&self, caption: &Caption) -> MonoTime {
         self.start.after(caption.from.since(MonoTime::ZERO))
     }
 
-    /// True if the state is to be looked at.
+    /// Returns true if the state is to be checked.
     pub fn is_check_due(&self, at: MonoTime) -> bool {
         self.shown > 0 && at >= self.next_check
     }
 
-    /// Holds the present caption against the state. Returns the traffic lights that have changed since the
-    /// last look, each with its bulbs.
+    /// Checks the current caption against the state. Returns the traffic lights that have changed since the
+    /// last check, each with its bulbs.
     ///
     /// # Errors
-    /// A claim that does not hold.
+    /// Fails if a claim does not hold.
     pub fn check(
         &mut self,
         snapshot: &Snapshot,
@@ -93,7 +93,7 @@ impl Teller {
         Ok(self.changed_lights(snapshot))
     }
 
-    /// The present caption, if it had time to settle.
+    /// Returns the current caption, if its settling time is over.
     fn settled(&self, at: MonoTime) -> Option<&'static Caption> {
         let present = self.story.get(self.shown.checked_sub(1)?)?;
         (self.story_time(at) >= present.must_hold_from()).then_some(present)

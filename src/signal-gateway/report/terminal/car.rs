@@ -25,7 +25,7 @@ const BODY: [&str; 8] = [
 /// Lines with arrows: at the headlights, and at the rear lights.
 const ARROWS: [usize; 2] = [1, 6];
 
-/// The car in nine lines, the last of which says in a word what the lights do.
+/// Draws the car in nine lines, the last of which describes the lights in a word.
 pub(super) fn large(model: &Model, ink: Ink) -> Vec<Line<'static>> {
     let [left, right] = model.picture.lamps;
     let mut lines: Vec<_> = (0..)
@@ -48,7 +48,7 @@ pub(super) fn large(model: &Model, ink: Ink) -> Vec<Line<'static>> {
     lines
 }
 
-/// The car in three lines across the whole width, with the word beside it.
+/// Draws the car in three lines across the whole width, with the word beside it.
 pub(super) fn small(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
     let [left, right] = model.picture.lamps;
     let (left, left_style) = arrow(left, ["◀━━━━", "◁────"], model, ink);
@@ -67,7 +67,7 @@ pub(super) fn small(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>>
     ]
 }
 
-/// An arrow, which is full while the lamp is lit and hollow while it is not.
+/// Returns an arrow, full while the lamp is lit and otherwise hollow.
 fn arrow(lamp: Lamp, [full, hollow]: [&'static str; 2], model: &Model, ink: Ink) -> (String, Style) {
     let length = full.chars().count();
     match lamp {

@@ -17,24 +17,24 @@ use crate::report::text::wrapped;
 use gateway_base::diagnostics::Level;
 use traffic_lights::bulb::{Bulb, Color as BulbColor};
 
-/// The smallest terminal that the view is drawn on.
+/// Minimum size of a terminal for the view, columns and lines.
 const MIN_SIZE: (u16, u16) = (40, 12);
-/// From this size on the car is large, and stands beside the values.
+/// Size from which the car is large, and placed beside the values.
 const WIDE: (u16, u16) = (70, 22);
-/// From this width on the log stands beside everything else, not below it.
+/// Width from which the log is placed beside everything else instead of below.
 const SIDE_BY_SIDE: u16 = 160;
-/// Fewest lines of the log with its heading.
+/// Minimum number of lines of the log, including its heading.
 const MIN_LOG: u16 = 3;
-/// Width of `right (command)`, the longest value that stands in the middle, and a space.
+/// Width of `right (command)`, the longest value in the middle column, plus a space.
 const MAX_REPORTED: usize = 16;
-/// Fewest columns beside the car in which what to do is shown: from a width of 100 on.
+/// Minimum number of columns beside the car for showing remedies: from a width of 100 on.
 const MIN_REMEDY: usize = 74;
 /// Width of the names of functions.
 const NAME: usize = 8;
 /// Width of the names of the status.
 const STATUS_NAME: usize = 14;
 
-/// Draws all of it.
+/// Draws the whole view.
 pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     let area = frame.area();
     if (area.width, area.height) < MIN_SIZE || area.height < MIN_SIZE.1 {
@@ -72,7 +72,7 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
 /// which has at least `min_rest` lines.
 fn draw_state(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rect, min_rest: u16) -> Rect {
     let width = usize::from(area.width);
-    // With the heading and the footer of the whole.
+    // Includes the heading and the footer.
     let is_wide = area.width >= WIDE.0 && area.height + 2 >= WIDE.1;
     let (car, values_width) = if is_wide {
         (car::large(model, ink), width - usize::from(car::LARGE_WIDTH) - 1)
@@ -91,7 +91,7 @@ fn draw_state(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rect, min_re
         );
     }
     let more = more_lines(&model.picture, ink, width);
-    // Without a vehicle there is neither a car nor a value.
+    // Without a vehicle there are neither a car nor values.
     let has_vehicle =
         !model.picture.reports.is_empty() || !model.picture.vehicle_status.is_empty() || more.is_empty();
     let (car, values) = if has_vehicle { (car, values) } else { (Vec::new(), Vec::new()) };
@@ -100,7 +100,7 @@ fn draw_state(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rect, min_re
         (car, values) => [car + values, car],
     };
     let caption = caption(model, ink, width);
-    // What there is no room for is left out: buses last, since they may be the cause.
+    // Parts without room are omitted; buses last, since they may be the cause.
     let taken = main_height + lines_of(&caption) + min_rest;
     let mut room = usize::from(area.height.saturating_sub(taken));
     let mut fit = |mut lines: Vec<Line<'static>>| {
@@ -116,7 +116,7 @@ fn draw_state(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rect, min_re
     let buses = fit(model.picture.buses.iter().map(|bus| bus_line(bus, ink, width)).collect());
     let strip = fit(strip(model, ink, width));
     let more = fit(more);
-    // What is left separates the strip from the rest.
+    // The remaining lines separate the strip from the rest.
     let (before, after) = match (room, strip.is_empty()) {
         (0, _) | (_, true) => (0, 0),
         (1, false) => (1, 0),
@@ -150,7 +150,7 @@ fn draw_state(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rect, min_re
     area_of(5)
 }
 
-/// The caption, in two lines where one is too short; none without a caption.
+/// Returns the caption, in two lines if one is too short; empty without a caption.
 fn caption(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
     let style = ink.color(Color::Cyan).add_modifier(Modifier::BOLD);
     let lines = wrapped(&model.caption, Some(width.saturating_sub(3)), 0).into_iter().take(2);
@@ -159,7 +159,7 @@ fn caption(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
     lines.map(|(mark, line)| Line::styled(cut(&format!("{mark}{line}"), width), style)).collect()
 }
 
-/// The values of each function side by side, and below them how far they are trusted.
+/// Returns the values of each function side by side, with their validation steps below.
 fn values(model: &Model, ink: Ink, width: usize, is_wide: bool) -> Vec<Line<'static>> {
     let picture = &model.picture;
     let reported = picture.reports.iter().map(|function| function.reported.text.chars().count() + 1);
@@ -209,8 +209,7 @@ fn values(model: &Model, ink: Ink, width: usize, is_wide: bool) -> Vec<Line<'sta
     lines
 }
 
-/// A report of the status in a line, and what is wrong with it: in a line of its own if there is room for
-/// both.
+/// Returns a status report in a line with its fault, which is on a separate line if there is room for both.
 fn status_lines(report: &ReportView, ink: Ink, width: usize, is_wide: bool) -> Vec<Line<'static>> {
     let (name, value, level) = (report.name, &report.reported.text, bad_level(report));
     let both = format!("{value}: {}", report.message);
@@ -228,7 +227,7 @@ fn status_lines(report: &ReportView, ink: Ink, width: usize, is_wide: bool) -> V
     lines
 }
 
-/// What is wrong with a report, as these lines of text; none where it is simply published.
+/// Returns the fault of a report in these lines of text; empty if it is simply published.
 fn reason_lines(report: &ReportView, text: Vec<String>, ink: Ink) -> Vec<Line<'static>> {
     let Some(level) = bad_level(report) else { return Vec::new() };
     let indents = ["└ "].into_iter().chain(std::iter::repeat("  "));
@@ -238,18 +237,18 @@ fn reason_lines(report: &ReportView, text: Vec<String>, ink: Ink) -> Vec<Line<'s
         .collect()
 }
 
-/// The level of a report that is not simply published.
+/// Returns the level of a report that is not simply published.
 fn bad_level(report: &ReportView) -> Option<Level> {
     report.reported.level.filter(|level| *level > Level::Ok)
 }
 
-/// What to do about the line above; `None` if nothing is to be done, or without room for it.
+/// Returns the remedy for the line above; `None` if there is none, or no room for it.
 fn remedy_line(remedy: &str, width: usize) -> Option<Line<'static>> {
     (!remedy.is_empty() && width >= MIN_REMEDY)
         .then(|| Line::styled(cut(&format!("  → {remedy}"), width), DIM))
 }
 
-/// Widths of the columns of the steps: all of each name where there is room, else its beginning.
+/// Returns the widths of the step columns: the whole of each name if there is room, otherwise its beginning.
 fn step_widths(steps: &[Step], width: usize) -> Vec<usize> {
     let widths: Vec<_> = steps.iter().map(|step| step.name.len() + 1).collect();
     let room = width.saturating_sub(NAME) + 1;
@@ -286,7 +285,7 @@ fn mark_style(mark: Mark, ink: Ink) -> Style {
     }
 }
 
-/// The last minute, a row for each function.
+/// Returns the last minute, with a row for each function.
 fn strip(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
     let functions = &model.picture.reports;
     let columns = width.saturating_sub(NAME + 1);
@@ -308,7 +307,7 @@ fn strip(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
         let mut spans = vec![Span::raw(format!("{:<NAME$}", function.name))];
         let mut last = Mark::Nothing;
         for mark in marks {
-            // A column without a state of its own continues the one before.
+            // A column without its own state continues the previous one.
             let shown = mark.unwrap_or(last);
             last = shown;
             let sign = match shown {
@@ -330,7 +329,7 @@ fn strip(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
 /// Width of the names of further parts.
 const MORE_NAME: usize = 28;
 
-/// The decider, the traffic lights and ROS 2, a line each.
+/// Returns a line each for the decider, the traffic lights and ROS 2.
 fn more_lines(view: &GatewayView, ink: Ink, width: usize) -> Vec<Line<'static>> {
     let text = |text: &str| vec![(text.to_owned(), Style::new())];
     let mut lines = Vec::new();
@@ -368,7 +367,7 @@ fn more_line(name: &str, parts: Vec<(String, Style)>, width: usize) -> Line<'sta
     Line::from(spans)
 }
 
-/// `● green left` for a lamp of a traffic light, with its style.
+/// Returns the text for a lamp of a traffic light, e.g. `● green left`, with its style.
 fn lamp_text(bulb: Bulb, ink: Ink) -> (String, Style) {
     let (sign, style) = match Lamp::of(bulb.color).terminal {
         _ if bulb.color == BulbColor::Unknown => ("?", ink.level(Level::Warn)),
@@ -412,7 +411,7 @@ const HELP: [&str; 17] = [
     "report        it goes to ROS 2",
 ];
 
-/// Rows of [`HELP`] that concern a simulated vehicle as well.
+/// Number of rows of [`HELP`] that also apply to a simulated vehicle.
 const DRIVER_ROWS: usize = 6;
 
 const DRIVER_HELP: [&str; 6] = [
@@ -426,7 +425,7 @@ const DRIVER_HELP: [&str; 6] = [
 
 fn draw_help(frame: &mut Frame<'_>, model: &Model, area: Rect) {
     let driver = DRIVER_HELP.iter().filter(|_| model.keys == Keys::Driver);
-    // A simulated vehicle is not judged.
+    // A simulated vehicle has no validation steps.
     let rows = if model.keys == Keys::Driver { DRIVER_ROWS } else { HELP.len() };
     let help = if model.messages.is_some() { TABLE_HELP.iter() } else { HELP[..rows].iter() };
     let lines: Vec<_> = driver.chain(help).map(|line| Line::raw(format!(" {line}"))).collect();

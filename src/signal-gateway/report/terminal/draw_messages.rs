@@ -1,4 +1,4 @@
-//! Draws the table: a line for each row, and below it the signals.
+//! Draws the table: a line for each row, with its signals below.
 
 use std::time::Duration;
 
@@ -15,27 +15,28 @@ use super::view_model::Model;
 use crate::report::text::wrapped;
 use gateway_base::diagnostics::Level;
 
-/// From this width on names and signals stand beside the bytes.
+/// Width from which names and signals are placed beside the bytes.
 const WIDE: usize = 100;
-/// Bytes in a line.
+/// Number of bytes in a line.
 const BYTES: usize = 8;
 /// Widths of the columns: identifier, bytes, rate, period.
 const ID: usize = 9;
 const DATA: usize = BYTES * 3;
 const RATE: usize = 8;
 const PERIOD: usize = 9;
-/// Width of the interface, where there are several.
+/// Width of the interface column, if there are several interfaces.
 const INTERFACE: usize = 8;
-/// Width in which a bus is described as on a narrow terminal, without its load, which is not known.
+/// Width for describing a bus as on a narrow terminal, without its load, which is unknown.
 const BUS_WIDTH: usize = 69;
-/// Most lines of the log.
+/// Maximum number of lines of the log.
 const MAX_LOG: u16 = 4;
-/// How long a change is bright, how long after it begins to fade, and how long it is visible at all.
+/// Times since a change: until when it is bright, until when it has begun to fade, and until when it is
+/// visible.
 const BRIGHT: Duration = Duration::from_millis(300);
 const FADING: Duration = Duration::from_millis(1_500);
 const FADED: Duration = Duration::from_secs(3);
 
-/// Draws all of the view.
+/// Draws the whole view.
 pub(super) fn draw_messages(frame: &mut Frame<'_>, model: &Model, table: &MessageTable, area: Rect) {
     let ink = Ink(model.has_color);
     let width = usize::from(area.width);
@@ -52,7 +53,7 @@ pub(super) fn draw_messages(frame: &mut Frame<'_>, model: &Model, table: &Messag
     let columns = Columns { width, has_interface: model.picture.buses.len() > 1 };
     frame.render_widget(columns.heading(table, shown.len()), areas[2]);
     let height = usize::from(areas[3].height);
-    // A filter may leave fewer rows than were scrolled past.
+    // A filter may leave fewer rows than the scroll position.
     let first = table.first.min(shown.len().saturating_sub(1));
     let mut lines = Vec::new();
     for row in shown.iter().skip(first) {
@@ -73,14 +74,14 @@ pub(super) fn draw_messages(frame: &mut Frame<'_>, model: &Model, table: &Messag
     frame.render_widget(table_footer(model, table, width), areas[5]);
 }
 
-/// The columns that a width has room for.
+/// The columns that fit a width.
 struct Columns {
     width: usize,
     has_interface: bool,
 }
 
 impl Columns {
-    /// Names and signals stand beside the bytes.
+    /// Returns true if names and signals are placed beside the bytes.
     fn is_wide(&self) -> bool {
         self.width >= WIDE
     }
@@ -89,12 +90,12 @@ impl Columns {
         if self.has_interface { INTERFACE } else { 0 }
     }
 
-    /// Without room for the period the rate tells the same.
+    /// Returns true if there is room for the period. Otherwise the rate conveys the same.
     fn has_period(&self) -> bool {
         self.width >= self.interface_width() + ID + DATA + RATE + PERIOD
     }
 
-    /// Width of everything before names and signals.
+    /// Returns the width of everything before names and signals.
     fn fixed(&self) -> usize {
         let period = if self.has_period() { PERIOD } else { 0 };
         self.interface_width() + ID + DATA + RATE + period
@@ -120,7 +121,7 @@ impl Columns {
         Line::styled(text, DIM.add_modifier(Modifier::UNDERLINED))
     }
 
-    /// The lines of a row.
+    /// Returns the lines of a row.
     fn lines(&self, row: &MessageRow, has_all_signals: bool, ink: Ink) -> Vec<Line<'static>> {
         let mut lines: Vec<Vec<Span<'static>>> = vec![self.first_columns(row, ink)];
         let mut parts = row.bytes.chunks(BYTES);
@@ -160,7 +161,7 @@ impl Columns {
         spans
     }
 
-    /// Rate and period, or for how long nothing came.
+    /// Returns rate and period, or the time since the last frame.
     fn times(&self, row: &MessageRow) -> Vec<Span<'static>> {
         let width = RATE + if self.has_period() { PERIOD } else { 0 };
         if row.is_silent() {
@@ -178,8 +179,8 @@ impl Columns {
         spans
     }
 
-    /// Name, reason of a rejection and signals, wrapped; one line where no signal is bound, unless all are
-    /// wanted.
+    /// Returns name, reason of a rejection and signals, wrapped; a single line if no signal is bound, unless
+    /// all signals are requested.
     fn texts(&self, row: &MessageRow, has_all_signals: bool, ink: Ink) -> Vec<Span<'static>> {
         let Some(name) = &row.name else { return Vec::new() };
         let room = self.width.saturating_sub(if self.is_wide() { self.fixed() + 1 } else { 2 });
@@ -204,7 +205,7 @@ impl Columns {
     }
 }
 
-/// Up to [`BYTES`] bytes; what changed is lit, and fades.
+/// Returns up to [`BYTES`] bytes; changed bytes are highlighted, and fade.
 fn bytes(bytes: &[(u8, Option<Duration>)], ink: Ink) -> Vec<Span<'static>> {
     let mut spans: Vec<_> = bytes
         .iter()

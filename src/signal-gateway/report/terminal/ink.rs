@@ -5,10 +5,10 @@ use ratatui::style::{Color, Modifier, Style};
 use crate::report::palette::{self, Meaning};
 use gateway_base::diagnostics::Level;
 
-/// What is less important.
+/// Style of less important text.
 pub(super) const DIM: Style = Style::new().add_modifier(Modifier::DIM);
 
-/// Styles that are plain where colours are not wanted.
+/// Styles, which are plain if colours are not wanted.
 #[derive(Clone, Copy)]
 pub(super) struct Ink(pub(super) bool);
 
@@ -17,7 +17,7 @@ impl Ink {
         if self.0 { Style::new().fg(color) } else { Style::new() }
     }
 
-    /// A colour of the palette; the first of them have names, which every terminal knows.
+    /// Returns the style of a palette colour; the first colours have names that every terminal supports.
     pub(super) fn terminal(self, number: u8) -> Style {
         self.color(match number {
             1 => Color::Red,
@@ -27,7 +27,7 @@ impl Ink {
         })
     }
 
-    /// The amber of turn indicators that are lit.
+    /// Returns the amber of lit turn indicators.
     pub(super) fn amber(self) -> Style {
         self.terminal(palette::AMBER_TERMINAL).add_modifier(Modifier::BOLD)
     }

@@ -9,11 +9,11 @@ use serde::Serialize;
 use can_signal::can::CanId;
 use gateway_base::names::variant_name;
 
-/// Rows by which a page is scrolled.
+/// Number of rows per page when scrolling.
 const PAGE: usize = 10;
-/// Longest filter, characters.
+/// Maximum length of the filter, characters.
 const MAX_FILTER: usize = 40;
-/// Shortest silence that is shown as such.
+/// Minimum silence that is shown as such.
 const SILENCE: Duration = Duration::from_secs(1);
 
 /// The last frame of an identifier.
@@ -23,15 +23,15 @@ pub struct MessageRow {
     pub interface: String,
     /// Identifier.
     pub id: CanId,
-    /// Name in the DBC; `None` where it has none.
+    /// Name in the DBC; `None` if it has none.
     pub name: Option<String>,
-    /// The data: each byte with the time since it changed, `None` if it never did.
+    /// Data bytes, each with the time since it changed; `None` if it never did.
     pub bytes: Vec<(u8, Option<Duration>)>,
-    /// Mean time from one frame to the next; `None` after the first.
+    /// Mean time between frames; `None` after the first frame.
     pub period: Option<Duration>,
     /// Time since the frame.
     pub age: Duration,
-    /// Why the gateway would reject it; `None` if it would not.
+    /// Reason why the gateway would reject it; `None` if it would not.
     pub rejected: Option<String>,
     /// Signals that the profile binds, with their values.
     pub bound_signals: Vec<String>,
@@ -39,7 +39,7 @@ pub struct MessageRow {
     pub other_signals: Vec<String>,
 }
 
-/// The table, and what the keys made of it.
+/// The table, with its order, filter and scroll position.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct MessageTable {
     /// All rows, by bus and identifier.
@@ -48,15 +48,15 @@ pub struct MessageTable {
     pub order: Order,
     /// Only rows that contain this text are shown.
     pub filter: String,
-    /// True while the filter is typed.
+    /// True while the filter is being typed.
     pub is_typing: bool,
     /// True to show all signals of the DBC.
     pub has_all_signals: bool,
-    /// Number of rows that are scrolled past.
+    /// Index of the first row in view.
     pub first: usize,
 }
 
-/// Order of the rows; where it says nothing, by bus and identifier.
+/// Order of the rows; equal rows are ordered by bus and identifier.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Order {
@@ -65,29 +65,29 @@ pub enum Order {
     Id,
     /// The most frequent first.
     Rate,
-    /// What changed last first.
+    /// The most recently changed first.
     Change,
 }
 
 impl MessageRow {
-    /// Frames a second; `None` after the first frame, and once they have stopped.
+    /// Returns the frame rate, Hz; `None` after the first frame, and once frames have stopped.
     pub fn rate_hz(&self) -> Option<f64> {
         let period = self.period.filter(|period| !period.is_zero() && !self.is_silent())?;
         Some(1.0 / period.as_secs_f64())
     }
 
-    /// True if far more time has passed since the frame than usual.
+    /// Returns true if far more time than usual has passed since the last frame.
     pub fn is_silent(&self) -> bool {
         self.age > self.period.map_or(SILENCE, |period| (period * 3).max(SILENCE))
     }
 
-    /// Time since any byte changed; `None` if none ever did.
+    /// Returns the time since any byte changed; `None` if none ever did.
     pub fn since_change(&self) -> Option<Duration> {
         self.bytes.iter().filter_map(|(_, since)| *since).min()
     }
 
-    /// True if the row contains `text`, which has no capitals: its identifier, name, interface or one of its
-    /// signals.
+    /// Returns true if the identifier, name, interface or a signal of the row contains `text`, which must be
+    /// in lower case.
     fn contains(&self, text: &str) -> bool {
         let id = self.id.to_string();
         let texts = [&id, &self.interface].into_iter().chain(&self.name);
@@ -97,13 +97,13 @@ impl MessageRow {
 }
 
 impl MessageTable {
-    /// The rows that pass the filter, in their order.
+    /// Returns the rows that pass the filter, in order.
     pub fn shown(&self) -> Vec<&MessageRow> {
         let text = self.filter.to_lowercase();
         let mut rows: Vec<_> = self.rows.iter().filter(|row| row.contains(&text)).collect();
         match self.order {
             Order::Id => {}
-            // In steps of a quarter, so that rows of one rate do not change places for ever.
+            // In steps of a quarter, so that rows of equal rate do not constantly change places.
             Order::Rate => rows.sort_by_key(|row| {
                 #[allow(clippy::cast_possible_truncation)] // far from the limits
                 let step = |rate: f64| (rate.log2() * 3.0).round() as i64;
@@ -117,7 +117,7 @@ impl MessageTable {
         rows
     }
 
-    /// Does what a key stands for; false if it is not a key of the table.
+    /// Handles a key; returns false if it is not a key of the table.
     #[allow(clippy::wildcard_enum_match_arm)] // all other keys have no meaning here
     pub fn press(&mut self, key: KeyEvent) -> bool {
         if key.modifiers.contains(KeyModifiers::CONTROL) {
@@ -161,7 +161,7 @@ impl MessageTable {
 }
 
 impl Order {
-    /// Name in the footer.
+    /// Returns the name shown in the footer.
     pub fn name(self) -> &'static str {
         variant_name(&self)
     }

@@ -1,4 +1,4 @@
-//! The live view on a terminal: one picture of the state for every command that runs for longer.
+//! The live view on a terminal: a common view of the state for all long-running commands.
 //!
 //! | module | what it is |
 //! |---|---|
@@ -7,9 +7,8 @@
 //! | [`view_model`] | all that the view shows, and what its keys do |
 //! | [`mod@draw`] | the layout and its parts |
 //!
-//! The view has a thread of its own. It is fed through a bounded queue, whose writers never wait for room,
-//! and draws ten times a second; so neither a slow terminal nor one that does not take anything concerns
-//! whoever feeds it.
+//! The view has its own thread, which draws ten times a second. It is fed through a bounded queue whose
+//! writers never wait for room, so a slow or blocked terminal does not affect them.
 
 mod car;
 pub mod draw;
@@ -39,20 +38,20 @@ use crate::report::text::clock_text;
 use gateway_base::diagnostics::Level;
 use gateway_base::time::MonoTime;
 
-/// Time from one drawing to the next.
+/// Interval between drawings.
 const FRAME_TIME: Duration = Duration::from_millis(100);
-/// Longest time that the end waits for the thread.
+/// Maximum time to wait for the thread at the end.
 const PATIENCE: Duration = Duration::from_millis(500);
-/// Messages that wait for the thread.
+/// Maximum number of messages that wait for the thread.
 const MAX_WAITING: usize = 1024;
 
 /// Receives a line for the simulated vehicle.
 pub type DriverLine = Box<dyn Fn(&str) + Send>;
 
-/// Makes what is shown of a moment.
+/// Creates the view of a moment.
 type MakeView = Box<dyn FnOnce() -> GatewayView + Send>;
 
-/// A view that is up until this is dropped.
+/// A running view, which ends when this is dropped.
 pub struct TerminalView {
     messages: SyncSender<Message>,
     is_over: Arc<AtomicBool>,
@@ -70,7 +69,7 @@ enum Message {
 }
 
 impl TerminalView {
-    /// Takes the terminal and shows `model`; `driver` gets what the driver's keys request.
+    /// Takes the terminal and shows `model`; `driver` receives the requests of the driver's keys.
     ///
     /// # Errors
     /// See [`Screen::take`].
@@ -87,7 +86,7 @@ impl TerminalView {
         Ok(Self { messages, is_over, thread, next_picture: Instant::now() })
     }
 
-    /// Adds a line to the log, of this time since the start.
+    /// Adds a line to the log, with this time since the start.
     pub fn line(&self, level: Level, at: MonoTime, text: &str) {
         self.send(Message::Line(Some(level), line_text(at.since(MonoTime::ZERO), text)));
     }
@@ -102,7 +101,7 @@ impl TerminalView {
         self.send(Message::Caption(text.to_owned()));
     }
 
-    /// True if a new picture would be drawn.
+    /// Returns true if a new picture would be drawn.
     pub fn is_due(&self) -> bool {
         Instant::now() >= self.next_picture
     }
@@ -124,7 +123,8 @@ impl TerminalView {
         self.send(Message::Messages(rows));
     }
 
-    /// What a thread that is behind does not take is lost: the next picture has all of it but the lines.
+    /// Sends a message. If the queue is full, the message is lost; the next picture makes up for it, except
+    /// for log lines.
     fn send(&self, message: Message) {
         let _ = self.messages.try_send(message);
     }
@@ -137,7 +137,7 @@ impl Drop for TerminalView {
         while !self.thread.is_finished() && Instant::now() < end {
             thread::sleep(Duration::from_millis(5));
         }
-        // Whatever the thread does.
+        // Independent of the thread.
         restore();
     }
 }
@@ -153,7 +153,7 @@ fn run(
         messages.try_iter().take(MAX_WAITING).for_each(|message| take(&mut model, message));
         let now = Instant::now();
         model.elapsed = now - started;
-        // A terminal that cannot be drawn to is gone, or back at the next drawing.
+        // A terminal that cannot be drawn to is gone, or available again for the next drawing.
         let _ = screen.draw(|frame| draw(frame, &model));
         while let Some(key) = screen.key(now + FRAME_TIME) {
             match model.press(key) {
@@ -171,7 +171,7 @@ fn take(model: &mut Model, message: Message) {
             let text = strip_str(&text).to_string();
             let (known, text) = match level {
                 Some(_) => (level, text),
-                // From the log of the process, which gives no time to the view.
+                // From the log of the process, which passes no time to the view.
                 None => (level_in(&text), line_text(model.time(), &text)),
             };
             model.add_line(known, escaped(&text).into_owned());
@@ -191,12 +191,12 @@ fn take(model: &mut Model, message: Message) {
     }
 }
 
-/// A line of the log with its time, to the millisecond.
+/// Formats a line of the log with its time, to the millisecond.
 pub fn line_text(since_start: Duration, text: &str) -> String {
     format!("{:>8}.{:03} {text}", clock_text(since_start), since_start.subsec_millis())
 }
 
-/// The level that a line of the log begins with, or has behind its time.
+/// Returns the level at the beginning of a log line, or after its time.
 fn level_in(line: &str) -> Option<Level> {
     let words = || line.split_whitespace().take(2);
     let has = |names: [&str; 2]| words().any(|word| names.contains(&word));

@@ -12,19 +12,19 @@ use crate::report::gateway_view::BusView;
 use crate::report::text::{clock_text, counted};
 use gateway_base::diagnostics::Level;
 
-/// From this width on a bus has a longer name, and says that its load is not known.
+/// Width from which a bus has a longer name, and an unknown load is stated.
 const WIDE: usize = 70;
-/// Indent of a line of the log from its second row on.
+/// Indentation of the further rows of a log line.
 const LOG_INDENT: usize = 12;
-/// Cells of the bar of a load.
+/// Number of cells in the bar of a load.
 const BAR: u8 = 10;
 
-/// Number of lines, which are few.
+/// Returns the number of lines, which is small.
 pub(super) fn lines_of(lines: &[Line<'_>]) -> u16 {
     u16::try_from(lines.len()).unwrap_or(u16::MAX)
 }
 
-/// A text with an ellipsis where it is cut.
+/// Shortens a text to `width`, with an ellipsis.
 pub(super) fn cut(text: &str, width: usize) -> String {
     if text.chars().count() <= width {
         return text.to_owned();
@@ -32,7 +32,7 @@ pub(super) fn cut(text: &str, width: usize) -> String {
     text.chars().take(width.saturating_sub(1)).chain(['…']).collect()
 }
 
-/// Title on the left, time and level on the right.
+/// Returns the header: title on the left, time and level on the right.
 pub(super) fn header(model: &Model, ink: Ink, width: usize) -> Line<'static> {
     let picture = &model.picture;
     let level = picture.level.map_or_else(String::new, |level| format!(" {level} "));
@@ -84,7 +84,7 @@ pub(super) fn bus_line(bus: &BusView, ink: Ink, width: usize) -> Line<'static> {
 pub(super) fn draw_log(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rect) {
     let block = Block::new().borders(ratatui::widgets::Borders::TOP).border_style(DIM);
     let inner = block.inner(area);
-    // Scrolled to the first line, the pane is full all the same.
+    // Even when scrolled to the first line, the pane is full.
     let first_page = usize::from(inner.height).min(model.log.len());
     let end = model.log.len().saturating_sub(model.scroll).max(first_page);
     let start = end.saturating_sub(inner.height.into());
@@ -101,15 +101,15 @@ pub(super) fn draw_log(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rec
         rows_of(&line.text, inner.width.into()).into_iter().map(move |row| Line::styled(row, style))
     });
     let mut lines: Vec<_> = lines.collect();
-    // The oldest make room, but where they were scrolled to.
+    // The oldest lines are omitted, unless the log is scrolled to them.
     if end > first_page {
         lines.drain(..lines.len().saturating_sub(inner.height.into()));
     }
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
-/// The rows of a line of the log: all of its text, broken between words, and inside of one that is longer
-/// than a row.
+/// Returns the rows of a log line: its whole text, broken between words, or within a word that is longer than
+/// a row.
 fn rows_of(text: &str, width: usize) -> Vec<String> {
     let indent = if width > 2 * LOG_INDENT { LOG_INDENT } else { 0 };
     let mut rows = vec![String::new()];
@@ -136,7 +136,7 @@ fn rows_of(text: &str, width: usize) -> Vec<String> {
     rows.iter().map(|row| row.trim_end().to_owned()).collect()
 }
 
-/// Keys on the left, and on the right where a browser finds the same.
+/// Returns the footer: keys on the left, and on the right the address for a browser.
 pub(super) fn footer(model: &Model, width: usize) -> Line<'static> {
     if model.is_paused {
         let style = Style::new().add_modifier(Modifier::REVERSED | Modifier::BOLD);

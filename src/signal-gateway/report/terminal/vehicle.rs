@@ -1,4 +1,4 @@
-//! The state of a simulated vehicle, as the view shows it.
+//! The state of a simulated vehicle, in the form shown by the view.
 
 use std::time::Duration;
 
@@ -10,10 +10,10 @@ use gateway_core::command::Turn;
 use gateway_core::vehicle_lights::state::TurnCode;
 use vehicle_bringup::simulated_vehicle::{VehicleEvent, VehicleOutput, Who};
 
-/// Time over which the rate of frames is counted.
+/// Time over which the frame rate is measured.
 const RATE_TIME: Duration = Duration::from_secs(1);
 
-/// The last state of everything that the vehicle tells of.
+/// The last state of all parts reported by the vehicle.
 #[derive(Debug, Clone)]
 pub struct VehicleState {
     turn: Option<Turn>,
@@ -30,12 +30,12 @@ struct SentFrames {
     counted: u32,
     since: MonoTime,
     rate_hz: f64,
-    /// False from a failure to the next frame that is sent.
+    /// False from a failure until the next successfully sent frame.
     can_send: bool,
 }
 
 impl VehicleState {
-    /// A vehicle that does nothing yet, on buses with these names.
+    /// Creates an idle vehicle on buses with these names.
     pub fn new(buses: impl IntoIterator<Item = String>) -> Self {
         let bus = |name| SentFrames { name, counted: 0, since: MonoTime::ZERO, rate_hz: 0.0, can_send: true };
         Self {
@@ -48,7 +48,7 @@ impl VehicleState {
         }
     }
 
-    /// Takes an output of the vehicle.
+    /// Applies an output of the vehicle.
     pub fn update(&mut self, output: &VehicleOutput, now: MonoTime) {
         match output {
             VehicleOutput::Frame { bus, .. } => self.count(*bus, now),
@@ -65,7 +65,7 @@ impl VehicleState {
         }
     }
 
-    /// Nothing can be sent on a bus, until a frame is.
+    /// Records that sending on a bus fails, until a frame is sent.
     pub fn cannot_send(&mut self, bus: BusIndex) {
         if let Some(bus) = self.buses.get_mut(usize::from(bus.0)) {
             (bus.can_send, bus.counted, bus.rate_hz) = (false, 0, 0.0);
@@ -83,7 +83,7 @@ impl VehicleState {
         }
     }
 
-    /// The state at `now`.
+    /// Returns the state at `now`.
     pub fn picture(&self, now: MonoTime) -> GatewayView {
         let (code, who) = self.lights;
         let (headline, turn_mark, hazard_mark) = match code {

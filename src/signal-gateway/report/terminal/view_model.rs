@@ -1,4 +1,4 @@
-//! Contents of the view, without a terminal: what it is fed, and what its keys do.
+//! Contents of the view, independent of a terminal: its data, and the effects of its keys.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -11,14 +11,14 @@ use gateway_base::diagnostics::Level;
 
 /// Span of the strip, ms.
 pub const STRIP_MS: i64 = 60_000;
-/// Lines of the log that are kept: some hours of changes.
+/// Maximum number of stored log lines: some hours of changes.
 const MAX_LINES: usize = 20_000;
-/// Lines by which a page of the log is scrolled.
+/// Number of log lines per page when scrolling.
 const PAGE: usize = 10;
 /// Half a period of a blinking arrow: 1.5 Hz.
 const HALF_BLINK: Duration = Duration::from_millis(333);
 
-/// All that the view shows.
+/// Everything that the view shows.
 #[derive(Debug, Clone, Default)]
 pub struct Model {
     /// Heading: what is running.
@@ -27,60 +27,60 @@ pub struct Model {
     pub url: Option<String>,
     /// True to draw in colour.
     pub has_color: bool,
-    /// What the keys move.
+    /// Effect of the keys.
     pub keys: Keys,
-    /// Time since the view began, for all that blinks.
+    /// Time since the start of the view, for blinking parts.
     pub elapsed: Duration,
-    /// Time of the gateway since its start; `None` where there is no gateway.
+    /// Time of the gateway since its start; `None` without a gateway.
     pub at: Option<Duration>,
-    /// What happens at present, in a sentence; empty without one.
+    /// Caption for the current situation, in a sentence; empty without one.
     pub caption: String,
-    /// The present state, or the state at the moment of the pause.
+    /// The current state, or while paused the state at the pause.
     pub picture: GatewayView,
-    /// Messages on the buses, which are shown in place of the vehicle; `None` where they are not.
+    /// Messages on the buses, shown in place of the vehicle; `None` if they are not shown.
     pub messages: Option<MessageTable>,
     /// Past states within [`STRIP_MS`], oldest first: a stamp in ms, and the mark of each function.
     pub history: VecDeque<(i64, Vec<Mark>)>,
     /// Log, oldest line first.
     pub log: VecDeque<LogLine>,
-    /// Lines by which the log is scrolled back.
+    /// Number of lines by which the log is scrolled back.
     pub scroll: usize,
-    /// True while the picture stands still.
+    /// True while the picture is frozen.
     pub is_paused: bool,
     /// True while the help is shown.
     pub has_help: bool,
 }
 
-/// What keys do beside those that every view has.
+/// Additional keys besides the keys of every view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Keys {
-    /// They do nothing else.
+    /// No additional keys.
     #[default]
     View,
-    /// They move the driver's stalk and button.
+    /// Keys for the driver's stalk and button.
     Driver,
 }
 
 /// A line of the log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LogLine {
-    /// Severity; `None` where it is not known.
+    /// Severity; `None` if unknown.
     pub level: Option<Level>,
     /// The line, without control sequences.
     pub text: String,
 }
 
-/// The request of a key that concerns others than the view.
+/// Request of a key that is not handled by the view itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum KeyRequest {
-    /// The end of the command.
+    /// End of the command.
     Quit,
     /// A line for the simulated vehicle.
     Driver(&'static str),
 }
 
 impl Model {
-    /// Takes a new state, unless the picture stands still.
+    /// Shows a new state, unless the picture is frozen.
     pub fn show(&mut self, picture: GatewayView) {
         if self.is_paused {
             return;
@@ -97,7 +97,7 @@ impl Model {
         self.picture = picture;
     }
 
-    /// Takes new rows of the table, unless the picture stands still.
+    /// Shows new rows of the table, unless the picture is frozen.
     pub fn show_messages(&mut self, rows: Vec<MessageRow>) {
         if let Some(table) = self.messages.as_mut().filter(|_| !self.is_paused) {
             table.rows = rows;
@@ -110,23 +110,23 @@ impl Model {
             self.log.pop_front();
         }
         self.log.push_back(LogLine { level, text });
-        // Who reads older lines keeps them in sight.
+        // Older lines that are being read stay in view.
         if self.scroll > 0 {
             self.scroll = (self.scroll + 1).min(self.log.len() - 1);
         }
     }
 
-    /// The time that heading and log show: that of the gateway, or else of the view.
+    /// Returns the time for heading and log: the gateway's time, otherwise the view's.
     pub fn time(&self) -> Duration {
         self.at.unwrap_or(self.elapsed)
     }
 
-    /// True in the bright half of a blink.
+    /// Returns true in the bright half of a blink.
     pub fn is_bright(&self) -> bool {
         (self.elapsed.as_millis() / HALF_BLINK.as_millis()).is_multiple_of(2)
     }
 
-    /// Does what a key stands for; gives what concerns others.
+    /// Handles a key; returns a request that the view does not handle itself.
     #[allow(clippy::wildcard_enum_match_arm)] // all other keys have no meaning
     pub fn press(&mut self, key: KeyEvent) -> Option<KeyRequest> {
         let is_control = key.modifiers.contains(KeyModifiers::CONTROL);
@@ -153,7 +153,7 @@ impl Model {
     }
 }
 
-/// The driver's action behind a key.
+/// Returns the driver's action for a key.
 #[allow(clippy::wildcard_enum_match_arm)] // as above
 fn driver(code: KeyCode) -> Option<&'static str> {
     Some(match code {

@@ -5,7 +5,7 @@ use crate::report::chart::{self, Along, Bar, Chart, CommandKind, IndicatorState,
 use gateway_base::diagnostics::Level;
 
 impl Timeline {
-    /// The timeline as a chart.
+    /// Returns the timeline as a chart.
     pub fn chart(&self) -> Chart {
         let curves: Vec<_> = self.curves.iter().map(curve_row).collect();
         let motion = chart::Lane { label: MOTION.to_owned(), rows: curves };
@@ -37,7 +37,7 @@ impl Timeline {
 }
 
 impl Group {
-    /// Heading of its lanes.
+    /// Returns the heading of its lanes.
     pub(super) const fn heading(self) -> &'static str {
         match self {
             Self::Raw => "raw values",
@@ -50,7 +50,7 @@ impl Group {
     }
 }
 
-/// The row of a curve, a bar for each of its parts.
+/// Returns the row of a curve, with a bar for each of its parts.
 fn curve_row(curve: &Curve) -> chart::Row {
     let (low, high) = curve.range();
     let size = if high > low { high - low } else { 1.0 };
@@ -70,7 +70,7 @@ fn curve_row(curve: &Curve) -> chart::Row {
     chart::Row { label: format!("{}, {low:.1} to {high:.1}{unit}", curve.label), bars: bars.collect() }
 }
 
-/// The bar of a span; `None` where nothing is published.
+/// Returns the bar of a span; `None` if nothing is published.
 fn bar(span: &Span, group: Group) -> Option<Bar> {
     let signal = |indicator| Look::Command(CommandKind::Signal, indicator);
     let look = match (span.tone, group) {

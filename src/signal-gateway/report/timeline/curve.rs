@@ -1,24 +1,24 @@
 //! A measured value over time, as columns with its lowest and highest value, so that no peak is lost.
 
-/// Most columns of a curve; beyond, neighbours are joined.
+/// Maximum number of columns of a curve; beyond it, neighbours are joined.
 const MAX_COLUMNS: usize = 4_000;
-/// Width of a column at first, seconds.
+/// Initial width of a column, seconds.
 const FIRST_WIDTH_S: f64 = 0.01;
 
 /// A measured value over time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
-    /// Its name.
+    /// Name of the value.
     pub label: String,
-    /// Its unit, with the space before it where there is one.
+    /// Unit, including the space before it, if any.
     pub unit: &'static str,
-    /// Ascending.
+    /// Columns in ascending order of time.
     pub columns: Vec<Column>,
     width_s: f64,
     is_interrupted: bool,
 }
 
-/// The values of a short time.
+/// The values within a short time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Column {
     /// Time of the first value, seconds after the first frame.
@@ -34,7 +34,7 @@ pub struct Column {
 }
 
 impl Curve {
-    /// A curve without a value.
+    /// Creates a curve without values.
     pub fn new(label: impl Into<String>, unit: &'static str) -> Self {
         Self { label: label.into(), unit, columns: Vec::new(), width_s: FIRST_WIDTH_S, is_interrupted: true }
     }
@@ -61,17 +61,17 @@ impl Curve {
         }
     }
 
-    /// Nothing is published until the next value.
+    /// Records that nothing is published until the next value.
     pub fn interrupt(&mut self) {
         self.is_interrupted = true;
     }
 
-    /// The columns between two interruptions, each with at least one.
+    /// Returns the parts between interruptions, each with at least one column.
     pub fn parts(&self) -> impl Iterator<Item = &[Column]> {
         self.columns.chunk_by(|_, next| !next.is_begin)
     }
 
-    /// Lowest and highest value, with zero among them.
+    /// Returns the lowest and highest value, including zero.
     pub fn range(&self) -> (f64, f64) {
         let low = self.columns.iter().map(|column| column.low).fold(0.0, f64::min);
         let high = self.columns.iter().map(|column| column.high).fold(0.0, f64::max);
@@ -86,7 +86,7 @@ impl Column {
     }
 }
 
-/// True if two columns are one at this width. A shorter interruption cannot be seen.
+/// Returns true if two columns merge at this width. A shorter interruption is not visible.
 fn same_column(one: &Column, next: &Column, width_s: f64) -> bool {
     (one.from_s / width_s).floor().total_cmp(&(next.from_s / width_s).floor()).is_eq()
 }

@@ -1,5 +1,6 @@
 //! The timeline of a recording: raw values, reports, commands, diagnostics, traffic lights and links, each
-//! with the frame behind it. As a picture ([`Timeline::chart`]) or as a page ([`Timeline::to_html`]).
+//! with the frame behind it. It is shown as a chart ([`Timeline::chart`]) or as a page
+//! ([`Timeline::to_html`]).
 
 mod chart;
 mod curve;
@@ -11,12 +12,12 @@ use gateway_base::diagnostics::Level;
 
 pub use curve::{Column, Curve};
 
-/// Most spans of a lane; short ones beyond are folded.
+/// Maximum number of spans in a lane; beyond it, short spans are folded.
 const MAX_SPANS: usize = 1_500;
-/// A lane is folded when it has so many times [`MAX_SPANS`].
+/// A lane is folded when it has this many times [`MAX_SPANS`].
 const SLACK: usize = 4;
 
-/// What happened over the time of a recording.
+/// The events of a recording over time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Timeline {
     /// Name of the recording.
@@ -29,13 +30,13 @@ pub struct Timeline {
     pub curves: Vec<Curve>,
     /// From top to bottom.
     pub lanes: Vec<Lane>,
-    /// The frames that spans refer to.
+    /// Frames to which spans refer.
     pub frames: Vec<CausingFrame>,
-    /// What was left out, in sentences.
+    /// Omitted parts, in sentences.
     pub remarks: Vec<String>,
 }
 
-/// A place of a timeline.
+/// A position in a timeline.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OpenedAt {
     /// Group of the lane.
@@ -64,7 +65,7 @@ pub enum Group {
     Links,
 }
 
-/// How a span looks.
+/// Appearance of a span.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Tone {
@@ -76,17 +77,17 @@ pub enum Tone {
     Hazard,
     /// Off.
     Off,
-    /// Well, and no more than that.
+    /// OK, without further meaning.
     Ok,
     /// A warning.
     Warn,
     /// An error.
     Error,
-    /// Nothing published, or nothing known.
+    /// Nothing is published, or nothing is known.
     Nothing,
     /// Any other state.
     Plain,
-    /// Several short spans in one.
+    /// Several short spans folded into one.
     Folded,
 }
 
@@ -100,14 +101,14 @@ impl From<Level> for Tone {
     }
 }
 
-/// The states of one thing, one after the other.
+/// The successive states of one item.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lane {
     /// The subject.
     pub group: Group,
-    /// Name of the thing.
+    /// Name of the item.
     pub label: String,
-    /// Ascending; the last lasts to the end of the timeline.
+    /// Spans in ascending order; the last one extends to the end of the timeline.
     pub spans: Vec<Span>,
     /// Number of states that are folded into others.
     pub folded: u64,
@@ -116,15 +117,15 @@ pub struct Lane {
 /// One state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Span {
-    /// Begin, seconds after the first frame.
+    /// Start, seconds after the first frame.
     pub from_s: f64,
-    /// End, seconds after the first frame; not before the begin.
+    /// End, seconds after the first frame; not before the start.
     pub to_s: f64,
-    /// How it looks.
+    /// Appearance of the span.
     pub tone: Tone,
     /// The state in words.
     pub text: String,
-    /// Position of its frame in a list; `None` without one.
+    /// Position of its frame in the timeline's frames; `None` without a frame.
     pub frame: Option<usize>,
     /// Number of states, more than 1 for a folded span.
     pub states: u64,
@@ -139,23 +140,23 @@ pub struct CausingFrame {
     pub stamp: String,
     /// Interface it was received on.
     pub interface: String,
-    /// Identifier as candump writes it.
+    /// Identifier in candump notation.
     pub id: String,
     /// Name of its message.
     pub message: String,
     /// Data bytes in hexadecimal.
     pub bytes: String,
-    /// Its bound signals: name, raw value and meaning; or why the gateway does not use it.
+    /// Its bound signals (name, raw value and meaning), or the reason why the gateway does not use the frame.
     pub signals: Vec<String>,
 }
 
 impl Lane {
-    /// A lane without a state.
+    /// Creates a lane without states.
     pub fn new(group: Group, label: impl Into<String>) -> Self {
         Self { group, label: label.into(), spans: Vec::new(), folded: 0 }
     }
 
-    /// Begins a state, unless it is the present one, at which the one before ends.
+    /// Begins a state, unless it is the current one, and ends the previous state.
     pub fn begin(&mut self, at_s: f64, tone: Tone, text: &str, frame: Option<usize>) {
         if let Some(last) = self.spans.last_mut() {
             if last.text == text && last.tone == tone && last.states == 1 {
@@ -169,7 +170,7 @@ impl Lane {
         }
     }
 
-    /// Ends the last state at `end_s`, and folds what is too much.
+    /// Ends the last state at `end_s`, and folds surplus spans.
     pub fn finish(&mut self, end_s: f64) {
         if let Some(last) = self.spans.last_mut() {
             last.to_s = end_s.max(last.from_s);
@@ -179,8 +180,8 @@ impl Lane {
         }
     }
 
-    /// Joins neighbours that are shorter than the part of the lane that a span has on average. The last state
-    /// stays, since it is going on.
+    /// Joins adjacent spans that are shorter than the average space per span in the lane. The last state
+    /// stays separate, since it continues.
     fn fold(&mut self, end_s: f64) {
         let Some(present) = self.spans.pop() else { return };
         let begin_s = self.spans.first().map_or(0.0, |first| first.from_s);
@@ -209,7 +210,7 @@ impl Lane {
 const MOTION: &str = "motion";
 
 impl Timeline {
-    /// Removes frames that no span refers to, and says what was folded. Call it once, at the end.
+    /// Removes frames to which no span refers, and adds remarks on folded lanes. Call it once, at the end.
     pub fn close(&mut self) {
         let mut used: Vec<bool> = vec![false; self.frames.len()];
         let spans = || self.lanes.iter().flat_map(|lane| &lane.spans);

@@ -1,4 +1,4 @@
-//! The timeline as one page without anything outside: style, script and data are in it.
+//! The timeline as one self-contained page, with style, script and data.
 
 use serde_json::{Value, json};
 
@@ -13,7 +13,7 @@ const SCRIPT: &str = include_str!("page.js");
 
 impl Timeline {
     /// Returns the timeline as a document, which works from a file and loads nothing. With `opened_at` it
-    /// opens there.
+    /// opens at that position.
     pub fn to_html(&self, opened_at: Option<&OpenedAt>) -> String {
         let title = format!("{} - signal-gateway", self.title);
         let places = [
@@ -24,7 +24,8 @@ impl Timeline {
         ];
         let mut page = String::new();
         let mut rest = TEMPLATE;
-        // Place by place from left to right, so that no text of the recording is taken for a place.
+        // Placeholders are replaced from left to right, so that no text of the recording is mistaken for a
+        // placeholder.
         for (place, content) in places {
             let (before, after) = rest.split_once(place).unwrap_or((rest, ""));
             page.push_str(before);
@@ -35,12 +36,12 @@ impl Timeline {
         page
     }
 
-    /// Returns the page of a document of [`Self::to_html`].
+    /// Returns the page of a document created by [`Self::to_html`].
     pub fn page(html: String) -> Page {
         Page::new(html, &(palette::style() + STYLE), SCRIPT)
     }
 
-    /// The data of the script: JSON in which no character can end the element that it is in.
+    /// Returns the data for the script: JSON in which no character can end the enclosing element.
     fn data(&self, opened_at: Option<&OpenedAt>) -> String {
         let lanes = self.lanes.iter().map(|lane| {
             json!({
@@ -79,14 +80,14 @@ impl Timeline {
     }
 }
 
-/// Begin, end, tone, text, frame, number of states.
+/// Returns start, end, tone, text, frame and number of states.
 fn span(span: &Span) -> Value {
     json!([span.from_s, span.to_s, span.tone, span.text, span.frame, span.states])
 }
 
-/// Time of the first and the last value, lowest and highest value.
+/// Returns the times of the first and the last value, and the lowest and highest value.
 fn column(column: &Column) -> Value {
-    // A fifth digit cannot be seen.
+    // A fifth decimal would not be visible.
     let rounded = |value: f64| (value * 1e4).round() / 1e4;
     json!([rounded(column.from_s), rounded(column.to_s), rounded(column.low), rounded(column.high)])
 }

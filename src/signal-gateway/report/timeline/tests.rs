@@ -85,8 +85,7 @@ fn only_frames_that_a_state_refers_to_are_kept() {
     assert!(timeline.remarks.is_empty());
 }
 
-/// Texts that would leave their place, where a place is an element, an attribute, a script, or a place of the
-/// template.
+/// Texts that would break out of an element, an attribute, a script, or a placeholder of the template.
 const HOSTILE: &str =
     "</script><script>alert(1)</script><!-- \"'&{{script}}{{data}} <img src=x onerror=alert(1)> \u{2028}";
 

@@ -1,22 +1,22 @@
-//! What a drive looks like apart from its signals: speed, stops, and the way on the map.
+//! The parts of a drive chart apart from signals: speed, stops, and the way on the map.
 
 use super::super::Snapshot;
 use crate::config::drive::DriveFile;
 use crate::report::chart::{Bar, IndicatorState, Look, Mark, Plan, PlanLane, PlanPoint};
 use lanelet2_map::lane_network::{LaneId, Lanelet, TurnDirection};
 
-/// Below this the vehicle stands, m/s.
+/// Speed below which the vehicle counts as standing, m/s.
 const STANDING_MPS: f64 = 0.1;
-/// Shorter stops are left out, seconds.
+/// Minimum length of a shown stop, seconds.
 const MIN_STOP_S: f64 = 0.5;
-/// Parts of the distance for each of which the speed is drawn.
+/// Number of parts of the distance, with a speed bar for each.
 const SPEED_BARS: u32 = 200;
-/// Points of the way are at least so far apart, metres.
+/// Minimum distance between points of the way, metres.
 const POINT_GAP_M: f64 = 0.5;
-/// Lanes farther from the way are left out, metres.
+/// Maximum distance of a shown lane from the way, metres.
 const NEAR_M: f64 = 30.0;
 
-/// What is drawn of a cycle.
+/// The data of a cycle that are drawn.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cycle {
     at_s: f64,
@@ -28,7 +28,7 @@ pub(super) struct Cycle {
 }
 
 impl Cycle {
-    /// The cycle of a snapshot, with its signal.
+    /// Creates the cycle of a snapshot, with its signal.
     pub(super) fn new(snapshot: &Snapshot<'_>, indicator: IndicatorState) -> Self {
         let position = snapshot.pose.position;
         Self {
@@ -42,7 +42,7 @@ impl Cycle {
     }
 }
 
-/// The speed over the distance, m/s, as bars whose height is its share of the highest.
+/// Returns the speed over the distance as bars, whose height is relative to the highest speed.
 pub(super) fn speed(cycles: &[Cycle], (from, to): (f64, f64)) -> Vec<Bar> {
     let top = top_mps(cycles);
     if top <= 0.0 || to <= from {
@@ -67,7 +67,7 @@ pub(super) fn speed(cycles: &[Cycle], (from, to): (f64, f64)) -> Vec<Bar> {
     bars
 }
 
-/// The name of the speed's row, with its range.
+/// Returns the name of the speed row, with the range.
 pub(super) fn speed_label(cycles: &[Cycle]) -> String {
     format!("speed, 0 to {:.0} km/h", top_mps(cycles) * 3.6)
 }
@@ -76,7 +76,7 @@ fn top_mps(cycles: &[Cycle]) -> f64 {
     cycles.iter().map(|cycle| cycle.speed_mps.abs()).fold(0.0, f64::max)
 }
 
-/// A mark for each stop.
+/// Returns a mark for each stop.
 pub(super) fn stops(cycles: &[Cycle]) -> Vec<Mark> {
     let stands = |cycle: &Cycle| cycle.speed_mps.abs() < STANDING_MPS;
     let groups = cycles.chunk_by(|one, other| stands(one) == stands(other));
@@ -89,7 +89,7 @@ pub(super) fn stops(cycles: &[Cycle]) -> Vec<Mark> {
     groups.filter_map(stop).collect()
 }
 
-/// The lanes near the way, and the way with the signals on it.
+/// Returns the lanes near the way, and the way with its signals.
 pub(super) fn plan(file: &DriveFile, cycles: &[Cycle]) -> Plan {
     let mut driven: Vec<(IndicatorState, Vec<PlanPoint>)> = Vec::new();
     for cycle in cycles {
@@ -127,7 +127,7 @@ pub(super) fn plan(file: &DriveFile, cycles: &[Cycle]) -> Plan {
     Plan { lanes: lanes.collect(), driven }
 }
 
-/// The side that a lanelet turns to.
+/// Returns the side to which a lanelet turns.
 pub(super) const fn side(direction: TurnDirection) -> Option<IndicatorState> {
     match direction {
         TurnDirection::None | TurnDirection::Straight => None,
