@@ -1,5 +1,5 @@
-//! Files that come with the project, in the binary: profiles with their DBCs, maps, drives and scenarios by
-//! name, rules of countries by code.
+//! Project files built into the binary: profiles with their DBCs, maps, drives and scenarios by name, and
+//! rules of countries by code.
 
 use std::path::{Component, Path, PathBuf, absolute};
 
@@ -12,14 +12,14 @@ use gateway_base::near_miss::near_misses;
 /// Every built-in file by its path in the project, ascending; `build.rs` lists them.
 const FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/built_in.rs"));
 
-/// The first component of the path of a built-in file, so that it is never taken for one of the disk.
+/// First component of the path of a built-in file, so that it is never mistaken for a file on the disk.
 const ROOT: &str = "built-in:";
 
-/// The kinds of files that have names.
+/// Kinds of built-in files that have names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BuiltIn {
-    /// A vehicle profile; its DBCs are built in as well.
+    /// A vehicle profile; its DBCs are also built in.
     Profile,
     /// A lanelet2 map, with its projector.
     Map,
@@ -32,36 +32,36 @@ pub enum BuiltIn {
 impl BuiltIn {
     const ALL: [Self; 4] = [Self::Profile, Self::Map, Self::Drive, Self::Scenario];
 
-    /// The kind as people call it.
+    /// Returns the name of the kind in texts.
     fn noun(self) -> &'static str {
         variant_name(&self)
     }
 
-    /// Folder and end of the path of its files in the project; the name is in between.
+    /// Returns folder and suffix of the paths of its files in the project, between which is the name.
     fn affixes(self) -> (&'static str, &'static str) {
         match self {
             Self::Profile => ("config/vehicles/", ".toml"),
             Self::Map => ("config/maps/", "/lanelet2_map.osm"),
             Self::Drive => ("config/drives/", ".toml"),
-            // The other form has its extension as a part of its name.
+            // For the other format, the extension is part of the name.
             Self::Scenario => ("config/scenarios/", ""),
         }
     }
 
-    /// The name of a file of this kind by its path in the project; `None` for other files.
+    /// Returns the name of a file of this kind from its path in the project; `None` for other files.
     fn name_of(self, path: &str) -> Option<&str> {
         let (folder, end) = self.affixes();
         let name = path.strip_prefix(folder)?.strip_suffix(end)?;
         Some(name.strip_suffix(".toml").unwrap_or(name)).filter(|name| !name.contains('/'))
     }
 
-    /// Names of the built-in files of this kind, ascending.
+    /// Returns the names of the built-in files of this kind, ascending.
     pub fn names(self) -> impl Iterator<Item = &'static str> {
         FILES.iter().filter_map(move |(path, _)| self.name_of(path))
     }
 
-    /// The path of the built-in file with a name, for [`Disk`](super::files::Disk). A profile also has the
-    /// name that lists show, `Hyundai Kona 2020`, whatever the case of its letters.
+    /// Returns the path of the built-in file with a name, for [`Disk`](super::files::Disk). A profile can
+    /// also be given by its listed name, e.g. `Hyundai Kona 2020`, in any case.
     pub fn path(self, name: &str) -> Option<PathBuf> {
         let named = FILES.iter().find(|(path, _)| self.name_of(path) == Some(name));
         let titled = || {
@@ -87,7 +87,8 @@ impl BuiltIn {
         names
     }
 
-    /// The built-in names that were probably meant by a name or path, as a question; else `otherwise`.
+    /// Returns the built-in names that were probably meant by a name or path, as a question, or `otherwise`
+    /// if there are none.
     pub fn did_you_mean(self, given: &Path, otherwise: &str) -> String {
         let names = self.probably_meant(given);
         if names.is_empty() {
@@ -97,14 +98,14 @@ impl BuiltIn {
     }
 }
 
-/// The name in a profile.
+/// Returns the name in a profile.
 fn title(profile: &[u8]) -> Option<String> {
     let profile: toml::Table = toml::from_slice(profile).ok()?;
     Some(profile.get("name")?.as_str()?.to_owned())
 }
 
-/// The path as people read it: `built-in profile hyundai_kia` of a built-in file, `standard input`, else the
-/// path itself.
+/// Returns the path for texts: e.g. `built-in profile hyundai_kia` for a built-in file, `standard input`, or
+/// the path itself.
 pub fn display(path: &Path) -> String {
     if standard_input::is_named(path) {
         return "standard input".to_owned();
@@ -118,7 +119,7 @@ pub fn display(path: &Path) -> String {
     }
 }
 
-/// Paths of the built-in files of a folder in the project, ascending.
+/// Returns the paths of the built-in files in a project folder, ascending.
 pub(super) fn files_in(folder: &str) -> impl Iterator<Item = &'static Path> {
     FILES.iter().map(|(path, _)| Path::new(path)).filter(move |path| path.starts_with(folder))
 }
@@ -134,13 +135,13 @@ pub(super) fn project_path(path: &Path) -> Option<PathBuf> {
     path.strip_prefix(ROOT).map(without_dots).ok()
 }
 
-/// Returns the path from the root, without `.` and `..`, so that a file has one name wherever the program was
-/// started; `None` for an empty path.
+/// Returns the path from the root, without `.` and `..`, so that a file has the same name regardless of the
+/// working directory; `None` for an empty path.
 pub(crate) fn full_path(path: &Path) -> Option<PathBuf> {
     absolute(path).ok().map(|path| without_dots(&path))
 }
 
-/// A path without `.` and `..`: `a/c` of `a/b/../c`.
+/// Returns a path without `.` and `..`, e.g. `a/c` for `a/b/../c`.
 fn without_dots(path: &Path) -> PathBuf {
     let mut plain = PathBuf::new();
     for component in path.components() {

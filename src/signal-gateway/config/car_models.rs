@@ -9,7 +9,7 @@ use vehicle_bringup::car_model::{CarModel, ListedDimensions, ModelProfile};
 
 const PATH: &str = "config/cars/models.toml";
 
-/// The tables of the file, each with rows as its comment explains them.
+/// The tables of the file; comments in the file explain the rows.
 #[derive(Debug, Deserialize)]
 struct ModelFile {
     opendbc: OpendbcModels,
@@ -28,7 +28,7 @@ struct ProfileModels {
     models: Vec<[String; 5]>,
 }
 
-/// Returns all models by make and name, with those of each profile.
+/// Returns all models by make and name.
 ///
 /// # Errors
 ///
@@ -67,7 +67,7 @@ pub fn models() -> Result<Vec<CarModel>, String> {
     Ok(models)
 }
 
-/// Reads spans of years; `None` if one of them is not one.
+/// Parses spans of years; returns `None` if one of them is invalid.
 fn years(text: &str) -> Option<Vec<(u16, u16)>> {
     let spans = text.split(',').map(str::trim).filter(|span| !span.is_empty());
     spans

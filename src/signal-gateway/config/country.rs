@@ -1,5 +1,5 @@
-//! Parameters of the decider: the rules of a country, from a file that is built into the binary or from
-//! another one, and parameters set one by one.
+//! Parameters of the decider: the rules of a country, from a built-in file or another file, and individually
+//! set parameters.
 
 use std::path::Path;
 
@@ -26,7 +26,7 @@ const SIDES: Keywords<Side> = &[("left", Side::Left), ("right", Side::Right)];
 const SIDES_OR_NONE: Keywords<Option<Side>> =
     &[("left", Some(Side::Left)), ("right", Some(Side::Right)), ("none", None)];
 
-/// The reason why a country has no rules.
+/// Reason why a country has no rules.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NoCountry {
     /// The name is unknown, or its file cannot be read.
@@ -36,11 +36,11 @@ pub enum NoCountry {
         /// The remedy as text.
         remedy: String,
     },
-    /// Its file is refused.
+    /// The country's file is refused.
     Refused(Vec<Problem>),
 }
 
-/// Codes of the countries whose rules are built into the binary, the files of `config/countries`.
+/// Returns the codes of the countries whose rules are built into the binary, from `config/countries`.
 pub fn built_in() -> Vec<&'static str> {
     files_in("config/countries").filter_map(|path| path.file_stem()?.to_str()).collect()
 }
@@ -48,7 +48,7 @@ pub fn built_in() -> Vec<&'static str> {
 /// Reads the country with a code, or the `.toml` file with this path, relative to `folder`.
 ///
 /// # Errors
-/// An unknown code, a file that cannot be read, or every problem of the file.
+/// Fails for an unknown code or a file that cannot be read, or with every problem of the file.
 pub fn country(files: &dyn Files, folder: &Path, given: &str) -> Result<Country, NoCountry> {
     if Path::new(given).extension().is_some_and(|extension| extension == "toml") {
         return read(files, &folder.join(given));
@@ -67,7 +67,7 @@ pub fn country(files: &dyn Files, folder: &Path, given: &str) -> Result<Country,
     read(&Embedded, Path::new(&format!("config/countries/{given}.toml")))
 }
 
-/// Reads the keys `country` and `parameters`, of which the latter set parameters one by one.
+/// Reads the keys `country` and `parameters`; the latter sets individual parameters.
 pub(super) fn parameters(files: &dyn Files, fields: &Fields<'_>) -> (Option<Country>, DeciderParameters) {
     let checker = fields.checker;
     let named = fields.given(&COUNTRY);
@@ -147,7 +147,7 @@ impl KeyRow for DeciderParameter {
     }
 }
 
-/// Reads the country that a file names; problems are noted.
+/// Reads the country named in a file, and records problems.
 fn country_at(files: &dyn Files, checker: &Checker, given: &LocatedText) -> Option<Country> {
     match country(files, checker.folder(), &given.text) {
         Ok(country) => return Some(country),
@@ -202,7 +202,7 @@ fn required_of(table: &str) -> impl Iterator<Item = &'static str> {
     RULES.iter().filter(move |rule| rule.table == table && rule.is_required()).map(|rule| rule.name)
 }
 
-/// Reads the rules of a table. One that is missing or refused keeps its value.
+/// Reads the rules of a table. A missing or refused rule keeps its value.
 fn read_rules(fields: &Fields<'_>, table: &str, country: &mut Country) {
     for rule in RULES.iter().filter(|rule| rule.table == table) {
         match rule.value {

@@ -59,7 +59,7 @@ pub(super) mod age_limits {
 }
 
 /// Reads `country`, `parameters`, `minimum_on_ms`, `minimum_gap_ms`, `standing_limit_ms`,
-/// `waits_for_junctions` and `age_limits`, for the `compat` that is given and a vehicle of these dimensions.
+/// `waits_for_junctions` and `age_limits`, for the given `compat` and a vehicle of these dimensions.
 pub(super) fn decider(
     files: &dyn Files,
     fields: &Fields<'_>,

@@ -1,5 +1,4 @@
-//! Recognises the kind of a file by its content, so that one that is given in the place of another is called
-//! by its name.
+//! Recognises the kind of a file by its content, so that a refusal can name a file that was given by mistake.
 
 use std::io;
 use std::path::Path;
@@ -10,10 +9,10 @@ use super::reading::problem::Problem;
 use can_log::Log;
 use can_log::{Looks, begins_like_binary, known_magic};
 
-/// The length of a file's beginning by which it is recognised, bytes. A TOML file is looked at as a whole.
+/// Length of the beginning by which a file is recognised, bytes. A TOML file is read as a whole.
 const HEAD: usize = 16 << 10;
 
-/// The kinds of files that are given to this program.
+/// Kinds of files that users give to this program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FileKind {
     /// A configuration of the gateway.
@@ -38,7 +37,7 @@ pub enum FileKind {
     Other(Looks),
 }
 
-/// How to make a DBC of files that cantools reads.
+/// How to convert files that cantools reads to a DBC.
 pub(super) const BY_CANTOOLS: &str =
     "convert it: pip install cantools, then `cantools convert FILE out.dbc`, and name out.dbc";
 const BY_CANMATRIX: &str =
@@ -49,7 +48,7 @@ const SYM: Looks = Looks { name: "a PCAN symbol file (SYM)", remedy: BY_CANTOOLS
 const FIBEX: Looks = Looks { name: "a FIBEX description", remedy: BY_CANMATRIX };
 const DBF: Looks = Looks { name: "a BUSMASTER database (DBF)", remedy: BY_CANMATRIX };
 
-/// The keys at the top of each kind of TOML file that no other kind has there.
+/// Top-level keys that only one kind of TOML file has.
 const TOP_KEYS: [(FileKind, &[&str]); 5] = [
     (
         FileKind::Gateway,
@@ -73,13 +72,13 @@ const TOP_KEYS: [(FileKind, &[&str]); 5] = [
 ];
 
 impl FileKind {
-    /// The kind of a file with this content; `None` if nothing in it tells.
+    /// Returns the kind of a file with this content; `None` if it is not recognised.
     pub fn of(content: &[u8]) -> Option<Self> {
         Self::candidates(content).into_iter().next()
     }
 
-    /// The kinds that a file with this content can be; more than one only of a TOML file with keys of several
-    /// kinds.
+    /// Returns the possible kinds of a file with this content; several only for a TOML file with keys of
+    /// several kinds.
     fn candidates(content: &[u8]) -> Vec<Self> {
         let head = content.get(..HEAD).unwrap_or(content);
         let text = String::from_utf8_lossy(head);
@@ -97,10 +96,10 @@ impl FileKind {
         known_magic(head).map(Self::Other).into_iter().collect()
     }
 
-    /// The text of a file of this kind; `missing` is the remedy for one that does not exist.
+    /// Reads the text of a file of this kind; `missing` is the remedy if the file does not exist.
     ///
     /// # Errors
-    /// A file that cannot be read, is of another kind, is too large, or is not UTF-8.
+    /// Fails if the file cannot be read, is of another kind, is too large, or is not UTF-8.
     pub(super) fn read(self, files: &dyn Files, path: &Path, missing: &str) -> Result<Text, Problem> {
         let bytes = files.read(path);
         if let Ok(bytes) = &bytes {
@@ -109,19 +108,19 @@ impl FileKind {
         Text::read(path, bytes, missing)
     }
 
-    /// Refuses the file at `path` when its content is of another kind.
+    /// Refuses the file at `path` if its content is of another kind.
     ///
     /// # Errors
-    /// The kind that it is, and the place where a file of that kind belongs.
+    /// Returns its actual kind, and where a file of that kind belongs.
     pub(super) fn expect(self, path: &Path, content: &[u8]) -> Result<(), Problem> {
         let Some((reason, remedy)) = self.mismatch(content) else { return Ok(()) };
-        // The first line shows what it is.
+        // The first line shows the kind.
         let position = str::from_utf8(content).is_ok().then_some((1, 1));
         Err(Problem { position, ..Problem::whole_file(path, reason, remedy) })
     }
 
-    /// The reason and the remedy for content that is of another kind; `None` for the right one, and for one
-    /// that nothing tells.
+    /// Returns the reason and the remedy for content of another kind; `None` if the kind is right or not
+    /// recognised.
     pub fn mismatch(self, content: &[u8]) -> Option<(String, &'static str)> {
         let candidates = Self::candidates(content);
         let found = candidates.first().filter(|_| !candidates.contains(&self))?;
@@ -129,7 +128,7 @@ impl FileKind {
         Some((format!("this is {found}, not {expected}"), place))
     }
 
-    /// The kind as people call it, and the place where such a file belongs, as advice.
+    /// Returns the name of the kind in texts, and where such a file belongs, as advice.
     fn texts(self) -> (&'static str, &'static str) {
         match self {
             Self::Gateway => ("a gateway configuration", "give it with --config"),
@@ -164,7 +163,7 @@ impl FileKind {
     }
 }
 
-/// The kind of an XML file by the name of its root.
+/// Returns the kind of an XML file by the name of its root.
 fn of_xml(text: &str) -> Option<FileKind> {
     if !text.trim_start().starts_with('<') {
         return None;
@@ -180,7 +179,7 @@ fn of_xml(text: &str) -> Option<FileKind> {
     }
 }
 
-/// The kind of a file that has a line of a DBC or of another database of messages, or of a scenario in YAML.
+/// Returns the kind of a file with a line of a DBC or another message database, or of a scenario in YAML.
 fn of_lines(text: &str) -> Option<FileKind> {
     let begins = |marks: &[&str]| text.lines().any(|line| marks.iter().any(|mark| line.starts_with(mark)));
     if text.trim_start().starts_with("VERSION \"") || begins(&["BO_ ", "BU_:", "NS_ :", "BS_:"]) {
@@ -196,7 +195,8 @@ fn of_lines(text: &str) -> Option<FileKind> {
     }
 }
 
-/// The kinds of which a TOML file has keys at its top, the one with the most first. It need not be valid.
+/// Returns the kinds whose top-level keys a TOML file has, the kind with the most keys first. The file need
+/// not be valid.
 fn of_toml(content: &[u8]) -> Vec<FileKind> {
     let Ok(text) = str::from_utf8(content) else { return Vec::new() };
     let mut keys = Vec::new();
@@ -220,11 +220,11 @@ fn of_toml(content: &[u8]) -> Vec<FileKind> {
     kinds.into_iter().map(|(_, kind)| kind).collect()
 }
 
-/// True for the beginning of a recording: with a frame in it, where it is not binary.
+/// Returns true for the beginning of a recording: binary, or with a frame in it.
 fn is_recording(head: &[u8]) -> bool {
     match Log::new(Box::new(io::Cursor::new(head.to_vec()))) {
         Ok(mut log) => begins_like_binary(head) || matches!(log.next_record(), Ok(Some(_))),
-        // A binary file of which more is needed than its beginning.
+        // A binary file whose beginning is not sufficient.
         Err(error) => begins_like_binary(head) && error.kind() == io::ErrorKind::UnexpectedEof,
     }
 }

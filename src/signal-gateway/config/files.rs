@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use super::built_in;
 use can_log::{regular_file, standard_input};
 
-/// The largest file that is read as a whole, as configurations, profiles and DBC files are, bytes: a file
+/// Maximum size of a file that is read as a whole (configurations, profiles and DBC files), bytes: a file
 /// named by mistake must not fill memory.
 const MAX_WHOLE: u64 = 64 << 20;
-/// The largest file that is read piece by piece, as maps are, bytes.
+/// Maximum size of a file that is read piece by piece (maps), bytes.
 const MAX_PIECES: u64 = 1 << 30;
 
 /// A source of files, by path.
@@ -19,21 +19,21 @@ pub trait Files {
     /// Reads a whole file.
     ///
     /// # Errors
-    /// An error of the source, such as a missing file.
+    /// Returns an error of the source, such as a missing file.
     fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
 
-    /// Opens a file that is read piece by piece, where the source has pieces.
+    /// Opens a file for reading piece by piece, if the source supports it.
     ///
     /// # Errors
-    /// An error of the source, such as a missing file or a folder.
+    /// Returns an error of the source, such as a missing file or a folder.
     fn open(&self, path: &Path) -> io::Result<Box<dyn Read>> {
         Ok(Box::new(Cursor::new(self.read(path)?)))
     }
 
-    /// Looks for a file without reading it, where the source can; true for a folder.
+    /// Looks up a file without reading it, if the source supports it; returns true for a folder.
     ///
     /// # Errors
-    /// An error of the source, such as a missing file.
+    /// Returns an error of the source, such as a missing file.
     fn is_folder(&self, path: &Path) -> io::Result<bool> {
         match self.read(path) {
             Ok(_) => Ok(false),
@@ -43,8 +43,8 @@ pub trait Files {
     }
 }
 
-/// The file system of the machine, with standard input as `-`; and the built-in files, by the paths that
-/// [`BuiltIn::path`](built_in::BuiltIn::path) gives.
+/// The file system of the machine, with standard input as `-`, and the built-in files, by the paths of
+/// [`BuiltIn::path`](built_in::BuiltIn::path).
 #[derive(Debug, Clone, Copy)]
 pub struct Disk;
 
@@ -67,7 +67,7 @@ impl Files for Disk {
     }
 }
 
-/// Opens a file that fails when more than `most` bytes are read.
+/// Opens a file whose reader fails after more than `most` bytes.
 fn open_limited(path: &Path, most: u64) -> io::Result<Box<dyn Read>> {
     if let Some(path) = built_in::project_path(path) {
         return Embedded.open(&path);
@@ -82,17 +82,17 @@ fn open_limited(path: &Path, most: u64) -> io::Result<Box<dyn Read>> {
 /// Reads a whole text from the disk or standard input.
 ///
 /// # Errors
-/// An error of the disk, a file that is too large, or one that is not UTF-8.
+/// Fails for an error of the disk, or if the file is too large or not UTF-8.
 pub fn read_text(path: &Path) -> io::Result<String> {
     String::from_utf8(Disk.read(path)?).map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "not UTF-8"))
 }
 
-/// [`Disk`], with a list of the files that were read there.
+/// [`Disk`], with a list of the files read from it.
 #[derive(Debug, Default)]
 pub struct ListedDisk(RefCell<BTreeSet<PathBuf>>);
 
 impl ListedDisk {
-    /// The absolute paths of what was read, without standard input and what is built in.
+    /// Returns the absolute paths of the files read, without standard input and built-in files.
     pub fn paths(&self) -> Vec<PathBuf> {
         self.0.borrow().iter().cloned().collect()
     }
@@ -122,7 +122,7 @@ impl Files for ListedDisk {
     }
 }
 
-/// A file that fails when more than the most is read, bytes.
+/// A reader that fails when the maximum number of bytes is exceeded.
 struct Limited<R> {
     file: R,
     most: u64,
@@ -148,7 +148,7 @@ impl<R: Read> Read for Limited<R> {
 }
 
 /// The files in the binary, by their paths in the project, so that the demo and the rules of countries need
-/// nothing beside it.
+/// no other files.
 #[derive(Debug, Clone, Copy)]
 pub struct Embedded;
 
@@ -161,7 +161,7 @@ impl Files for Embedded {
     }
 }
 
-/// Texts of a test by their paths; all other files are absent.
+/// Files of a test: paths and texts; all other files are absent.
 #[cfg(test)]
 pub(crate) struct TestFiles<'a>(pub(crate) &'a [(&'a str, &'a str)]);
 

@@ -13,7 +13,7 @@ use vehicle_bringup::plausibility::fingerprint::PlatformList;
 
 const PATH: &str = "config/cars/fingerprints.toml";
 
-/// The tables of the file, as its head explains them; the origin of the lists is for readers only.
+/// The tables of the file, as explained at its top; the origin of the lists is only for readers.
 #[derive(Debug, Deserialize)]
 struct ListFile {
     lists: Vec<ListTable>,
@@ -69,7 +69,7 @@ fn read(text: &str) -> Result<Vec<PlatformList>, String> {
     file.lists.into_iter().map(list).collect()
 }
 
-/// Reads a length, and the distances of the identifiers that have it.
+/// Reads a length, and the distances between the identifiers with this length.
 fn identifiers(length: &str, distances: &str, id: fn(u32) -> Option<CanId>) -> Option<Vec<(CanId, usize)>> {
     let length = length.parse().ok()?;
     let mut number = 0_u32;
@@ -98,7 +98,7 @@ mod tests {
         assert!(built_in::contents(Path::new(PATH)).unwrap().len() < 300_000);
     }
 
-    /// A file with one list that has these rows.
+    /// Returns a file with one list of these rows.
     fn file(rows: &str) -> String {
         format!("[[lists]]\nname = \"x\"\nmake = \"X\"\ntitle = \"X\"\n{rows}\n")
     }

@@ -1,4 +1,4 @@
-//! The lanelet2 maps that sections and drives name, with the projector file beside each.
+//! The lanelet2 maps named in sections and drives, with their projector files.
 
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ use lanelet2_map::osm::{self, Osm, OsmLayer};
 use lanelet2_map::points::Points;
 use lanelet2_map::projector::Projector;
 
-/// The name of the map in a folder that stands for it.
+/// Name of the map file in a folder that is given as a map.
 const MAP_NAME: &str = "lanelet2_map.osm";
 
 /// Size of the pieces in which a map is read, bytes.
@@ -28,14 +28,14 @@ const PIECE: usize = 64 << 10;
 /// The lights of a map.
 #[derive(Debug)]
 pub struct MapLights {
-    /// The lights; without the positions of their lamps when these cannot be computed.
+    /// The lights; without the positions of their lamps if these cannot be computed.
     pub lights: LightMap,
-    /// The reason why lamps have no positions; `None` when they have.
+    /// Reason why lamps have no positions; `None` if they have.
     pub unplaced: Option<MapError>,
 }
 
-/// Returns the path of a map that is given by name, or by a path relative to the working directory, and the
-/// remedy if it does not exist.
+/// Returns the path of a map given by name, or by a path relative to the working directory, and the remedy if
+/// it does not exist.
 pub fn find_map(files: &dyn Files, given: &Path, otherwise: &str) -> (PathBuf, String) {
     let path = named_file::find_here(BuiltIn::Map, files, given);
     let remedy = named_file::remedy(BuiltIn::Map, files, &path, otherwise);
@@ -45,10 +45,10 @@ pub fn find_map(files: &dyn Files, given: &Path, otherwise: &str) -> (PathBuf, S
 /// Reads the lights of a map from a file, or from `lanelet2_map.osm` in a folder.
 ///
 /// # Errors
-/// The problem of the file, its projector, or the map, at its place as far as that is known.
+/// Returns the problem of the file, its projector or the map, with its position if known.
 pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<MapLights, Problem> {
     let map = MapFile::read(files, path)?;
-    // Points are for viewers only: a map without them has its lights all the same.
+    // Points are only for viewers: a map without them still has its lights.
     let (points, unplaced) = match Points::new(&map.osm, &map.projector()) {
         Ok(points) => (Some(points), None),
         Err(error) => (None, Some(error)),
@@ -61,12 +61,12 @@ pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<
 /// Reads the lanelets of a map from a file, or from `lanelet2_map.osm` in a folder.
 ///
 /// # Errors
-/// The problem of the file, its projector, or the map, at its place as far as that is known; a map without a
+/// Returns the problem of the file, its projector or the map, with its position if known; a map without a
 /// lanelet for vehicles.
 pub fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, Problem> {
     let mut map = MapFile::read(files, path)?;
     let road = Points::new(&map.osm, &map.projector()).and_then(|points| {
-        // The points stand for the nodes, which are most of a map, from here on.
+        // The points replace the nodes, which are most of a map, from here on.
         map.osm.nodes = OsmLayer::default();
         LaneNetwork::read(&map.osm, &points)
     });
@@ -87,7 +87,8 @@ pub fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, 
     if is_empty { Err(problem()) } else { Ok(road) }
 }
 
-/// Notes a map that cannot be used: at its place in the map, or else at `at`, where the map is named.
+/// Records the problem of an unusable map: at its position in the map, otherwise at `at`, where the map is
+/// named.
 pub(super) fn refuse(checker: &Checker, at: &Location, problem: Problem, remedy: &str) {
     if problem.position.is_some() {
         checker.adopt(vec![problem]);
@@ -112,7 +113,8 @@ fn placed(
     Problem { position, ..Problem::whole_file(path, reason, "") }
 }
 
-/// Returns the column of a value in a line, or of what the line begins with; characters from 1.
+/// Returns the column of a value in a line, otherwise of the line's first character; counted in characters
+/// from 1.
 fn column(line: &str, value: Option<&str>) -> usize {
     let quoted =
         |value: &str| ['"', '\''].into_iter().find_map(|quote| line.find(&format!("{quote}{value}{quote}")));
@@ -120,11 +122,11 @@ fn column(line: &str, value: Option<&str>) -> usize {
     line[..start].chars().count() + 1
 }
 
-/// A map that is not interpreted yet.
+/// A map before interpretation.
 struct MapFile {
     path: PathBuf,
     osm: Osm,
-    /// The projector of the file beside it; `None` without that file.
+    /// Projector of its projector file; `None` without that file.
     given: Option<Projector>,
 }
 
@@ -159,13 +161,13 @@ impl MapFile {
         placed(files, &self.path, reason, self.osm.line(error.element()), None)
     }
 
-    /// Returns the given projector, or else the military grid as upstream does, or else local coordinates.
+    /// Returns the given projector, otherwise the military grid like upstream, otherwise local coordinates.
     fn projector(&self) -> Projector {
         self.given.or_else(|| Projector::mgrs_around(&self.osm)).unwrap_or(Projector::Local)
     }
 }
 
-/// Reads the projector of a map from the file beside it that Autoware reads; `None` without one.
+/// Reads the projector of a map from its projector file, as Autoware does; `None` without this file.
 fn projector(files: &dyn Files, map: &Path) -> Result<Option<Projector>, String> {
     let path = map.with_file_name("map_projector_info.yaml");
     let Ok(bytes) = files.read(&path) else { return Ok(None) };
@@ -200,7 +202,7 @@ mod tests {
         }
     }
 
-    /// A map that is there in pieces only, and the outcome of reading on after its last byte.
+    /// A map that is available only in pieces, and the result of reading beyond its last byte.
     struct Stream(String, Beyond);
 
     #[derive(Clone, Copy)]

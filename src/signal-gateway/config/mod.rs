@@ -1,7 +1,7 @@
 //! Configuration: from TOML files to settings.
 //!
-//! [`load`] reads one gateway file and the vehicle profile and DBCs it names, checks all of it,
-//! and gives [`Settings`] or every problem.
+//! [`load`] reads one gateway file and the vehicle profile and DBCs it names, checks everything, and returns
+//! [`Settings`] or every problem.
 //!
 //! | room | contents |
 //! |---|---|

@@ -1,4 +1,4 @@
-//! Files that are given by path, or by the name of a built-in one. A file of the disk wins.
+//! Files given by path, or by the name of a built-in file. A file on the disk has priority.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use super::built_in::BuiltIn;
 use super::files::Files;
 use super::reading::fields::Fields;
 
-/// The path to read of a file that is given by name or path: `path`, unless only a built-in file has this
+/// Returns the path to read for a file given by name or path: `path`, unless only a built-in file has this
 /// name.
 pub(super) fn find(kind: BuiltIn, files: &dyn Files, given: &str, path: PathBuf) -> PathBuf {
     let Some(built_in) = kind.path(given) else { return path };
@@ -19,12 +19,13 @@ pub(super) fn find(kind: BuiltIn, files: &dyn Files, given: &str, path: PathBuf)
     }
 }
 
-/// The path to read of a file that is given by name, or by a path relative to the working directory.
+/// Returns the path to read for a file given by name, or by a path relative to the working directory.
 pub(super) fn find_here(kind: BuiltIn, files: &dyn Files, given: &Path) -> PathBuf {
     find(kind, files, &given.to_string_lossy(), given.to_owned())
 }
 
-/// The path to read of a file that a key gives by name, or by a path relative to the file with the key.
+/// Returns the path to read for a file that a key gives by name, or by a path relative to the file with the
+/// key.
 pub(super) fn path_at(
     kind: BuiltIn,
     files: &dyn Files,
@@ -35,7 +36,8 @@ pub(super) fn path_at(
     Some(find(kind, files, &given, fields.checker.beside(&given)))
 }
 
-/// The remedy for a file that cannot be used: if there is none, the built-in names that were probably meant.
+/// Returns the remedy for an unusable file: if it does not exist, the built-in names that were probably
+/// meant.
 pub(super) fn remedy(kind: BuiltIn, files: &dyn Files, path: &Path, otherwise: &str) -> String {
     match files.is_folder(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => kind.did_you_mean(path, otherwise),

@@ -1,4 +1,4 @@
-//! The DBC of found signals.
+//! The DBC of the discovered signals.
 
 use std::fmt::Write as _;
 
@@ -11,7 +11,7 @@ pub(super) struct DraftMessage {
     pub(super) id: CanId,
     pub(super) name: String,
     pub(super) length: usize,
-    /// Median time from frame to frame, ms; `None` when it is not regular.
+    /// Median period of the frames, ms; `None` if it is not regular.
     pub(super) cycle_ms: Option<u32>,
     pub(super) signals: Vec<DraftSignal>,
 }
@@ -25,7 +25,7 @@ pub(super) struct DraftSignal {
     pub(super) values: Vec<(u64, &'static str)>,
 }
 
-/// The name of a message that has none.
+/// Returns a name for a message without a name.
 pub(super) fn message_name(id: CanId) -> String {
     format!("MSG_{id}")
 }
@@ -62,7 +62,7 @@ pub(super) fn dbc_text(messages: &[DraftMessage]) -> String {
     text
 }
 
-/// The identifier as a DBC writes it: the highest bit marks one of 29 bits.
+/// Returns the identifier in DBC notation: the highest bit marks a 29-bit identifier.
 fn number(id: CanId) -> u32 {
     match id {
         CanId::Standard(id) => id.into(),

@@ -10,11 +10,11 @@ use can_signal::can::BusIndex;
 use vehicle_bringup::discovery::candidate::HazardForm;
 use vehicle_bringup::discovery::capture::MessageKey;
 
-/// Texts of files, with the name of each; the configuration is `gateway.toml`.
+/// Names and texts of files; the configuration is `gateway.toml`.
 pub type VehicleFiles = Vec<(String, String)>;
 
 impl VehicleDraft<'_> {
-    /// The files; `None` unless both sides are sure.
+    /// Returns the files; `None` unless both sides are certain.
     pub fn files(&self) -> Option<VehicleFiles> {
         let turn = self.findings.turn.first().filter(|_| self.findings.is_usable())?;
         let hazard = self.findings.sure_hazard();
@@ -53,7 +53,7 @@ impl VehicleDraft<'_> {
     }
 }
 
-/// A name that every file system takes: `My car` becomes `my_car`.
+/// Converts to a name that every file system accepts: `My car` becomes `my_car`.
 fn file_stem(name: &str) -> String {
     let plain = |character: char| {
         if character.is_ascii_alphanumeric() { character.to_ascii_lowercase() } else { '_' }

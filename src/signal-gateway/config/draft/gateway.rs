@@ -2,7 +2,7 @@
 
 use vehicle_bringup::car_model::DimensionRange;
 
-/// A bus of a vehicle and where it is plugged in.
+/// A bus of a vehicle and its interface.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BusInterface {
     /// Name of the bus in the profile.
@@ -16,12 +16,12 @@ pub struct BusInterface {
 pub struct DimensionsDraft {
     /// The car, or the models, e.g. `the models of toyota_nodsu`.
     pub subject: String,
-    /// What opendbc lists of them; `None` if it lists nothing.
+    /// Dimensions listed by opendbc; `None` if it lists none.
     pub listed: Option<DimensionRange>,
 }
 
-/// A commented configuration for a profile, with the keys that most vehicles need. `dimensions` is `None` for
-/// a profile that needs none.
+/// Returns a commented configuration for a profile, with the keys that most vehicles need. `dimensions` is
+/// `None` for a profile that needs none.
 pub fn gateway_toml(profile: &str, buses: &[BusInterface], dimensions: Option<&DimensionsDraft>) -> String {
     let mut text = format!(
         "{}# Configuration of signal-gateway. Every key, with its unit, range and default:\n\
@@ -59,7 +59,7 @@ pub fn gateway_toml(profile: &str, buses: &[BusInterface], dimensions: Option<&D
     text
 }
 
-/// Returns the section of the dimensions, commented out: nobody has measured this car.
+/// Returns the section of the dimensions, commented out, since no one has measured this car.
 fn dimensions_toml(draft: &DimensionsDraft) -> String {
     let subject = &draft.subject;
     let (source, [wheel_base, ratio]) = match &draft.listed {
@@ -103,7 +103,7 @@ pub(super) fn quoted(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()
 }
 
-/// A TOML key, quoted where it has to be.
+/// Returns a TOML key, quoted if necessary.
 pub(crate) fn key(text: &str) -> String {
     let is_bare = |character: char| character.is_ascii_alphanumeric() || matches!(character, '_' | '-');
     if !text.is_empty() && text.chars().all(is_bare) { text.to_owned() } else { quoted(text) }

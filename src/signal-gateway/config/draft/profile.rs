@@ -13,9 +13,9 @@ use vehicle_bringup::discovery::capture::MessageKey;
 use vehicle_bringup::discovery::findings::{Certainty, DiscoveryFindings};
 use vehicle_bringup::discovery::timeline::DriverAction;
 
-/// The largest number of rivals that a profile lists.
+/// Maximum number of rivals listed in a profile.
 const MAX_RIVALS: usize = 3;
-/// The longest period in which a flashing lamp can be seen in cyclic frames, ms.
+/// Maximum period of cyclic frames in which a flashing lamp is visible, ms.
 const MAX_LAMP_PERIOD_MS: u32 = 200;
 
 /// The text of the profile. Writing to a String cannot fail.
@@ -129,7 +129,7 @@ pub(super) fn counter_toml(counter: FoundCounter, signal: &str) -> String {
     if u64::from(counter.last) != highest {
         let _ = write!(text, ", last = {}", counter.last);
     }
-    // Three lost frames are tolerated where the range allows to tell them from a step back.
+    // Three lost frames are tolerated if the range allows distinguishing them from a step back.
     let step = (counter.last - counter.first).min(4).max(counter.max_step);
     if counter.last - counter.first >= 7 {
         let _ = write!(text, ", max_step = {step}");
@@ -206,7 +206,7 @@ fn switch_keys(
     let _ = write!(text, "from = \"{from}\"\nsignal = {signal}\non = [{on}]\noff = [{off}]\n");
 }
 
-/// `BUS:MESSAGE.SIGNAL` as a TOML string.
+/// Returns `BUS:MESSAGE.SIGNAL` as a TOML string.
 fn signal_name(
     draft: &VehicleDraft<'_>,
     messages: &BTreeMap<MessageKey, DraftMessage>,

@@ -1,4 +1,4 @@
-//! The messages and signals of a discovered vehicle, as its files name them.
+//! The messages and signals of a discovered vehicle, as named in its files.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -10,7 +10,7 @@ use vehicle_bringup::discovery::candidate::{Switch, TurnForm};
 use vehicle_bringup::discovery::capture::{Capture, FrameTrack, MessageGaps, MessageKey};
 use vehicle_bringup::discovery::findings::DiscoveryFindings;
 
-/// A discovered vehicle, for which files are written.
+/// A discovered vehicle, for which files are drafted.
 #[derive(Debug)]
 pub struct VehicleDraft<'a> {
     /// Name of the vehicle; the files are named after it.
@@ -19,13 +19,13 @@ pub struct VehicleDraft<'a> {
     pub interfaces: &'a [String],
     /// The frames of the session.
     pub capture: &'a Capture,
-    /// The signals that were found.
+    /// The discovered signals.
     pub findings: &'a DiscoveryFindings,
 }
 
-/// Longest silence of a message that is taken for cyclic.
+/// Maximum silence of a message that counts as cyclic.
 const MAX_CYCLIC: Duration = Duration::from_secs(3);
-/// Shortest timeout of a message.
+/// Minimum timeout of a message.
 const MIN_TIMEOUT: Duration = Duration::from_millis(200);
 
 /// When a message is sent.
@@ -33,7 +33,7 @@ const MIN_TIMEOUT: Duration = Duration::from_millis(200);
 pub(super) enum Timing {
     /// Regularly, with this timeout in ms.
     Cyclic { period_ms: u32, timeout_ms: u128 },
-    /// On change; it is valid while the bus is alive.
+    /// On change; the message is valid while the bus is alive.
     Event,
 }
 
@@ -98,7 +98,8 @@ impl VehicleDraft<'_> {
         }
     }
 
-    /// Adds the most regular message of each bus that has a message sent on change: it proves the bus alive.
+    /// Adds the most regular message of each bus that has a message sent on change: it proves that the bus is
+    /// alive.
     pub(super) fn add_heartbeats(
         &self,
         messages: &mut BTreeMap<MessageKey, DraftMessage>,
@@ -108,7 +109,7 @@ impl VehicleDraft<'_> {
         let mut heartbeats = BTreeMap::new();
         for bus in buses {
             let of_bus = self.capture.tracks().filter(|(key, _)| key.bus == bus);
-            // A message that has stopped for good has no long gap, but proves nothing any more.
+            // A message that has stopped for good has no long gap, but no longer proves anything.
             let (_, end) = self.capture.span().unwrap_or_default();
             let silence = |track: &FrameTrack| track.times().last().map(|last| end.since(*last));
             let regular = of_bus.filter_map(|(key, track)| {

@@ -20,11 +20,11 @@ pub enum DisturbanceKind {
     Gap(GapKind, f64),
     /// The clock jumps once by these seconds; negative for back.
     TimeJump(f64),
-    /// Another route is set.
+    /// A different route is set.
     Reroute(RoutePlan),
 }
 
-/// The inputs that a gap concerns.
+/// The inputs affected by a gap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GapKind {
     /// No odometry is received.

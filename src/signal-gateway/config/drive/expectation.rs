@@ -33,7 +33,7 @@ pub struct ExpectedInterval {
     pub from: f64,
     /// End of the interval.
     pub to: f64,
-    /// Length at either end that does not count.
+    /// Length at either end that is not checked.
     pub tolerance: f64,
 }
 
@@ -55,16 +55,16 @@ pub struct ExpectedDecision {
     pub command: Option<TurnCommand>,
     /// Command of the hazard lights.
     pub hazard: Option<HazardCommand>,
-    /// Source that wins; `Some(None)` = none.
+    /// Source of the winner; `Some(None)` = no winner.
     pub winner: Option<Option<CandidateSource>>,
     /// Branch of the pairwise rule that decided last.
     pub case: Option<Case>,
-    /// Part of a finding that some cycle has.
+    /// Text that must occur in a finding of some cycle.
     pub finding: Option<String>,
 }
 
 impl ExpectedInterval {
-    /// Returns whether a cycle lies within it, tolerance apart.
+    /// Returns true if a cycle lies within the interval, without the tolerance at its ends.
     pub fn contains(&self, at_m: f64, at_s: f64) -> bool {
         let value = match self.unit {
             IntervalUnit::Metres => at_m,

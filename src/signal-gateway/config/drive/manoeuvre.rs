@@ -1,18 +1,18 @@
-//! Manoeuvres that the planner does in a drive scenario.
+//! Manoeuvres of the planner in a drive scenario.
 
 use super::reader::{DriveMoment, MAX_S, NamedLanelets, from_to, metres, moment};
 use crate::config::reading::{Fields, Keywords, SourceLocation};
 use lanelet2_map::lane_network::LaneId;
 use turn_signal::side::Side;
 
-/// A manoeuvre as it is written.
+/// A manoeuvre as specified in the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ManoeuvrePlan {
     /// Kind, with its positions.
     pub kind: PlanKind,
     /// Moment from which the planner knows of it; `None` = the start.
     pub known_from: Option<DriveMoment>,
-    /// Moment until which it knows of it; `None` = 1 m after its end.
+    /// Moment until which the planner knows of it; `None` = 1 m after its end.
     pub known_to: Option<DriveMoment>,
     /// Moment from which it is approved; `None` = as soon as it is known.
     pub approved_from: Option<DriveMoment>,
@@ -27,7 +27,7 @@ pub struct ManoeuvrePlan {
 pub enum PlanKind {
     /// The vehicle passes an obstacle and returns: shifts in ascending order, at least one.
     Avoidance(Vec<PlannedShift>),
-    /// Into the next lane.
+    /// Lane change into the next lane.
     LaneChange {
         /// Side of the next lane.
         side: Side,
@@ -37,11 +37,11 @@ pub enum PlanKind {
         to_m: f64,
         /// Position at which the bound is crossed.
         crossing_m: f64,
-        /// The planner has a path for it.
+        /// True if the planner has a path for it.
         valid_path: bool,
-        /// It is not signalled while it waits.
+        /// True if it is not signalled while it waits.
         special: bool,
-        /// Length kept for it before the lane ends.
+        /// Length reserved for it before the end of the lane, metres.
         minimum_length_m: f64,
     },
     /// The vehicle leaves the roadside.
@@ -59,16 +59,16 @@ pub enum PlanKind {
         shift: PlannedShift,
         /// Moment from which its path is decided; `None` = as soon as it is known.
         decided_from: Option<DriveMoment>,
-        /// Before that: the position from which the vehicle slows down.
+        /// Before the decision: position from which the vehicle slows down.
         deceleration_m: Option<f64>,
-        /// Before that: the position at which it would stop.
+        /// Before the decision: position at which it would stop.
         stop_m: Option<f64>,
-        /// Before that: the end of the path.
+        /// Before the decision: end of the path, metres.
         stop_path_end_m: f64,
         /// End of the first part of its path.
         first_part_end_m: Option<f64>,
     },
-    /// To the side within the lane, never signalled; the offset is that after it.
+    /// A shift to the side within the lane, never signalled; the offset is the offset after it.
     SideShift(PlannedShift),
 }
 
@@ -79,7 +79,7 @@ pub struct PlannedShift {
     pub from_m: f64,
     /// Position of its end, metres.
     pub to_m: f64,
-    /// Offset at the end that is off the route path, metres to the left.
+    /// Offset at the end that is away from the route path, metres to the left.
     pub offset_m: f64,
 }
 

@@ -46,9 +46,9 @@ pub struct DriveFile {
     pub name: Option<String>,
     /// Description of the scenario.
     pub description: Option<String>,
-    /// Values of `compat` that it is for, improved first.
+    /// Values of `compat` for which the scenario is intended, improved first.
     pub compats: Vec<DeciderCompat>,
-    /// Settings of the decider, but for `compat`, which is one of `compats`.
+    /// Settings of the decider, except `compat`, which is one of `compats`.
     pub decider: DeciderSettings,
     /// Cycles of the decider per second.
     pub planning_hz: f64,
@@ -56,7 +56,7 @@ pub struct DriveFile {
     pub start_m: f64,
     /// Position at which the drive ends, metres; `None` = half a metre before the end of the route path.
     pub until_m: Option<f64>,
-    /// Time at which it ends at the latest.
+    /// Latest end of the drive.
     pub until: Duration,
     /// Path of the map.
     pub map: PathBuf,
@@ -68,7 +68,7 @@ pub struct DriveFile {
     pub speed: SpeedProfile,
     /// Stops, in ascending order.
     pub stops: Vec<Stop>,
-    /// Line that it drives instead of the route's lanelets; empty = those.
+    /// Line that the vehicle drives instead of the route's lanelets; empty = the lanelets.
     pub points: Vec<Point>,
     /// Manoeuvres of the planner, in the order of the file.
     pub manoeuvres: Vec<ManoeuvrePlan>,
@@ -78,7 +78,7 @@ pub struct DriveFile {
     pub expectations: Vec<Expectation>,
 }
 
-/// Reads a drive scenario, by path or built-in name, and the map it names.
+/// Reads a drive scenario, by path or built-in name, and its map.
 ///
 /// # Errors
 /// Every problem with its location; only the first one of a file that is not TOML.
@@ -89,7 +89,7 @@ pub fn read(files: &dyn Files, path: &Path) -> Result<DriveFile, Refused> {
     interpreted(files, &text, None)
 }
 
-/// Reads a drive from a text; `road` has the lanelets of its map if that was read before.
+/// Reads a drive from a text; `road` has the lanelets of its map if the map was read before.
 fn interpreted(files: &dyn Files, text: &Text, road: Option<LaneNetwork>) -> Result<DriveFile, Refused> {
     let root = from_toml(text, SEE)?;
     let checker = Checker::new(&text.file, SEE);
@@ -97,15 +97,15 @@ fn interpreted(files: &dyn Files, text: &Text, road: Option<LaneNetwork>) -> Res
     checker.finish(file).map_err(Refused)
 }
 
-/// Longest way between two lanelets that is driven, metres.
+/// Maximum length of the way between two lanelets, metres.
 const MAX_WAY_M: f64 = 1_000_000.0;
 
 /// Creates a drive at one speed (m/s) over the shortest way from one lanelet of a map to another, with the
 /// defaults of a scenario for everything else.
 ///
 /// # Errors
-/// A map that cannot be read, a lanelet that it does not have, two between which no way leads or a very long
-/// one, or a speed that no scenario may have.
+/// Fails if the map cannot be read or lacks one of the lanelets, if no way leads from one to the other or
+/// only a very long one, or if the speed is not allowed in a scenario.
 pub fn way(
     files: &dyn Files,
     map: &Path,
@@ -134,11 +134,11 @@ pub fn way(
     over(files, map, road, lanes, speed_mps)
 }
 
-/// Creates a drive at one speed (m/s) over some lanelet of a map, with the defaults of a scenario for
+/// Creates a drive at one speed (m/s) over an arbitrary lanelet of a map, with the defaults of a scenario for
 /// everything else.
 ///
 /// # Errors
-/// A map that cannot be read or has no lanelet, or a speed that no scenario may have.
+/// Fails if the map cannot be read or has no lanelet, or if the speed is not allowed in a scenario.
 pub fn anywhere(files: &dyn Files, map: &Path, speed_mps: f64) -> Result<DriveFile, Refused> {
     let road = read_lane_network(files, map)?;
     let lanes = road.lanes().next().map(|lane| lane.id).into_iter().collect();
@@ -162,7 +162,7 @@ fn over(
     interpreted(files, &text, Some(road))
 }
 
-/// Reads the file; `None` only when a problem was noted.
+/// Reads the file; returns `None` only if a problem was recorded.
 fn interpret(files: &dyn Files, top: Fields<'_>, road: Option<LaneNetwork>) -> Option<DriveFile> {
     let checker = top.checker;
     let lanes = NamedLanelets::default();

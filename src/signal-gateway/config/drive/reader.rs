@@ -10,11 +10,11 @@ use turn_signal::compat::DeciderCompat;
 
 /// The document that explains the keys.
 pub(super) const SEE: &str = "docs/turn-signal-scenarios.md";
-/// The longest drive, seconds.
+/// Maximum length of a drive, seconds.
 pub(super) const MAX_S: f64 = 86_400.0;
 /// The range of positions, metres.
 const DISTANCES_M: RangeInclusive<f64> = -1e6..=1e6;
-/// The number of lanelets of the map that are named in a refusal.
+/// Number of lanelets of the map that are named in a refusal.
 const SHOWN: usize = 12;
 
 /// A position or a time.
@@ -33,10 +33,10 @@ const COMPATS: Keywords<&[DeciderCompat]> = &[
     ("both", BOTH),
     ("all", &DeciderCompat::ALL),
 ];
-/// The two that follow the behavior path planner.
+/// The two modes that follow the behavior path planner.
 const BOTH: &[DeciderCompat] = &[DeciderCompat::Improved, DeciderCompat::Upstream];
 
-/// Collects the lanelets that a file names.
+/// Collects the lanelets named in a file.
 #[derive(Default)]
 pub(super) struct NamedLanelets(RefCell<Vec<(LaneId, SourceLocation)>>);
 
@@ -54,7 +54,7 @@ impl NamedLanelets {
         Some(items.iter().filter_map(|item| self.lane(fields.checker, item)).collect())
     }
 
-    /// Refuses every lanelet that the map does not have.
+    /// Refuses every lanelet that is not in the map.
     pub(super) fn check(self, checker: &Checker, road: &LaneNetwork) {
         let mut known: Vec<_> = road.lanes().take(SHOWN + 1).map(|lane| lane.id.to_string()).collect();
         if known.len() > SHOWN {

@@ -7,12 +7,12 @@ use turn_signal::route::Segment;
 
 const EXAMPLE: &str = "give a list of lists of lanelet ids, the preferred one first: [[1], [2, 3]]";
 
-/// A route as it is written.
+/// A route as specified in the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RoutePlan {
-    /// Lanelets side by side, the preferred one first.
+    /// Parallel lanelets, the preferred one first.
     pub segments: Vec<Segment>,
-    /// Id, if it has one of its own.
+    /// Id, if the route has its own.
     pub id: Option<u128>,
     /// Pose at the start; `None` = the start of its first preferred lanelet.
     pub start: Option<Pose>,
@@ -54,7 +54,7 @@ pub(super) fn plan(lanes: &NamedLanelets, fields: &Fields<'_>) -> Option<RoutePl
     Some(RoutePlan { segments, id, start: None, goal: None, location })
 }
 
-/// Reads lanelets side by side; a single one needs no list.
+/// Reads parallel lanelets; a single one needs no list.
 fn segment(lanes: &NamedLanelets, checker: &Checker, value: &Value) -> Option<Segment> {
     let lanes: Vec<_> = items(value).iter().filter_map(|item| lanes.lane(checker, item)).collect();
     let Some(preferred) = lanes.first().copied() else {

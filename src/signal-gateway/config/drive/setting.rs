@@ -6,8 +6,8 @@ use lanelet2_map::geometry::Point;
 
 const MAX_SPEED_MPS: f64 = 100.0;
 
-/// The speed of the vehicle, in ascending steps: each speed holds from its step on, and the first one also
-/// before it.
+/// The speed of the vehicle, in ascending steps. Each speed applies from its step on; the first also applies
+/// before its step.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SpeedProfile {
     /// Steps by position (metres along the route path, m/s); never negative.

@@ -16,17 +16,17 @@ key_rows! {
 /// The recordings that are kept around a change to ERROR.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BlackBoxConfig {
-    /// Folder of the recordings; by default systemd's `STATE_DIRECTORY`, and none without that.
+    /// Folder of the recordings; by default systemd's `STATE_DIRECTORY`, if it is set.
     pub folder: Option<PathBuf>,
-    /// Time kept before the change.
+    /// Recorded time before the change.
     pub before: Duration,
-    /// Time kept after the change.
+    /// Recorded time after the change.
     pub after: Duration,
     /// Number of recordings kept.
     pub keep: usize,
 }
 
-/// Reads the section; what is absent has its default.
+/// Reads the section; absent keys have their defaults.
 pub(super) fn black_box(fields: Fields<'_>) -> BlackBoxConfig {
     let config = BlackBoxConfig {
         folder: fields.given(&FOLDER),

@@ -11,7 +11,7 @@ key_rows! {
         .doc("requested kernel receive queue, {range}; the default holds 9,000 frames");
 }
 
-/// The interface that a bus is received on.
+/// The interface on which a bus is received.
 #[derive(Debug)]
 pub(super) struct CanConfig {
     /// Name of the SocketCAN interface, also in recordings.
@@ -21,7 +21,7 @@ pub(super) struct CanConfig {
 }
 
 impl CanConfig {
-    /// The interface of a bus by its number, when no configuration names one.
+    /// Returns the default interface of a bus by its number, without a configuration.
     pub(super) fn numbered(index: usize) -> Self {
         Self { interface: format!("can{index}"), receive_buffer: DEFAULT_RECEIVE_BUFFER as usize }
     }
@@ -65,7 +65,7 @@ pub(super) fn cans(top: &Fields<'_>, buses: Option<&[String]>) -> Vec<CanConfig>
 
 fn can(fields: &Fields<'_>) -> Option<CanConfig> {
     let receive_buffer = fields.read(&RECEIVE_BUFFER_BYTES);
-    // Before it is required, so that a misspelt one is answered with its name.
+    // Read before it is required, so that a refusal names a misspelt key.
     let interface = fields.given(&INTERFACE);
     fields.require(&[INTERFACE.name], "")?;
     let interface = interface?;
@@ -78,7 +78,7 @@ fn can(fields: &Fields<'_>) -> Option<CanConfig> {
 /// Checks the name of an interface by the rule of the kernel's `dev_valid_name`.
 ///
 /// # Errors
-/// What is wrong, and the remedy.
+/// Returns the problem and the remedy.
 pub fn interface_name(name: &str) -> Result<(), (String, &'static str)> {
     let is_valid = (1..=15).contains(&name.len())
         && name != "."

@@ -1,4 +1,5 @@
-//! `[command]`: whose commands are carried out, when, and the reaction when they stop.
+//! `[command]`: the source of the commands, the conditions for carrying them out, and the reaction when they
+//! stop.
 
 use std::time::Duration;
 
@@ -129,8 +130,8 @@ pub(super) fn command(
     Some(CommandConfig { settings, binding: binding?.clone(), topics })
 }
 
-/// Refuses a consent that was given for another vehicle, and to send without one that the profile asks for.
-/// An empty text is no consent.
+/// Refuses a consent for another vehicle, and sending without a consent that the profile requires. An empty
+/// text is not a consent.
 fn check_consent(fields: &Fields<'_>, vehicle: &Vehicle, transmit: Transmit, consent: &str) {
     if !consent.is_empty() && consent != vehicle.name {
         let reason = format!("this is the consent for {consent:?}, but the vehicle is {:?}", vehicle.name);

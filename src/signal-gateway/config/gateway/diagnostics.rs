@@ -1,4 +1,4 @@
-//! `[diagnostics]`: how often diagnostics are refreshed, and of which hardware they are.
+//! `[diagnostics]`: the refresh period of diagnostics, and their hardware id.
 
 use std::time::Duration;
 

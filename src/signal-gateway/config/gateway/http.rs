@@ -26,18 +26,18 @@ fn hosts(fields: &Fields<'_>, key: &'static str) -> Vec<String> {
 /// The HTTP server; it is off without an address.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct HttpConfig {
-    /// Address and port to listen at; `None` for no server.
+    /// Address and port to listen on; `None` for no server.
     pub address: Option<SocketAddr>,
-    /// Names of this computer that requests may use, beside addresses and `localhost`.
+    /// Names of this computer that requests may use, in addition to addresses and `localhost`.
     pub hosts: Vec<String>,
     /// False for metrics only.
     pub page: bool,
-    /// True to open the page in a browser; of the command line.
+    /// True to open the page in a browser; set by the command line.
     pub opens_browser: bool,
 }
 
 impl HttpConfig {
-    /// Where a browser on this computer finds the page; `None` if it is off.
+    /// Returns the address of the page for a browser on this computer; `None` if it is off.
     pub fn url(&self) -> Option<String> {
         let address = self.address.filter(|_| self.page)?;
         let host = match (address.ip().is_unspecified(), address.is_ipv4()) {
@@ -55,7 +55,7 @@ impl Default for HttpConfig {
     }
 }
 
-/// Reads the section; what is absent has its default.
+/// Reads the section; absent keys have their defaults.
 pub(super) fn http(fields: Fields<'_>) -> HttpConfig {
     let config = HttpConfig {
         address: fields.given(&ADDRESS),

@@ -1,5 +1,5 @@
-//! The configuration in effect: the keys that were read through their rows, the keys of the vehicle profile,
-//! and the files that are named, by their content.
+//! The configuration in effect: the keys read through their rows, the keys of the vehicle profile, and the
+//! named files, by content.
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
@@ -17,7 +17,7 @@ use gateway_core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use gateway_core::vehicle_status::StatusReport;
 use gateway_core::vehicle_status::doors::Door;
 
-/// Joins the parts: `recorded` of the gateway's file, and the contents of `files`.
+/// Joins the parts: the `recorded` keys of the gateway's file, and the contents of `files`.
 pub(super) fn in_effect(
     recorded: Vec<RecordedKey>,
     files: &DigestedFiles<'_>,
@@ -53,7 +53,7 @@ pub(super) fn in_effect(
     let lights = &gateway.lights;
     fix("vehicle profile: has [turn]", (!matches!(lights.turn, TurnBinding::LeftOut)).to_string());
     fix("vehicle profile: has [hazard]", (!matches!(lights.hazard, HazardBinding::LeftOut)).to_string());
-    // Their topics, and the layout of the doors, are those of the start.
+    // Their topics, and the layout of the doors, are fixed at the start.
     let reports: Vec<_> = StatusReport::of(&gateway.status).map(StatusReport::name).collect();
     fix("vehicle profile: reports on the status", reports.join(", "));
     let doors: Vec<_> = gateway.status.doors.iter().map(Door::layout_text).collect();
@@ -71,7 +71,7 @@ pub(super) fn in_effect(
     parts
 }
 
-/// Files that keep a digest of everything that is read.
+/// A source of files that computes a digest of everything read.
 pub(super) struct DigestedFiles<'f> {
     files: &'f dyn Files,
     digests: RefCell<BTreeMap<PathBuf, Rc<Cell<u64>>>>,
@@ -82,7 +82,7 @@ impl<'f> DigestedFiles<'f> {
         Self { files, digests: RefCell::default() }
     }
 
-    /// The files without a digest, for what is compared key by key.
+    /// Returns the source without a digest, for files that are compared key by key.
     pub(super) fn plain(&self) -> &'f dyn Files {
         self.files
     }
@@ -125,7 +125,7 @@ impl Read for DigestedFile {
     }
 }
 
-/// The start of a digest.
+/// Initial value of a digest.
 pub(super) const DIGEST_START: u64 = 0xcbf2_9ce4_8422_2325;
 
 /// Continues an FNV-1a digest, which is the same in every process, unlike `Hash`.
@@ -144,7 +144,7 @@ mod tests {
 
     const MAP: &str = "config/maps/crossing/lanelet2_map.osm";
 
-    /// The embedded files, with `more` at the end of the configuration and one text replaced everywhere.
+    /// The embedded files, with text appended to the configuration and one text replaced everywhere.
     struct Edited<'a>(&'a str, &'a str, &'a str);
 
     impl Files for Edited<'_> {

@@ -15,20 +15,20 @@ key_rows! {
 
 const MEGABYTE: u64 = 1_000_000;
 
-/// The recording of a run.
+/// Settings of the MCAP recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct McapConfig {
     /// Folder of the bags; `None` records nothing.
     pub folder: Option<PathBuf>,
-    /// Size of a file from which the next one is begun, bytes.
+    /// Size at which a new file is begun, bytes.
     pub file_bytes: u64,
-    /// Time of a file from which the next one is begun.
+    /// Duration at which a new file is begun.
     pub file_duration: Duration,
     /// Size of all recordings in the folder, bytes.
     pub total_bytes: u64,
 }
 
-/// Reads the section; what is absent has its default.
+/// Reads the section; absent keys have their defaults.
 pub(super) fn mcap(fields: Fields<'_>) -> McapConfig {
     let config = McapConfig {
         file_duration: fields.read(&FILE_S),

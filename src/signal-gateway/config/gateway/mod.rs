@@ -1,5 +1,5 @@
-//! The gateway's file: one file per section with its shape, its check and its settings.
-//! `config/gateway.toml` explains each key.
+//! The gateway's file: a source file per section, with its shape, checks and settings. `config/gateway.toml`
+//! explains each key.
 
 mod black_box;
 mod can;
@@ -69,10 +69,10 @@ const MISSING_PROFILE: &str =
 const MISSING_NAMED_PROFILE: &str =
     "give the profile's path relative to this file, or a name of `signal-gateway profiles list`";
 
-/// A configuration that can be used.
+/// A usable configuration.
 #[derive(Debug)]
 pub struct Settings {
-    /// Name of the vehicle profile, for people.
+    /// Name of the vehicle profile, for texts.
     pub vehicle: String,
     /// The table of the vehicle profile; `None` without a vehicle.
     pub profile: Option<SourceLocation>,
@@ -92,7 +92,7 @@ pub struct Settings {
     pub hardware_id: String,
     /// Settings of the recordings around faults.
     pub black_box: BlackBoxConfig,
-    /// The socket on which the present state is served.
+    /// The socket that serves the current state.
     pub status: StatusConfig,
     /// Settings of the HTTP server.
     pub http: HttpConfig,
@@ -106,7 +106,7 @@ pub struct Settings {
     pub in_effect: EffectiveConfiguration,
     /// Topics of the traffic lights; empty without them.
     pub light_topics: LightTopics,
-    /// Commands to the vehicle, if they are configured.
+    /// Commands to the vehicle, if configured.
     pub command: Option<CommandConfig>,
     /// The binding of the vehicle profile for commands, whether they are configured or not.
     pub command_binding: CommandBinding,
@@ -125,7 +125,7 @@ impl Settings {
     /// The plan of a simulated vehicle of this profile: the other end of the buses.
     ///
     /// # Errors
-    /// A profile that has nothing to simulate.
+    /// Fails if the profile has nothing to simulate.
     pub fn vehicle_plan(&self) -> Result<VehiclePlan, PlanError> {
         let databases: Vec<_> = self.dbcs.iter().map(|dbc| &dbc.database).collect();
         let GatewaySettings { lights, status, status_settings, buses, .. } = &self.gateway;
@@ -139,7 +139,7 @@ impl Settings {
 pub struct Overrides {
     /// Another vehicle profile, by its path relative to the working directory, or the name of a built-in one.
     pub profile: Option<PathBuf>,
-    /// What the command line says in the way of ROS 2.
+    /// ROS 2 settings of the command line.
     pub ros: RosOverrides,
 }
 
@@ -158,8 +158,9 @@ pub fn load(files: &dyn Files, path: &Path, overrides: &Overrides) -> Result<Set
     resolve(files, &text, profile, &overrides.ros)
 }
 
-/// Settings for a profile alone, by path or built-in name: its buses on `can0`, `can1`… in the order of their
-/// names, and defaults for everything else. For replaying a log of a vehicle without writing a configuration.
+/// Returns settings for a profile alone, by path or built-in name: its buses on `can0`, `can1`… in the order
+/// of their names, and defaults for everything else. Used to replay a log of a vehicle without a
+/// configuration.
 ///
 /// # Errors
 /// Every problem found.
@@ -167,7 +168,7 @@ pub fn load_profile(files: &dyn Files, profile: &Path) -> Result<Settings, Refus
     load_profile_for_node(files, profile, &RosOverrides::default())
 }
 
-/// As [`load_profile`], for a node with names of its own.
+/// Like [`load_profile`], for a node with its own names.
 ///
 /// # Errors
 /// Every problem found.
@@ -183,11 +184,11 @@ pub fn load_profile_for_node(
 /// The vehicle profile to read.
 #[derive(Clone, Copy)]
 enum ProfileChoice<'p> {
-    /// The one that the configuration names or contains.
+    /// The profile that the configuration names or contains.
     Named,
-    /// Another one, from the command line.
+    /// A different profile, from the command line.
     Chosen(&'p Path),
-    /// This one, without a configuration.
+    /// This profile, without a configuration.
     Alone(&'p Path),
 }
 
@@ -211,8 +212,8 @@ fn resolve(
     checker.finish(settings).map_err(Refused)
 }
 
-/// Reads the vehicle that `profile` stands for; an error when a problem was noted, with the names of its
-/// buses as far as they are known.
+/// Reads the vehicle of `profile`; if there was a problem, returns the names of its buses as far as they are
+/// known.
 fn vehicle(
     files: &DigestedFiles<'_>,
     top: &Fields<'_>,
@@ -320,7 +321,7 @@ fn settings(
     let status_binding = known.map(|vehicle| &vehicle.status);
     let decider = top.table("turn_signal").and_then(|section| {
         let runs = ["enabled", "shadow"].iter().any(|key| section.is(key, "true"));
-        // The files of a decider that does not run are not in effect.
+        // Files of a decider that does not run are not in effect.
         turn_signal(if runs { files } else { files.plain() }, section, dimensions.outline, status_binding)
     });
     let command = top.table("command").and_then(|section| {
@@ -333,7 +334,7 @@ fn settings(
             let buses: Vec<_> = vehicle.buses.iter().map(|bus| bus.name.clone()).collect();
             cans(&top, Some(&buses))
         }
-        // A profile that was refused has names for its buses nevertheless.
+        // Even a refused profile has names for its buses.
         (Err(buses), ProfileChoice::Named | ProfileChoice::Chosen(_)) => cans(&top, buses.as_deref()),
     };
     top.done();

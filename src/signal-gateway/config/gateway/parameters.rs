@@ -1,5 +1,4 @@
-//! The keys of a configuration as parameters of the node: those that the file has, by their names with a dot
-//! for each level.
+//! The keys in a configuration file as parameters of the node, named with a dot for each level.
 
 use std::str::FromStr;
 
@@ -7,7 +6,7 @@ use super::reference::sections;
 use crate::config::reading::{Kind, Value, description};
 use ros_transport::parameters::{ParameterValue, Parameters};
 
-/// The parameters for the keys of a table, with the descriptions of the keys.
+/// Returns the parameters for the keys of a table, with the descriptions of the keys.
 pub(super) fn parameters(root: &Value) -> Parameters {
     let mut parameters = Parameters::default();
     add(&mut parameters, "", root);
@@ -21,7 +20,7 @@ pub(super) fn parameters(root: &Value) -> Parameters {
     parameters
 }
 
-/// True for the path of this section, in which a star stands for any name.
+/// Returns true for the path of this section, in which a star stands for any name.
 fn is_at(path: &str, section: &str) -> bool {
     path.split('.').count() == section.split('.').count()
         && path.split('.').zip(section.split('.')).all(|(part, expected)| expected == "*" || part == expected)
@@ -48,7 +47,7 @@ fn add(parameters: &mut Parameters, name: &str, value: &Value) {
     }
 }
 
-/// A truth value or a number, if that is what is written, else a text.
+/// Returns a truth value or a number if the text is one, otherwise a text.
 fn scalar(text: &str, is_quoted: bool) -> ParameterValue {
     let as_text = || ParameterValue::Text(text.to_owned());
     let (truth, whole, number) = (parsed(text), parsed(text), parsed(text));
@@ -56,7 +55,7 @@ fn scalar(text: &str, is_quoted: bool) -> ParameterValue {
     value.or(number.map(ParameterValue::Double)).filter(|_| !is_quoted).unwrap_or_else(as_text)
 }
 
-/// A list of the type that all of them have, else of texts.
+/// Returns a list of the common type of all items, otherwise of texts.
 fn list(scalars: &[(&str, bool)]) -> ParameterValue {
     fn all<T: FromStr>(scalars: &[(&str, bool)]) -> Option<Vec<T>> {
         let is_quoted = scalars.is_empty() || scalars.iter().any(|(_, is_quoted)| *is_quoted);

@@ -12,12 +12,12 @@ key_rows! {
         .doc("message stamps: \"now\", or \"recorded\": stale to Autoware, whose monitors compare them with the present");
 }
 
-/// The time that goes into message stamps while a recording is played in real time.
+/// Time used for message stamps while a recording is played in real time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Stamps {
     /// The time of the recording.
     Recorded,
-    /// The present time, at which the recording is played.
+    /// The current time, at which the recording is played.
     #[default]
     Now,
 }
@@ -29,22 +29,22 @@ const STAMP_TIMES: Keywords<Stamps> = &[("recorded", Stamps::Recorded), ("now", 
 pub struct Recording {
     /// Recording in any known format, plain or compressed.
     pub file: PathBuf,
-    /// Factor on the original timing.
+    /// Speed relative to the original timing.
     pub speed: f64,
     /// True if playback starts again at the end.
     pub repeat: bool,
-    /// Time that goes into message stamps.
+    /// Time used for message stamps.
     pub stamps: Stamps,
 }
 
-/// Reads the section; `None` when it names no file.
+/// Reads the section; returns `None` if it names no file.
 pub(super) fn recording(fields: Fields<'_>) -> Option<Recording> {
     fields.require(&["file"], "");
     let file = fields.given(&FILE);
     let (speed, repeat, stamps) = (fields.read(&SPEED), fields.read(&REPEAT), fields.read(&STAMPS));
     let checker = fields.checker;
     fields.done();
-    // A recording that plays keeps what it began with.
+    // A recording in progress keeps its initial settings.
     checker.keep_recorded(|key| key.section != "recording" || key.row.name() == FILE.name);
     Some(Recording { file: file?, speed, repeat, stamps })
 }

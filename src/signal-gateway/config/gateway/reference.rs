@@ -1,4 +1,4 @@
-//! All sections with the rows of their keys, of which the documented file is made.
+//! All sections with the rows of their keys, from which the documented file is generated.
 
 use super::topic_names::rows;
 use super::traffic_lights::{arbiter, faults, topics};
@@ -16,7 +16,7 @@ pub struct KeySection {
     pub path: &'static str,
     /// The name that the documented file shows for the star.
     pub shown: &'static str,
-    /// Meaning of the section, shown behind its name.
+    /// Meaning of the section, shown after its name.
     pub doc: &'static str,
     /// True if it is shown as a comment, since its presence alone has an effect.
     pub is_optional: bool,

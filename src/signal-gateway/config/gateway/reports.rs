@@ -24,7 +24,7 @@ key_rows! {
 /// Durability of the reports' topics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Durability {
-    /// A late joiner gets the current report.
+    /// A late joiner receives the current report.
     #[default]
     TransientLocal,
     /// A late joiner waits for the next report.
@@ -36,7 +36,7 @@ const DURABILITIES: Keywords<Durability> =
 /// Occasions of publishing; true for periodic reports.
 const IS_PERIODIC: Keywords<bool> = &[("periodic", true), ("on_change", false)];
 
-/// Statuses of hazard lights that are not visible; true for the one that accepts it.
+/// Statuses for hazard lights that are not visible; true if this is acknowledged.
 const IS_ACKNOWLEDGED: Keywords<bool> = &[("warn", false), ("acknowledged", true)];
 
 /// Settings of the reports.
@@ -45,14 +45,14 @@ pub(super) struct ReportSettings {
     pub(super) publish: Publish,
     /// Their durability.
     pub(super) durability: Durability,
-    /// Shortest time between two reports that follow the frames.
+    /// Minimum time between two reports that follow the frames.
     pub(super) min_period: Duration,
-    /// The only source of the gear that is used.
+    /// The only gear source to use.
     pub(super) gear_source: Option<String>,
 }
 
-/// Reads the section. `hazard` is the vehicle's binding, `None` if it was refused; one without visible hazard
-/// lights learns whether this is acknowledged. `gear` is the binding of its gear, if it has one.
+/// Reads the section. `hazard` is the vehicle's binding, `None` if it was refused; a binding without visible
+/// hazard lights is told whether this is acknowledged. `gear` is the binding of its gear, if it has one.
 pub(super) fn reports(
     fields: Fields<'_>,
     hazard: Option<&mut HazardBinding>,
@@ -87,7 +87,7 @@ pub(super) fn reports(
     ReportSettings { publish, durability, min_period, gear_source }
 }
 
-/// Reads the source of the gear, which the profile must have.
+/// Reads the name of the gear source, which must be in the profile.
 fn gear_source(fields: &Fields<'_>, gear: Option<&GearBinding>) -> Option<String> {
     let chosen = fields.given(&GEAR_SOURCE)?;
     let names: Vec<_> =

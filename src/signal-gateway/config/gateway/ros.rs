@@ -69,24 +69,24 @@ pub(super) static TOPICS: LazyLock<Vec<ConfigKey<String>>> = LazyLock::new(|| wr
 pub struct RosConfig {
     /// False if `run` and `demo` publish nothing.
     pub enabled: bool,
-    /// True if DDS runs in a process of its own; not a key of the file, since only debuggers want it
-    /// otherwise.
+    /// True if DDS runs in a separate process; not a key of the file, since only debuggers need the
+    /// alternative.
     pub isolated: bool,
-    /// The most private writable memory of that process, MB.
+    /// Maximum private writable memory of that process, MB.
     pub memory_limit_mb: u32,
     /// Namespace, `/` or `/name`.
     pub namespace: String,
     /// Topics under other names, from the command line.
     pub remappings: Vec<Remapping>,
-    /// Domain, when the configuration overrides `ROS_DOMAIN_ID`.
+    /// Domain, if the configuration overrides `ROS_DOMAIN_ID`.
     pub domain_id: Option<u16>,
     /// False if the node is left out of the ROS 2 graph.
     pub graph: bool,
     /// Topic of warnings and errors; `None` if they are not published.
     pub rosout: Option<String>,
-    /// Own addresses to use; all when empty.
+    /// Own addresses to use; all if empty.
     pub only_networks: Vec<IpAddr>,
-    /// What carries the messages.
+    /// Transport of the messages.
     pub transport: Transport,
     /// Durability of the two reports.
     pub durability: Durability,
@@ -99,7 +99,7 @@ const TRANSPORTS: Keywords<bool> = &[("dds", false), ("zenoh", true)];
 const HASHES: Keywords<TypeHashes> =
     &[("rihs01", TypeHashes::Rihs01), ("not_supported", TypeHashes::NotSupported)];
 
-/// Reads what carries the messages. Without Zenoh its section is looked at, but its file is not.
+/// Reads the transport. Without Zenoh its section is checked, but its file is not read.
 fn transport(files: &dyn Files, fields: &Fields<'_>) -> Transport {
     let is_zenoh = fields.read(&TRANSPORT);
     let section = fields.section("zenoh");
@@ -120,7 +120,7 @@ fn transport(files: &dyn Files, fields: &Fields<'_>) -> Transport {
         }
         Transport::Zenoh(ZenohSettings { config, type_hashes })
     } else {
-        // What is not used is not in effect.
+        // Unused settings are not in effect.
         section.record(&zenoh::CONFIG, "none");
         section.record(&zenoh::TYPE_HASHES, "none");
         Transport::Dds
@@ -136,7 +136,7 @@ fn zenoh_config(files: &dyn Files, section: &Fields<'_>, path: &Path) -> Option<
         String::from_utf8(bytes).map_err(|error| format!("not UTF-8: {}", error.utf8_error()))
     });
     if let Ok(text) = &text {
-        // Another content is another configuration.
+        // A file with different content is a different configuration.
         let content = digest(DIGEST_START, text.as_bytes());
         section.record(&zenoh::CONFIG, format!("#{content:016x}"));
     }
@@ -166,7 +166,7 @@ pub(super) fn ros(
     }
     let namespace = overrides.namespace.clone().unwrap_or(namespace);
     let rosout = overrides.rosout.unwrap_or(fields.read(&ROSOUT));
-    // The command line comes first.
+    // The command line has priority.
     fields.record(&NODE, &node);
     fields.record(&NAMESPACE, &namespace);
     fields.record(&ROSOUT, rosout.to_string());

@@ -10,16 +10,16 @@ key_rows! {
         .doc("default: status.sock in systemd's runtime directory; nothing without either");
 }
 
-/// The socket on which the present state is served.
+/// The socket that serves the current state.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StatusConfig {
     /// False for no socket at all.
     pub enabled: bool,
-    /// Path of the socket; by default `status.sock` in systemd's `RUNTIME_DIRECTORY`, and none without that.
+    /// Path of the socket; by default `status.sock` in systemd's `RUNTIME_DIRECTORY`, if it is set.
     pub socket: Option<PathBuf>,
 }
 
-/// Reads the section; what is absent has its default.
+/// Reads the section; absent keys have their defaults.
 pub(super) fn status(fields: Fields<'_>) -> StatusConfig {
     let config = StatusConfig { enabled: fields.read(&ENABLED), socket: fields.given(&SOCKET) };
     fields.done();

@@ -1,11 +1,10 @@
-//! Names of topics, as a section of the configuration gives them.
+//! Names of topics from a section of the configuration.
 
 use crate::config::reading::{ConfigKey, Fields, KeyRow, optional_topic, topic};
 use crate::io::ros::topics::{OUTGOING, OutgoingRow, SubscriptionKind, TopicFlow};
 use turn_signal::planner_input::FactorTopic;
 
-/// The names of the topics of a section, with their keys. A topic with an empty name is neither read nor
-/// written.
+/// The names of the topics of a section, with their keys. A topic with an empty name is not used.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TopicNames(Vec<(&'static str, String)>);
 
@@ -42,7 +41,7 @@ impl FromIterator<(&'static str, String)> for TopicNames {
     }
 }
 
-/// Returns the keys of the topics that are written and that this section names.
+/// Returns the keys of this section's published topics.
 pub(super) fn written(section: &str) -> Vec<ConfigKey<String>> {
     let key = |row: &OutgoingRow| {
         let (_, name) = row.key.filter(|key| key.0 == section)?;

@@ -1,5 +1,5 @@
-//! `[vehicle_geometry]`: the dimensions of the car, once for the decider and for the reports on velocity and
-//! steering. Autoware's own file gives most of them.
+//! `[vehicle_geometry]`: the dimensions of the car, for both the decider and the reports on velocity and
+//! steering. Autoware's own file contains most of them.
 
 use std::path::PathBuf;
 
@@ -35,7 +35,7 @@ key_rows! {
         .doc("factor for each speed; Autoware's speed_scale_factor does the same, so use one of them");
 }
 
-/// As Autoware's sample vehicle.
+/// Value of Autoware's sample vehicle.
 const MAX_STEER_ANGLE_RAD_DEFAULT: f64 = 0.70;
 
 static WHEEL_DEG: ConfigKey<f64> =
@@ -51,12 +51,12 @@ const fn metres(name: &'static str) -> ConfigKey<f64> {
     number(name, 0.0, 50.0, "m")
 }
 
-/// The dimensions, for each who needs them.
+/// The dimensions for the decider and for the reports.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Dimensions {
-    /// Of the decider; Autoware's sample vehicle where nothing is configured.
+    /// Dimensions for the decider; Autoware's sample vehicle unless configured.
     pub(super) outline: VehicleInfo,
-    /// Of the reports, for which nothing is assumed.
+    /// Dimensions for the reports, which have no defaults.
     pub(super) geometry: VehicleGeometry,
 }
 
@@ -139,13 +139,13 @@ fn table(fields: &Fields<'_>, key: &'static str) -> Vec<(f64, f64)> {
 /// Autoware's `vehicle_info.param.yaml`.
 struct VehicleInfoFile {
     path: PathBuf,
-    /// `None` when it was refused.
+    /// `None` if the file was refused.
     parameters: Option<Vec<FileParameter>>,
 }
 
 impl VehicleInfoFile {
     fn read(files: &dyn Files, fields: &Fields<'_>, path: PathBuf) -> Self {
-        // Autoware gives the file to every node.
+        // Autoware passes the file to every node.
         let names = NodeNames { namespace: "/", node: "vehicle_info", remappings: &[] };
         let parameters = match read_parameters(files, &path, names) {
             Ok(parameters) => Some(parameters),
@@ -157,7 +157,7 @@ impl VehicleInfoFile {
         Self { path, parameters }
     }
 
-    /// A parameter of the file.
+    /// Returns a parameter of the file.
     fn value(&self, fields: &Fields<'_>, name: &str) -> Option<f64> {
         let parameters = self.parameters.as_ref()?;
         let given = parameters.iter().rev().find(|parameter| parameter.name == name);

@@ -1,4 +1,4 @@
-//! `[traffic_lights.faults.<channel>]`: faults on purpose; each is off by default.
+//! `[traffic_lights.faults.<channel>]`: injected faults; each is off by default.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! `[traffic_lights]`: a scenario on its map, rates, topics, and faults on purpose.
+//! `[traffic_lights]`: a scenario on its map, rates, topics, and injected faults.
 
 pub(super) mod arbiter;
 pub(super) mod faults;
@@ -73,15 +73,15 @@ const fn rate(name: &'static str) -> ConfigKey<Rate> {
 /// Topics of the traffic lights.
 #[derive(Debug, Default)]
 pub struct LightTopics {
-    /// The mode whose numbers messages use.
+    /// Mode that determines the numbers in messages.
     pub compat: Compat,
-    /// Topics that are written, with the message each carries.
+    /// Published topics, with their message types.
     pub outputs: Vec<LightsOutput>,
-    /// Topics from which states are read.
+    /// Topics with states, each for one store.
     pub inputs: Vec<(StoreId, String)>,
     /// Topic of a camera pipeline, for the arbiter.
     pub camera: Option<String>,
-    /// Topic from which actions are read.
+    /// Topic with actions.
     pub command: Option<String>,
     /// True when a simulator gives the time on `/clock`.
     pub use_sim_time: bool,
@@ -89,7 +89,7 @@ pub struct LightTopics {
     pub not_interpreted: Vec<NotInterpreted>,
 }
 
-/// Reads the section; `None` when it has a problem. `use_sim_time` from the command line comes first.
+/// Reads the section; `None` when it has a problem. `use_sim_time` from the command line has priority.
 pub(super) fn traffic_lights(
     files: &dyn Files,
     fields: Fields<'_>,
@@ -111,7 +111,7 @@ pub(super) fn traffic_lights(
     let InputTopics { states, camera, command } =
         inputs(fields.section("inputs"), &outputs, arbiter.is_some());
     let use_sim_time = use_sim_time.unwrap_or(fields.read(&USE_SIM_TIME));
-    // The command line comes first.
+    // The command line has priority.
     fields.record(&USE_SIM_TIME, use_sim_time.to_string());
     if use_sim_time && outputs.iter().any(|lights_output| lights_output.topic == LightsTopic::Clock) {
         fields.refuse("use_sim_time", "topics.clock publishes a clock as well", "keep one of them");
@@ -156,7 +156,7 @@ pub(super) fn traffic_lights(
     Some((flow, topics))
 }
 
-/// The topics that the engine must make for these outputs.
+/// Returns the topics that the engine must produce for these outputs.
 fn topics(outputs: &[LightsOutput], external_camera: bool) -> BTreeSet<LightsTopic> {
     let of_engine = |topic: LightsTopic| match topic {
         // The arbiter merges the other two.
@@ -184,7 +184,7 @@ fn read_scenario(files: &dyn Files, fields: &Fields<'_>, compat: Compat) -> Opti
     scenario::read(files, &path, options).map_err(|refused| fields.checker.adopt(refused.0)).ok()
 }
 
-/// The folders of packages by name, relative to this file.
+/// Reads the folders of packages by name, relative to this file.
 fn packages(fields: &Fields<'_>, key: &'static str) -> BTreeMap<String, PathBuf> {
     let entries = fields.entries(key, "give the folder of each package: packages = { name = \"folder\" }");
     let folder = |entry: &Entry| {
@@ -194,7 +194,7 @@ fn packages(fields: &Fields<'_>, key: &'static str) -> BTreeMap<String, PathBuf>
     entries.iter().filter_map(folder).collect()
 }
 
-/// The bulbs of lights by position.
+/// Reads the bulbs of lights by position.
 fn bulb_orders(fields: &Fields<'_>, key: &'static str) -> Vec<BulbOrder> {
     let values = fields.list(key, "give the bulbs by position: bulb_order = [\"red,yellow,green\"]");
     let order = |value: &Value| {
@@ -205,7 +205,7 @@ fn bulb_orders(fields: &Fields<'_>, key: &'static str) -> Vec<BulbOrder> {
     values.iter().filter_map(order).collect()
 }
 
-/// The values of scenario modifiers by name.
+/// Reads the values of scenario modifiers by name.
 fn modifiers(fields: &Fields<'_>, key: &'static str) -> BTreeMap<String, String> {
     let entries =
         fields.entries(key, "give the value of each scenario modifier: modifiers = { NAME = \"value\" }");
@@ -213,7 +213,7 @@ fn modifiers(fields: &Fields<'_>, key: &'static str) -> BTreeMap<String, String>
     entries.iter().filter_map(value).collect()
 }
 
-/// Reads the map that is named here, else the scenario's own map or groups.
+/// Reads the map named here, otherwise the scenario's own map or groups.
 fn read_map(files: &dyn Files, fields: &Fields<'_>, scenario: Option<&ScenarioFile>) -> Option<MapLights> {
     let named = fields.given(&MAP);
     let lamps = if fields.read(&INFER_LAMPS) { LampSource::DrawnOrInferred } else { LampSource::Drawn };
@@ -226,7 +226,7 @@ fn read_map(files: &dyn Files, fields: &Fields<'_>, scenario: Option<&ScenarioFi
         return read_lights(files, &path, lamps).map_err(refuse).ok();
     }
     let reason = match scenario {
-        // Its problems are listed already.
+        // Its problems are already listed.
         None if fields.has("scenario") => return None,
         None => "traffic lights without a map: none of them is known".to_owned(),
         Some(ScenarioFile { map: Some(path), .. }) => match read_lights(files, path, lamps) {

@@ -1,11 +1,11 @@
-//! `[traffic_lights.topics]` and `[traffic_lights.inputs]`: topics that are written and read.
+//! `[traffic_lights.topics]` and `[traffic_lights.inputs]`: published and subscribed topics.
 
 use crate::config::reading::{ConfigKey, Fields};
 use traffic_lights::architecture::LightsType;
 use traffic_lights::emission::LightsTopic;
 use traffic_lights::target::StoreId;
 
-/// A topic that is written.
+/// A published topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LightsOutput {
     /// Content of the topic.
@@ -34,7 +34,7 @@ pub(in crate::config::gateway) mod written {
         [&GROUND_TRUTH, &CAMERA, &V2I, &V2I_LEGACY, &ARBITER, &MARKERS, &CLOCK];
 }
 
-/// Reads the topics that are written; one without a name is not.
+/// Reads the published topics; a topic without a name is not published.
 pub(super) fn outputs(
     fields: Fields<'_>,
     [camera, v2i]: [LightsType; 2],
@@ -95,7 +95,7 @@ pub(in crate::config::gateway) mod read {
     }
 }
 
-/// The topics that are read.
+/// The subscribed topics.
 #[derive(Debug, Default)]
 pub(super) struct InputTopics {
     /// Topics of states, each for one store.
@@ -106,12 +106,12 @@ pub(super) struct InputTopics {
     pub(super) command: Option<String>,
 }
 
-/// Reads the topics that are read.
+/// Reads the subscribed topics.
 pub(super) fn inputs(fields: Fields<'_>, outputs: &[LightsOutput], has_arbiter: bool) -> InputTopics {
     let mut taken: Vec<String> = outputs.iter().map(|lights_output| lights_output.name.clone()).collect();
     let mut input = |key: &'static ConfigKey<String>| {
         let name = fields.given(key)?;
-        // A topic that is written, or read for something else, is not an input.
+        // A topic that is published, or subscribed to for another purpose, is not an input.
         if taken.contains(&name) {
             fields.refuse(key.name, "another topic has this name", "give each its own");
         }

@@ -1,4 +1,4 @@
-//! The ids for which a profile binds V2I states, against the lights of the map
+//! Checks the ids for which a profile binds V2I states against the lights of the map
 //! (docs/spec/traffic-lights.md, "V2X unit on CAN").
 
 use std::collections::BTreeMap;
@@ -10,7 +10,7 @@ use gateway_core::v2i_reception::binding::{BoundGroup, V2iBinding};
 use lanelet2_map::light_map::{LightGroup, LightMap};
 use traffic_lights::bulb::Color;
 
-/// Refuses ids that the map does not have, and heads whose states contradict another state of their group; at
+/// Refuses ids that are not in the map, and heads whose states contradict another state of their group; at
 /// most one problem for each id, in the order of the profile.
 pub(in super::super) fn check_ids(ids: &[LocatedId], binding: &V2iBinding, map: &LightMap) -> Vec<Problem> {
     let positions: BTreeMap<i64, usize> = ids.iter().enumerate().map(|(at, bound)| (bound.id, at)).collect();
@@ -30,7 +30,7 @@ pub(in super::super) fn check_ids(ids: &[LocatedId], binding: &V2iBinding, map: 
     }
     for (relation_id, group) in map.groups() {
         let way_ids = group.heads.iter().filter_map(|head| map.at(*head)).map(|head| head.way_id);
-        // A number that is a group as well is the group.
+        // A number that is both a head and a group is the group.
         let heads: Vec<_> = way_ids
             .filter(|id| map.group(*id).is_none())
             .filter_map(|id| Some((*positions.get(&id)?, *states.get(&id)?)))
@@ -59,12 +59,12 @@ pub(in super::super) fn check_ids(ids: &[LocatedId], binding: &V2iBinding, map: 
 
 type BoundHead<'b> = (usize, &'b BoundGroup);
 
-/// Returns two heads, in the order of the profile, of which one can show a red circle and the other a green
-/// one.
+/// Returns two heads, in the order of the profile, one of which can show a red circle and the other a green
+/// circle.
 fn contradicting(mut heads: Vec<BoundHead<'_>>) -> Option<[BoundHead<'_>; 2]> {
     heads.sort_by_key(|(at, _)| *at);
     let of = |color| heads.iter().copied().filter(move |(_, head)| shows_circle(head, color));
-    // Of more than two that can show both, the first two are enough.
+    // If more than two can show both, the first two suffice.
     let pairs =
         of(Color::Red).take(2).flat_map(|red| of(Color::Green).take(2).map(move |green| [red, green]));
     let mut pair = pairs.into_iter().find(|[(red, _), (green, _)]| red != green)?;

@@ -36,9 +36,9 @@ pub struct TurnSignalConfig {
     pub runs: bool,
     /// Path of its lanelet2 map.
     pub map: PathBuf,
-    /// Topics that its inputs are read from.
+    /// Topics of its inputs.
     pub inputs: TopicNames,
-    /// Topics that its commands are written to.
+    /// Topics of its commands.
     pub outputs: TopicNames,
 }
 
@@ -62,7 +62,7 @@ key_rows! {
         .doc("shadow: so long commands may differ before it counts");
 }
 
-/// The time from cycle to cycle, in whole microseconds as all times of the gateway.
+/// Returns the cycle time, in whole microseconds like all times of the gateway.
 fn period(hz: f64) -> Option<Duration> {
     let period = Duration::from_secs_f64(1.0 / hz).as_micros();
     Some(Duration::from_micros(period.try_into().ok()?))
@@ -92,7 +92,7 @@ pub(super) fn turn_signal(
         return None;
     }
     if !is_enabled && !is_shadow {
-        // What does not run is not in effect.
+        // A decider that does not run is not in effect.
         checker.keep_recorded(|key| !key.section.starts_with("turn_signal"));
     }
     let (map, road) = map?;
@@ -107,7 +107,7 @@ pub(super) fn turn_signal(
     })
 }
 
-/// Reads the lanelets of the map that is named.
+/// Reads the lanelets of the named map.
 fn map(files: &dyn Files, fields: &Fields<'_>) -> Option<(PathBuf, LaneNetwork)> {
     let remedy = "name the lanelet2 map, relative to this file, with [turn_signal] map = \"….osm\"";
     if !fields.has("map") {

@@ -1,4 +1,4 @@
-//! `[turn_signal.inputs]` and `[turn_signal.outputs]`: topics that the decider reads and writes.
+//! `[turn_signal.inputs]` and `[turn_signal.outputs]`: topics of the decider's inputs and outputs.
 
 use std::sync::LazyLock;
 
@@ -10,7 +10,7 @@ const TURN_COMMAND: &str = "/planning/turn_indicators_cmd";
 const HAZARD_COMMAND: &str = "/planning/hazard_lights_cmd";
 const PATH: &str = "/planning/scenario_planning/lane_driving/behavior_planning/path_with_lane_id";
 
-/// The topics that are read.
+/// The subscribed topics.
 pub(in crate::config::gateway) static INPUTS: [ConfigKey<String>; 11] = [
     topic("odometry", "/localization/kinematic_state").doc("nav_msgs/Odometry"),
     topic("route", "/planning/mission_planning/route").doc("LaneletRoute"),
@@ -26,21 +26,21 @@ pub(in crate::config::gateway) static INPUTS: [ConfigKey<String>; 11] = [
     optional_topic("own_turn_command", TURN_COMMAND).doc("read in shadow mode only"),
     optional_topic("own_hazard_command", HAZARD_COMMAND).doc("read in shadow mode only"),
 ];
-/// The key of the folder in which each module of the planner has its topic of planning factors.
+/// Key of the prefix under which each module of the planner publishes its planning factors.
 const FACTORS: &str = "planning_factors";
 
-/// The topics that are written.
+/// The published topics.
 pub(in crate::config::gateway) static OUTPUTS: LazyLock<Vec<ConfigKey<String>>> =
     LazyLock::new(|| written("turn_signal.outputs"));
 
-/// True for the key of a command, which is written only where the decider commands.
+/// Returns true for the key of a command, which is published only if the decider commands.
 pub(super) fn is_command(key: &str) -> bool {
     key.ends_with("_command")
 }
 
-/// Reads the topics of both sections, and refuses two of the same name, lest a topic that is published comes
-/// back as an input. Autoware's own commands are read only where nothing is published, so they may share
-/// theirs.
+/// Reads the topics of both sections, and refuses duplicate names, so that a published topic does not come
+/// back as an input. Autoware's own commands are subscribed to only if none are published, so they may share
+/// names.
 pub(super) fn topics(from: Fields<'_>, to: Fields<'_>, publishes: bool) -> (TopicNames, TopicNames) {
     let (inputs, outputs) = (TopicNames::read(&from, &INPUTS), TopicNames::read(&to, &OUTPUTS));
     let folder = inputs.name(FACTORS);
