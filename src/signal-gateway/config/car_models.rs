@@ -28,7 +28,7 @@ struct ProfileModels {
     models: Vec<[String; 5]>,
 }
 
-/// Returns all models by make and name.
+/// Returns all models by make and name, including the models of the profiles.
 ///
 /// # Errors
 ///

@@ -1,4 +1,4 @@
-//! Names of ROS 2: what they may look like, relative and private ones made absolute, and remapping.
+//! Names of ROS 2: validity, resolution of relative and private names, and remapping.
 
 /// Settings of a node that its command line replaces.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -7,7 +7,7 @@ pub struct RosOverrides {
     pub node: Option<String>,
     /// Namespace, `/` or `/name`.
     pub namespace: Option<String>,
-    /// Topics under other names; the first that matches applies.
+    /// Remapped topics; the first matching rule applies.
     pub remappings: Vec<Remapping>,
     /// Value of the parameter `use_sim_time`.
     pub use_sim_time: Option<bool>,
@@ -18,25 +18,26 @@ pub struct RosOverrides {
 /// A rule of `--remap`: the topic `from` is called `to`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Remapping {
-    /// Topic as this node names it; absolute, relative or private.
+    /// Topic name in this node; absolute, relative or private.
     pub from: String,
-    /// The name instead; absolute, relative or private.
+    /// New name; absolute, relative or private.
     pub to: String,
 }
 
-/// A node by which topics are named.
+/// A node, for resolving topic names.
 #[derive(Debug, Clone, Copy)]
 pub struct NodeNames<'a> {
     /// Name of the node.
     pub node: &'a str,
     /// Namespace, `/` or `/name`.
     pub namespace: &'a str,
-    /// Rules, the first that matches applies.
+    /// Rules, of which the first matching one applies.
     pub remappings: &'a [Remapping],
 }
 
 impl NodeNames<'_> {
-    /// The absolute name of a topic, after remapping. An empty name stays empty: that topic does not exist.
+    /// Returns the absolute name of a topic, after remapping. An empty name stays empty: the topic does not
+    /// exist.
     pub fn resolve(&self, topic: &str) -> String {
         if topic.is_empty() {
             return String::new();
@@ -46,7 +47,7 @@ impl NodeNames<'_> {
         rule.map_or(absolute, |rule| self.absolute(&rule.to))
     }
 
-    /// True if a rule is about this topic.
+    /// Returns true if a rule applies to this topic.
     pub fn concerns(&self, rule: &Remapping, topic: &str) -> bool {
         !topic.is_empty() && self.absolute(&rule.from) == self.absolute(topic)
     }
@@ -71,7 +72,7 @@ fn below(namespace: &str, name: &str) -> String {
     format!("{}/{name}", namespace.trim_end_matches('/'))
 }
 
-/// True for a topic as configurations and command lines may write it: `/a/b`, `a/b` or `~/a`.
+/// Returns true for a valid topic in configurations and command lines: `/a/b`, `a/b` or `~/a`.
 pub fn is_topic(topic: &str) -> bool {
     let tokens = topic.strip_prefix('/').or_else(|| topic.strip_prefix("~/")).unwrap_or(topic);
     tokens.split('/').all(is_name)

@@ -1,5 +1,5 @@
-//! Files of parameters, as `--params-file` names them: nodes, and below `ros__parameters` their parameters.
-//! Values of `--param` as well, which are YAML too.
+//! Parameter files as in `--params-file`: nodes, and below `ros__parameters` their parameters. Also values of
+//! `--param`, which are YAML too.
 
 use std::path::Path;
 
@@ -18,14 +18,14 @@ const SEE: &str = "";
 /// A value that is neither a list nor a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ParameterValue {
-    /// As it is written.
+    /// The text as written.
     pub text: String,
-    /// It stands in quotes, or is tagged as a text.
+    /// True if it is quoted, or tagged as a text.
     pub is_quoted: bool,
 }
 
 impl ParameterValue {
-    /// The value of a parameter that is on or off, in the words of `rcl_yaml_param_parser`.
+    /// Returns the truth value, in the words of `rcl_yaml_param_parser`.
     pub fn as_bool(&self) -> Option<bool> {
         const ON: [&str; 11] = ["y", "Y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"];
         const OFF: [&str; 11] = ["n", "N", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"];
@@ -41,21 +41,21 @@ pub struct FileParameter {
     pub name: String,
     /// Its value; `None` for a list or nothing.
     pub value: Option<ParameterValue>,
-    /// True if the file names the node, and not all nodes of a pattern.
+    /// True if the file names the node itself rather than a pattern.
     pub is_for_this_node: bool,
 }
 
-/// Reads the parameters that a file has for a node, in the order of the file.
+/// Reads the parameters in a file for a node, in file order.
 ///
 /// # Errors
-/// A file that cannot be read, or that is not one of parameters.
+/// Fails if the file cannot be read, or is not a parameter file.
 pub fn read_parameters(
     files: &dyn Files,
     path: &Path,
     names: NodeNames<'_>,
 ) -> Result<Vec<FileParameter>, Refused> {
     let text = Text::read(path, files.read(path), "give the path of a YAML file with parameters")?;
-    // Launch files write an empty one for a node without parameters.
+    // Launch files write an empty file for a node without parameters.
     let Some(root) = from_rcl_yaml(&text)?.filter(|root| !matches!(root.kind, Kind::Null)) else {
         return Ok(Vec::new());
     };
@@ -71,7 +71,7 @@ pub fn read_parameters(
 /// Reads the value of a parameter on the command line; `None` for a list, a table or nothing.
 ///
 /// # Errors
-/// What is not YAML.
+/// Fails if the value is not YAML.
 pub fn read_value(given: &str) -> Result<Option<ParameterValue>, Refused> {
     let text = Text::new(Path::new("--param"), given.into())?;
     Ok(from_rcl_yaml(&text)?.and_then(|value| single(&value)))
@@ -130,10 +130,10 @@ impl NodeReader {
     }
 }
 
-/// True if a pattern such as `/**`, `/*/node` or `/car/node` fits a full name.
+/// Returns true if a pattern such as `/**`, `/*/node` or `/car/node` matches a full name.
 fn matches(pattern: &str, name: &str) -> bool {
     let (mut pattern, name): (Vec<_>, Vec<_>) = (pattern.split('/').collect(), name.split('/').collect());
-    // Once says as much, and is found faster.
+    // A single `**` means the same, and matches faster.
     pattern.dedup_by(|token, before| *token == "**" && *before == "**");
     fits(&pattern, &name)
 }

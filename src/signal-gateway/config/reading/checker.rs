@@ -1,5 +1,5 @@
-//! Collects the problems of one file, and reads single values: a value that cannot be used is refused at its
-//! location, and reading continues.
+//! Collects the problems of one file, and reads single values: an unusable value is refused at its location,
+//! and reading continues.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -15,10 +15,10 @@ use super::problem::Problem;
 use super::value::{Entry, Kind, Value};
 use gateway_base::near_miss::did_you_mean;
 
-/// Keywords with the value of each, in the order in which a refusal lists them.
+/// Keywords with their values, in the order in which a refusal lists them.
 pub(crate) type Keywords<T> = &'static [(&'static str, T)];
 
-/// The length up to which the end of a range is written out, digits.
+/// Maximum length of the end of a range that is written out, digits.
 const MAX_DIGITS: usize = 20;
 
 /// A text with its location, for refusals.
@@ -43,12 +43,12 @@ pub(crate) struct RecordedKey {
     /// Path of its section; empty at the top.
     pub(crate) section: String,
     pub(crate) row: &'static dyn KeyRow,
-    /// The value in effect, as a user writes it.
+    /// The value in effect, as written by a user.
     pub(crate) value: String,
 }
 
 impl Checker {
-    /// A checker without problems; `see` names the document that explains the keys of the file.
+    /// Creates a checker without problems; `see` names the document that explains the keys of the file.
     pub(crate) fn new(file: &Arc<Path>, see: &'static str) -> Self {
         Self { file: Arc::clone(file), see, problems: RefCell::default(), record: RefCell::default() }
     }
@@ -58,7 +58,7 @@ impl Checker {
         self.file.parent().unwrap_or(Path::new(""))
     }
 
-    /// A path that the file names.
+    /// Returns the path for a name in the file.
     pub(crate) fn beside(&self, named: &str) -> PathBuf {
         self.folder().join(named)
     }
@@ -68,23 +68,23 @@ impl Checker {
         at.in_file(&self.file)
     }
 
-    /// Notes a problem at a location.
+    /// Records a problem at a location.
     pub(crate) fn refuse(&self, at: &Location, reason: impl AsRef<str>, remedy: &str) {
         let problem = self.source_location(at).problem(line(reason.as_ref()), line(remedy));
         self.problems.borrow_mut().push(problem);
     }
 
-    /// Notes a problem whose remedy is in the document that explains the keys.
+    /// Records a problem whose remedy is in the document that explains the keys.
     pub(crate) fn refuse_and_explain(&self, at: &Location, reason: impl AsRef<str>) {
         self.refuse(at, reason, &format!("see {}", self.see));
     }
 
-    /// Adds problems of another file, or of this one.
+    /// Adds problems of another file or of this one.
     pub(crate) fn adopt(&self, problems: Vec<Problem>) {
         self.problems.borrow_mut().extend(problems);
     }
 
-    /// The value; an error is noted at `at`.
+    /// Returns the value; an error is recorded at `at`.
     pub(crate) fn accept<T, E: Display>(
         &self,
         at: &Location,
@@ -94,12 +94,12 @@ impl Checker {
         result.map_err(|error| self.refuse(at, error.to_string(), remedy)).ok()
     }
 
-    /// Records the value in effect of a key; the last one of a key counts.
+    /// Records a key's value in effect; the last value of a key counts.
     pub(crate) fn record(&self, section: &str, row: &'static dyn KeyRow, value: String) {
         self.record.borrow_mut().push(RecordedKey { section: section.to_owned(), row, value });
     }
 
-    /// Forgets what was recorded, except the keys that `keeps`.
+    /// Removes the recorded keys, except those for which `keeps` returns true.
     pub(crate) fn keep_recorded(&self, keeps: impl Fn(&RecordedKey) -> bool) {
         self.record.borrow_mut().retain(keeps);
     }
@@ -114,7 +114,7 @@ impl Checker {
         self.problems.borrow().len()
     }
 
-    /// The value, which must exist when no problem was noted.
+    /// Returns the value, which must exist if no problem was recorded.
     ///
     /// # Errors
     /// Returns every problem: first of other files, then of this file in the order of their locations.
@@ -126,7 +126,7 @@ impl Checker {
                 let (mut own, mut all): (Vec<_>, Vec<_>) =
                     problems.into_iter().partition(|problem| problem.file == *self.file);
                 own.sort_by_key(|problem| problem.position);
-                // A value that was read twice was refused twice.
+                // A value that is read twice is refused twice.
                 let mut known = BTreeSet::new();
                 own.retain(|problem| known.insert((problem.position, problem.reason.clone())));
                 all.extend(own);
@@ -135,7 +135,7 @@ impl Checker {
         }
     }
 
-    /// A single value as text, quoted or not.
+    /// Reads a single value as text, quoted or not.
     pub(crate) fn text(&self, value: &Value) -> Option<LocatedText> {
         let Some((text, _)) = value.scalar() else {
             self.refuse_kind(value, "a single value");
@@ -144,7 +144,7 @@ impl Checker {
         Some(LocatedText { text: text.to_owned(), location: value.location.clone() })
     }
 
-    /// A text in quotes; anything else is refused.
+    /// Reads a text in quotes; anything else is refused.
     pub(crate) fn string(&self, value: &Value) -> Option<LocatedText> {
         match value.scalar() {
             Some((_, true)) => return self.text(value),
@@ -157,7 +157,7 @@ impl Checker {
         None
     }
 
-    /// A number within a range; `unit` is for refusals, empty for a plain number.
+    /// Reads a number within a range; `unit` is for refusals, empty for a plain number.
     pub(crate) fn number<T: FromStr + Display + PartialOrd>(
         &self,
         value: &Value,
@@ -165,7 +165,7 @@ impl Checker {
         unit: &str,
     ) -> Option<T> {
         let (first, last) = (range.start().to_string(), range.end().to_string());
-        // The largest number of a type is not a limit that anybody can read.
+        // The largest number of a type is not a readable limit.
         let remedy = if last.len() > MAX_DIGITS {
             format!("give {} or more", with_unit(&first, unit))
         } else {
@@ -174,7 +174,7 @@ impl Checker {
         self.number_that(value, |number| range.contains(number), unit, &remedy)
     }
 
-    /// A whole number of any size that its type can hold.
+    /// Reads a whole number of any size that fits its type.
     pub(crate) fn whole<T: FromStr>(&self, value: &Value) -> Option<T> {
         self.number_that(value, |_| true, "", "give a whole number")
     }
@@ -203,7 +203,7 @@ impl Checker {
         None
     }
 
-    /// A truth value, `true` or `false`.
+    /// Reads a truth value, `true` or `false`.
     pub(crate) fn flag(&self, value: &Value) -> Option<bool> {
         match value.scalar() {
             Some((text @ ("true" | "false"), true)) => {
@@ -216,7 +216,7 @@ impl Checker {
         None
     }
 
-    /// The value of a keyword; an unknown one is refused with the list of those that exist.
+    /// Returns the value of a keyword; an unknown keyword is refused with the list of known keywords.
     pub(crate) fn keyword<T: Copy>(&self, given: &LocatedText, keywords: &[(&str, T)]) -> Option<T> {
         let found = keywords.iter().find(|(keyword, _)| *keyword == given.text);
         if found.is_none() {
@@ -228,7 +228,7 @@ impl Checker {
         found.map(|(_, value)| *value)
     }
 
-    /// The values of a list; `example` is part of the remedy when it is something else.
+    /// Returns the values of a list; `example` is part of the remedy if the value is not a list.
     pub(crate) fn list<'v>(&self, value: &'v Value, example: &str) -> &'v [Value] {
         if let Kind::List(items) = &value.kind {
             return items;
@@ -237,7 +237,7 @@ impl Checker {
         &[]
     }
 
-    /// The entries of a table; `example` is part of the remedy when it is something else.
+    /// Returns the entries of a table; `example` is part of the remedy if the value is not a table.
     pub(crate) fn entries<'v>(&self, value: &'v Value, example: &str) -> &'v [Entry] {
         if let Kind::Map(entries) = &value.kind {
             return entries;

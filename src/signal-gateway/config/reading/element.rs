@@ -1,6 +1,7 @@
-//! The elements of an OpenSCENARIO document, whichever form it was written in.
+//! The elements of an OpenSCENARIO document in any notation.
 //!
-//! Reading an element or attribute marks it as interpreted. Those without the mark in the end are listed.
+//! Reading an element or attribute marks it as interpreted. Elements and attributes that are never marked are
+//! listed at the end.
 
 use std::cell::Cell;
 
@@ -19,7 +20,7 @@ pub(crate) struct Element {
     pub(crate) is_interpreted: Cell<bool>,
 }
 
-/// The text between two tags, which is read apart from the element.
+/// The text between two tags, which is read separately from the element.
 #[derive(Debug, Default)]
 pub(crate) struct Content {
     pub(crate) text: String,
@@ -37,14 +38,14 @@ pub(crate) struct Attribute {
 }
 
 impl Element {
-    /// The first child with a name; others are not marked.
+    /// Returns the first child with a name; other children are not marked.
     pub(crate) fn child(&self, name: &str) -> Option<&Element> {
         let found = self.children.iter().find(|child| child.name == name)?;
         found.is_interpreted.set(true);
         Some(found)
     }
 
-    /// All children with a name.
+    /// Returns all children with a name.
     pub(crate) fn all<'e>(&'e self, name: &'e str) -> impl Iterator<Item = &'e Element> {
         let named = self.children.iter().filter(move |child| child.name == name);
         named.inspect(|child| child.is_interpreted.set(true))
@@ -71,7 +72,7 @@ impl Element {
         self.children.iter().for_each(Element::mark_all_interpreted);
     }
 
-    /// Returns whether everything in it was interpreted, which is so for an empty element.
+    /// Returns true if everything in the element was interpreted, as in an empty element.
     pub(crate) fn is_all_interpreted(&self) -> bool {
         self.is_empty()
             || self.is_interpreted.get()
@@ -80,12 +81,12 @@ impl Element {
                 && self.children.iter().all(Element::is_all_interpreted)
     }
 
-    /// Returns whether it has neither attributes nor text nor children.
+    /// Returns true if the element has neither attributes nor text nor children.
     pub(crate) fn is_empty(&self) -> bool {
         self.attributes.is_empty() && self.children.is_empty() && self.content.text.is_empty()
     }
 
-    /// The number of elements in it, itself included.
+    /// Returns the number of elements in it, including itself.
     pub(crate) fn count(&self) -> usize {
         1 + self.children.iter().map(Element::count).sum::<usize>()
     }

@@ -1,4 +1,4 @@
-//! Reads a table key by key; a key that was not read is refused in the end.
+//! Reads a table key by key; keys that were not read are refused at the end.
 
 use std::cell::{Cell, RefCell};
 use std::fmt::Display;
@@ -14,11 +14,11 @@ use super::location::{KeyPath, Location};
 use super::value::{Entry, Kind, Value};
 use gateway_base::near_miss::did_you_mean;
 
-/// The longest time limit, an hour in ms.
+/// Maximum time limit, an hour in ms.
 pub(crate) const MAX_LIMIT_MS: u64 = 3_600_000;
 
-/// The keys of a table. Each reading method takes a key and gives `None` when it is absent, or when its value
-/// was refused.
+/// The keys of a table. Each reading method takes a key and returns `None` if it is absent or its value was
+/// refused.
 pub(crate) struct Fields<'c> {
     pub(crate) checker: &'c Checker,
     location: &'c Location,
@@ -26,19 +26,19 @@ pub(crate) struct Fields<'c> {
     path: Rc<KeyPath>,
     entries: &'c [Entry],
     known: RefCell<Vec<&'static str>>,
-    /// The form of the table, for refusals: `with kind = "lamp"`; empty when it has only one.
+    /// The form of the table, for refusals: `with kind = "lamp"`; empty if it has only one form.
     form: Cell<&'static str>,
     /// True while the form is unknown, so that any key may be right.
     is_open: Cell<bool>,
 }
 
 impl<'c> Fields<'c> {
-    /// The keys of a table; any other value is refused.
+    /// Returns the keys of a table; any other value is refused.
     pub(crate) fn of(checker: &'c Checker, value: &'c Value) -> Option<Self> {
         let fields = Self::of_table(checker, value);
         if fields.is_none() {
             let key = value.location.key.to_string();
-            // A table in a list has no header of its own.
+            // A table in a list has no header.
             if key.is_empty() || key.contains('[') {
                 checker.refuse_kind(value, "a table");
             } else {
@@ -49,7 +49,7 @@ impl<'c> Fields<'c> {
         fields
     }
 
-    /// The keys of a table; `None` for any other value.
+    /// Returns the keys of a table; `None` for any other value.
     pub(crate) fn of_table(checker: &'c Checker, value: &'c Value) -> Option<Self> {
         let Kind::Map(entries) = &value.kind else { return None };
         Some(Self::new(checker, &value.location, Rc::clone(&value.location.key), entries))
@@ -67,12 +67,12 @@ impl<'c> Fields<'c> {
         }
     }
 
-    /// Notes a problem at the value of a key, or at the table when the key is absent.
+    /// Records a problem at the value of a key, or at the table if the key is absent.
     pub(crate) fn refuse(&self, key: &str, reason: impl AsRef<str>, remedy: &str) {
         self.checker.refuse(self.at(key), reason, remedy);
     }
 
-    /// The value of a key, which is known from now on; `None` when it is absent.
+    /// Returns the value of a key, which is known from now on; `None` if it is absent.
     pub(crate) fn value(&self, key: &'static str) -> Option<&'c Value> {
         let mut known = self.known.borrow_mut();
         if !known.contains(&key) {
@@ -81,28 +81,28 @@ impl<'c> Fields<'c> {
         self.entries.iter().find(|entry| entry.key == key).map(|entry| &entry.value)
     }
 
-    /// All keys, in the order of the file; none is known by that.
+    /// Returns all keys in file order, without marking them as known.
     pub(crate) fn keys(&self) -> impl Iterator<Item = &'c str> + use<'c> {
         self.entries.iter().map(|entry| entry.key.as_str())
     }
 
-    /// All entries, in the order of the file, without marking them as known.
+    /// Returns all entries in file order, without marking them as known.
     pub(crate) fn all(&self) -> &'c [Entry] {
         self.entries
     }
 
-    /// True if the key is present, whatever its value.
+    /// Returns true if the key is present, regardless of its value.
     pub(crate) fn has(&self, key: &str) -> bool {
         self.entries.iter().any(|entry| entry.key == key)
     }
 
-    /// True if the key has this text. The key is not known by that, so it must be read elsewhere.
+    /// Returns true if the key has this text. Does not mark the key as known, so it must be read elsewhere.
     pub(crate) fn is(&self, key: &str, expected: &str) -> bool {
         let has_text = |value: &Value| matches!(&value.kind, Kind::Scalar { text, .. } if text == expected);
         self.entries.iter().any(|entry| entry.key == key && has_text(&entry.value))
     }
 
-    /// The one key of several that is present; none or more than one is refused for `reason`.
+    /// Returns the only one of several keys that is present; none or more than one is refused for `reason`.
     pub(crate) fn only_one_of(&self, keys: &[&'static str], reason: &str) -> Option<&'static str> {
         let mut given = keys.iter().filter(|key| self.has(key));
         let (Some(key), None) = (given.next(), given.next()) else {
@@ -122,14 +122,14 @@ impl<'c> Fields<'c> {
         self.location
     }
 
-    /// The location of a key's value, or of the table when the key is absent.
+    /// Returns the location of a key's value, or of the table if the key is absent.
     pub(crate) fn at(&self, key: &str) -> &'c Location {
         let entry = self.entries.iter().find(|entry| entry.key == key);
         entry.map_or(self.location, |entry| &entry.value.location)
     }
 
-    /// Refuses the table for the keys among these that are missing; `remedy` is empty when the document that
-    /// explains the keys is enough.
+    /// Refuses the table if any of these keys are missing; `remedy` is empty if the document that explains
+    /// the keys is sufficient.
     pub(crate) fn require(&self, keys: &[&'static str], remedy: &str) -> Option<()> {
         let missing: Vec<_> = keys.iter().filter(|key| !self.has(key)).copied().collect();
         let reason = match missing.as_slice() {
@@ -144,17 +144,17 @@ impl<'c> Fields<'c> {
         None
     }
 
-    /// A single value as text, quoted or not.
+    /// Reads a single value as text, quoted or not.
     pub(crate) fn text(&self, key: &'static str) -> Option<LocatedText> {
         self.checker.text(self.value(key)?)
     }
 
-    /// A text in quotes; anything else is refused.
+    /// Reads a text in quotes; anything else is refused.
     pub(crate) fn string(&self, key: &'static str) -> Option<LocatedText> {
         self.checker.string(self.value(key)?)
     }
 
-    /// A single value, not quoted, that its reader makes a number.
+    /// Reads a single unquoted value, which the caller converts to a number.
     pub(crate) fn unquoted(&self, key: &'static str) -> Option<LocatedText> {
         let value = self.value(key)?;
         if let Kind::Scalar { is_quoted: true, .. } = &value.kind {
@@ -165,19 +165,19 @@ impl<'c> Fields<'c> {
         self.checker.text(value)
     }
 
-    /// A single value, quoted or not, that must be present.
+    /// Reads a single value, quoted or not, that must be present.
     pub(crate) fn required_text(&self, key: &'static str) -> Option<LocatedText> {
         self.require(&[key], "")?;
         self.text(key)
     }
 
-    /// A text in quotes that must be present.
+    /// Reads a text in quotes that must be present.
     pub(crate) fn required_string(&self, key: &'static str) -> Option<LocatedText> {
         self.require(&[key], "")?;
         self.string(key)
     }
 
-    /// A number within a range; `unit` is for refusals, empty for a plain number.
+    /// Reads a number within a range; `unit` is for refusals, empty for a plain number.
     pub(crate) fn number<T: FromStr + Display + PartialOrd>(
         &self,
         key: &'static str,
@@ -187,7 +187,7 @@ impl<'c> Fields<'c> {
         self.checker.number(self.value(key)?, &range, unit)
     }
 
-    /// A number within a range that must be present.
+    /// Reads a number within a range that must be present.
     pub(crate) fn required_number<T: FromStr + Display + PartialOrd>(
         &self,
         key: &'static str,
@@ -198,64 +198,64 @@ impl<'c> Fields<'c> {
         self.number(key, range, unit)
     }
 
-    /// A whole number of any size that its type can hold.
+    /// Reads a whole number of any size that fits its type.
     pub(crate) fn whole<T: FromStr>(&self, key: &'static str) -> Option<T> {
         self.checker.whole(self.value(key)?)
     }
 
-    /// A time within a range of milliseconds.
+    /// Reads a time within a range of milliseconds.
     pub(crate) fn millis(&self, key: &'static str, range: RangeInclusive<u64>) -> Option<Duration> {
         self.number(key, range, "ms").map(Duration::from_millis)
     }
 
-    /// A time limit: 1 ms to an hour.
+    /// Reads a time limit: 1 ms to an hour.
     pub(crate) fn limit(&self, key: &'static str) -> Option<Duration> {
         self.millis(key, 1..=MAX_LIMIT_MS)
     }
 
-    /// A truth value, `true` or `false`.
+    /// Reads a truth value, `true` or `false`.
     pub(crate) fn flag(&self, key: &'static str) -> Option<bool> {
         self.checker.flag(self.value(key)?)
     }
 
-    /// The value of a keyword; an unknown one is refused with the list of those that exist.
+    /// Returns the value of a keyword; an unknown keyword is refused with the list of known keywords.
     pub(crate) fn keyword<T: Copy>(&self, key: &'static str, keywords: &[(&str, T)]) -> Option<T> {
         self.checker.keyword(&self.text(key)?, keywords)
     }
 
-    /// A path, relative to the file.
+    /// Reads a path, relative to the file.
     pub(crate) fn path(&self, key: &'static str) -> Option<PathBuf> {
         Some(self.checker.beside(&self.string(key)?.text))
     }
 
-    /// Records the value in effect of a key, in the place of the value that was read.
+    /// Records a key's value in effect, instead of the value that was read.
     pub(crate) fn record(&self, row: &'static dyn KeyRow, value: impl Into<String>) {
         self.checker.record(&self.path.to_string(), row, value.into());
     }
 
-    /// The keys of a table within the table.
+    /// Returns the keys of a table within the table.
     pub(crate) fn table(&self, key: &'static str) -> Option<Self> {
         Self::of(self.checker, self.value(key)?)
     }
 
-    /// As [`Self::table`]; an absent table is an empty one.
+    /// Like [`Self::table`], but treats an absent table as empty.
     pub(crate) fn section(&self, key: &'static str) -> Self {
         let absent = || Self::new(self.checker, self.location, KeyPath::below(&self.path, ".", key), &[]);
         self.table(key).unwrap_or_else(absent)
     }
 
-    /// The values of a list; empty when it is absent.
+    /// Returns the values of a list; empty if it is absent.
     pub(crate) fn list(&self, key: &'static str, example: &str) -> &'c [Value] {
         self.value(key).map(|value| self.checker.list(value, example)).unwrap_or_default()
     }
 
-    /// A list of tables, `[[key]]`; empty when it is absent.
+    /// Returns a list of tables, `[[key]]`; empty if it is absent.
     pub(crate) fn tables(&self, key: &'static str) -> impl Iterator<Item = Self> + use<'c> {
         let checker = self.checker;
         self.list(key, &format!("write [[{key}]]")).iter().filter_map(|value| Self::of(checker, value))
     }
 
-    /// The entries of a table whose keys are names; empty when it is absent.
+    /// Returns the entries of a table whose keys are names; empty if it is absent.
     pub(crate) fn entries(&self, key: &'static str, example: &str) -> &'c [Entry] {
         self.value(key).map(|value| self.checker.entries(value, example)).unwrap_or_default()
     }
@@ -265,7 +265,7 @@ impl<'c> Fields<'c> {
         self.form.set(form);
     }
 
-    /// Lets all keys pass that are not read: the form of the table was refused.
+    /// Accepts all unread keys, since the form of the table was refused.
     pub(crate) fn accept_rest(&self) {
         self.is_open.set(true);
     }

@@ -1,5 +1,4 @@
-//! What is known of a key of a file, for everything except reading it: documents, schemas, differences,
-//! parameters.
+//! Properties of a key of a file, for all uses except reading: documents, schemas, differences, parameters.
 
 use std::fmt;
 
@@ -12,18 +11,18 @@ pub enum KeyEffect {
     Restart,
 }
 
-/// The values that a key takes, for documents, editors and the tools of ROS 2.
+/// The values that a key accepts, for documents, editors and ROS 2 tools.
 #[derive(Debug, Clone)]
 pub enum ValueShape {
     /// Whole numbers of a range, with the unit.
     Whole(i64, i64, &'static str),
     /// Numbers of a range, with the unit.
     Number(f64, f64, &'static str),
-    /// The key takes `true` or `false`.
+    /// `true` or `false`.
     Flag,
     /// One of several texts.
     Keyword(Vec<&'static str>),
-    /// The key takes any text.
+    /// Any text.
     Text,
     /// A path, relative to the file.
     Path,
@@ -39,11 +38,11 @@ pub enum ValueShape {
 pub trait KeyRow: Sync {
     /// Returns the name of the key within its section.
     fn name(&self) -> &'static str;
-    /// Returns the values that the key takes.
+    /// Returns the values that the key accepts.
     fn shape(&self) -> ValueShape;
-    /// Returns the value in TOML that counts when the key is absent; `None` without one.
+    /// Returns the default value in TOML; `None` without a default.
     fn default_toml(&self) -> Option<String>;
-    /// Returns a value in TOML that shows the key where it has no default; empty for none.
+    /// Returns an example value in TOML for a key without a default; empty if there is none.
     fn example(&self) -> &'static str {
         ""
     }

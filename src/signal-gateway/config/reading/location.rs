@@ -11,22 +11,22 @@ use derive_more::Display;
 use super::problem::Problem;
 use crate::config::built_in::display;
 
-/// The largest file that is read, bytes.
+/// Maximum size of a file, bytes.
 pub(crate) const MAX_BYTES: usize = 4 << 20;
-/// The deepest nesting of values, levels.
+/// Maximum nesting of values, levels.
 pub(crate) const MAX_DEPTH: usize = 64;
-/// The largest number of elements or values in a file, with aliases written out.
+/// Maximum number of elements or values in a file, with aliases expanded.
 pub(crate) const MAX_NODES: usize = 100_000;
-/// The length at which a key is cut in a refusal, characters.
+/// Maximum length of a key in a refusal, characters.
 const MAX_NAME: usize = 60;
 
-/// The distance between the positions for which the number of characters before them is kept, bytes.
+/// Distance between the positions for which the number of preceding characters is stored, bytes.
 const STRIDE: usize = 256;
 
-/// The length at which a reason is cut, characters.
+/// Maximum length of a reason, characters.
 const MAX_REASON: usize = 600;
 
-/// A location in a file, for people: `file:line:column: key`.
+/// A location in a file, for texts: `file:line:column: key`.
 #[derive(Debug, Clone, PartialEq, Eq, Display)]
 #[display("{}:{}:{}: {key}", display(file), position.0, position.1)]
 pub struct SourceLocation {
@@ -39,7 +39,7 @@ pub struct SourceLocation {
 }
 
 impl SourceLocation {
-    /// A problem at this location.
+    /// Creates a problem at this location.
     pub fn problem(&self, reason: impl Into<String>, remedy: impl Into<String>) -> Problem {
         Problem {
             file: self.file.to_path_buf(),
@@ -52,11 +52,12 @@ impl SourceLocation {
     }
 }
 
-/// A path of keys that shares its beginning with its neighbours, so that a deep file stays small.
+/// A path of keys that shares its beginning with related paths, so that a deeply nested file uses little
+/// memory.
 #[derive(Debug)]
 pub(crate) struct KeyPath {
     parent: Option<Rc<KeyPath>>,
-    /// With its separator in front.
+    /// Last segment, including its preceding separator.
     segment: String,
 }
 
@@ -66,7 +67,7 @@ impl KeyPath {
         Rc::new(Self { parent: None, segment: String::new() })
     }
 
-    /// `parent` and `separator` and `name`, the name kept short and on one line.
+    /// Returns `parent` extended by `separator` and `name`, with the name shortened and on one line.
     pub(crate) fn below(parent: &Rc<Self>, separator: &str, name: &str) -> Rc<Self> {
         let plain = |char: char| !char.is_control();
         let mut segment = separator.to_owned();
@@ -125,19 +126,20 @@ pub(crate) struct Text {
 }
 
 impl Text {
-    /// The text of a file that was read; `remedy` is for one that could not be.
+    /// Creates the text of a file from the result of reading it; `remedy` is for a file that could not be
+    /// read.
     ///
     /// # Errors
-    /// A file that cannot be read, is too large, or is not UTF-8.
+    /// Fails if the file cannot be read, is too large, or is not UTF-8.
     pub(crate) fn read(path: &Path, bytes: io::Result<Vec<u8>>, remedy: &str) -> Result<Self, Problem> {
         let bytes = bytes.map_err(|error| Problem::unreadable(path, &error, remedy))?;
         Self::new(path, bytes)
     }
 
-    /// The text of a file's bytes.
+    /// Creates the text from a file's bytes.
     ///
     /// # Errors
-    /// Too many bytes, or bytes that are not UTF-8.
+    /// Fails if there are too many bytes, or they are not UTF-8.
     pub(crate) fn new(path: &Path, bytes: Vec<u8>) -> Result<Self, Problem> {
         let whole = |reason: String, remedy: &str| Problem {
             file: path.to_owned(),
@@ -164,7 +166,7 @@ impl Text {
         Ok(Self::of(path, content.strip_prefix('\u{FEFF}').map_or(content.clone(), str::to_owned)))
     }
 
-    /// The same text, refused when it is blank.
+    /// Returns the same text; a blank text is refused.
     pub(crate) fn not_blank(self) -> Result<Self, Problem> {
         if self.content.trim().is_empty() {
             return Err(self.problem((1, 1), "the file is empty", "write a scenario into it"));
@@ -172,7 +174,7 @@ impl Text {
         Ok(self)
     }
 
-    /// The content that a file has, or would have.
+    /// Creates the text with the content that a file has, or would have.
     pub(crate) fn of(path: &Path, content: String) -> Self {
         let ends = content.match_indices('\n').map(|(at, _)| at + 1);
         let starts = std::iter::once(0).chain(ends).collect();
@@ -191,7 +193,7 @@ impl Text {
         self.before.get(stretch).copied().unwrap_or(0) + characters(rest)
     }
 
-    /// Line and column of a byte.
+    /// Returns line and column of a byte.
     pub(crate) fn position(&self, offset: usize) -> (usize, usize) {
         let line = self.starts.partition_point(|start| *start <= offset).max(1);
         let start = self.starts.get(line - 1).copied().unwrap_or(0);
@@ -199,7 +201,7 @@ impl Text {
         (line, self.characters_before(offset) - self.characters_before(start.min(offset)) + 1)
     }
 
-    /// A problem that belongs to no key.
+    /// Creates a problem that does not belong to a key.
     pub(crate) fn problem(&self, position: (usize, usize), reason: &str, remedy: &str) -> Problem {
         let location = SourceLocation { file: Arc::clone(&self.file), position, key: String::new() };
         location.problem(line(reason), remedy)
@@ -211,7 +213,7 @@ fn characters(bytes: &[u8]) -> usize {
     bytes.iter().filter(|byte| **byte & 0xC0 != 0x80).count()
 }
 
-/// The text on one line and cut to a bounded length, whatever names are in it.
+/// Returns the text on one line and shortened to a bounded length, regardless of its contents.
 pub(crate) fn line(text: &str) -> String {
     text.chars().take(MAX_REASON).map(|char| if char.is_control() { ' ' } else { char }).collect()
 }

@@ -1,5 +1,5 @@
-//! The one layer between text files and settings: TOML, YAML and XML become values that keep their locations,
-//! and reading them notes every problem of a file instead of stopping at the first one.
+//! The common layer between text files and settings: TOML, YAML and XML become values with locations, and
+//! reading them records every problem of a file instead of stopping at the first one.
 //!
 //! | file | contents |
 //! |---|---|

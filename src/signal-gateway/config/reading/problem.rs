@@ -12,7 +12,7 @@ use can_signal::can::IdMatch;
 pub struct Problem {
     /// Path of the file, as it was named.
     pub file: PathBuf,
-    /// Line and column (characters), both from 1; `None` when the file cannot be read at all.
+    /// Line and column (characters), both from 1; `None` if the file cannot be read at all.
     pub position: Option<(usize, usize)>,
     /// Path of the key, e.g. `turn.left` or `event[2].do[1].set`; empty for the whole file.
     pub key: Box<str>,
@@ -20,11 +20,12 @@ pub struct Problem {
     pub reason: String,
     /// The remedy, in plain text without a full stop; may be empty.
     pub remedy: String,
-    /// The message without a timeout that this is about; `None` = something else.
+    /// The message without a timeout, if that is the problem.
     pub missing_timeout: Option<Box<MissingTimeout>>,
 }
 
-/// A message for which a vehicle profile needs a timeout, which a recording of the vehicle shows.
+/// A message for which a vehicle profile needs a timeout, which can be determined from a recording of the
+/// vehicle.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MissingTimeout {
     /// Key of the profile's table in the file; empty for a profile that is a file of its own.
@@ -36,24 +37,25 @@ pub struct MissingTimeout {
 }
 
 impl Problem {
-    /// A problem of a whole file, without a position.
+    /// Creates a problem of a whole file, without a position.
     pub(crate) fn whole_file(file: &Path, reason: impl Into<String>, remedy: impl Into<String>) -> Self {
         let (file, reason, remedy) = (file.to_owned(), reason.into(), remedy.into());
         Self { file, position: None, key: Box::default(), reason, remedy, missing_timeout: None }
     }
 
-    /// The problem with a remedy for a file that is no good as a whole.
+    /// Returns the problem; if it concerns the file as a whole, with this remedy.
     pub(crate) fn or_remedy(self, remedy: &str) -> Self {
         if self.position.is_some() { self } else { Self { remedy: remedy.to_owned(), ..self } }
     }
 
-    /// The problem of a file that cannot be read; `remedy` is for one that does not exist.
+    /// Returns the problem of a file that cannot be read; `remedy` is for a file that does not exist.
     pub(crate) fn unreadable(file: &Path, error: &io::Error, remedy: &str) -> Self {
         Self::whole_file(file, cannot_read(error), remedy_of(error, remedy))
     }
 }
 
-/// The reason for a file that could not be read, in words where the system has none for people.
+/// Returns the reason why a file could not be read, in our own words if the system's are unsuitable for
+/// users.
 pub(crate) fn cannot_read(error: &io::Error) -> String {
     let known = [
         (io::ErrorKind::NotFound, "there is no such file"),
@@ -64,7 +66,8 @@ pub(crate) fn cannot_read(error: &io::Error) -> String {
     text.map_or_else(|| format!("cannot read it: {error}"), |(_, text)| (*text).to_owned())
 }
 
-/// The remedy for a file that could not be read; `missing` is that for one that does not exist.
+/// Returns the remedy for a file that could not be read; `missing` is the remedy for a file that does not
+/// exist.
 pub(crate) fn remedy_of<'a>(error: &io::Error, missing: &'a str) -> &'a str {
     let is = |kinds: &[io::ErrorKind]| kinds.contains(&error.kind());
     if is(&[io::ErrorKind::PermissionDenied]) {
@@ -97,7 +100,7 @@ impl fmt::Display for Problem {
     }
 }
 
-/// A configuration that cannot be used, with every reason found.
+/// An unusable configuration, with every problem found.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}", list(.0))]
 pub struct Refused(pub Vec<Problem>);
@@ -108,7 +111,8 @@ impl From<Problem> for Refused {
     }
 }
 
-/// A problem a line. A remedy that the line before has as well, such as a list of all keys, is not repeated.
+/// Returns one problem per line. A remedy equal to the previous line's, such as a list of all keys, is not
+/// repeated.
 fn list(problems: &[Problem]) -> String {
     let mut lines = Vec::new();
     let mut before = "";

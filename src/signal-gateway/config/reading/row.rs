@@ -1,6 +1,6 @@
-//! Rows of keys: everything that is known of a key, once. A key is read and checked through its row, which
-//! applies the default and records the value in effect; the shipped `gateway.toml`, the schema for editors,
-//! the difference of a reload and the descriptions of the node's parameters are made of the same rows.
+//! Rows of keys: all properties of a key in one place. A key is read and checked through its row, which
+//! applies the default and records the value in effect. The shipped `gateway.toml`, the schema for editors,
+//! the changes of a reload and the descriptions of the node's parameters are generated from the same rows.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -28,16 +28,16 @@ enum KeyType<T: 'static> {
     Number(f64, f64, &'static str, fn(f64) -> Option<T>),
     Flag(fn(bool) -> T),
     Keyword(Keywords<T>, fn(&T) -> T),
-    /// A shape, and its reader, which leaves out the elements that it refuses.
+    /// A shape, and its reader, which omits refused elements.
     Collection(fn() -> ValueShape, fn(&Fields<'_>, &'static str) -> T),
     /// A shape, its reader, and the value of a default text.
     Other(fn() -> ValueShape, fn(&Fields<'_>, &'static str) -> Option<T>, fn(&str) -> Option<T>),
 }
 
-/// The value of a key that is absent.
+/// Default of a key.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum KeyDefault {
-    /// There is none: the key stays absent, or the default depends on other keys or on the environment.
+    /// No default: the key stays absent, or the default depends on other keys or the environment.
     Absent,
     /// The default is `true` or `false`.
     Flag(bool),
@@ -64,7 +64,7 @@ macro_rules! key_rows {
 }
 pub(crate) use key_rows;
 
-/// A whole number of a range; `unit` is empty for a plain number.
+/// Returns a row for a whole number within a range; `unit` is empty for a plain number.
 pub(crate) const fn whole<T: TryFrom<i64>>(
     name: &'static str,
     min: i64,
@@ -74,22 +74,22 @@ pub(crate) const fn whole<T: TryFrom<i64>>(
     row(name, KeyType::Whole(min, max, unit, |number| number.try_into().ok()))
 }
 
-/// A whole number of any size.
+/// Returns a row for a whole number of any size.
 pub(crate) const fn any_whole(name: &'static str) -> ConfigKey<i64> {
     other(name, || ValueShape::Whole(i64::MIN, i64::MAX, ""), read_whole, |text| text.parse().ok())
 }
 
-/// A whole number that is not negative, of any size.
+/// Returns a row for a non-negative whole number of any size.
 pub(crate) const fn any_count(name: &'static str) -> ConfigKey<u64> {
     other(name, || ValueShape::Whole(0, i64::MAX, ""), read_whole, |text| text.parse().ok())
 }
 
-/// A number of a range.
+/// Returns a row for a number within a range.
 pub(crate) const fn number(name: &'static str, min: f64, max: f64, unit: &'static str) -> ConfigKey<f64> {
     row(name, KeyType::Number(min, max, unit, Some))
 }
 
-/// A number of a range that becomes a value of another type.
+/// Returns a row for a number within a range that becomes a value of another type.
 pub(crate) const fn number_as<T>(
     name: &'static str,
     (min, max): (f64, f64),
@@ -99,17 +99,17 @@ pub(crate) const fn number_as<T>(
     row(name, KeyType::Number(min, max, unit, make))
 }
 
-/// A time in whole milliseconds.
+/// Returns a row for a time in whole milliseconds.
 pub(crate) const fn millis(name: &'static str, min: i64, max: i64) -> ConfigKey<Duration> {
     row(name, KeyType::Whole(min, max, "ms", |ms| Some(Duration::from_millis(ms.try_into().ok()?))))
 }
 
-/// A time limit: 1 ms to an hour.
+/// Returns a row for a time limit: 1 ms to an hour.
 pub(crate) const fn limit(name: &'static str) -> ConfigKey<Duration> {
     millis(name, 1, 3_600_000)
 }
 
-/// A time in whole seconds.
+/// Returns a row for a time in whole seconds.
 pub(crate) const fn seconds(name: &'static str, min: i64, max: i64) -> ConfigKey<Duration> {
     row(name, KeyType::Whole(min, max, "s", |s| Some(Duration::from_secs(s.try_into().ok()?))))
 }
@@ -119,17 +119,17 @@ pub(crate) const fn flag(name: &'static str, default: bool) -> ConfigKey<bool> {
     ConfigKey { default: KeyDefault::Flag(default), ..row(name, KeyType::Flag(|flag| flag)) }
 }
 
-/// One of several texts.
+/// Returns a row for one of several texts.
 pub(crate) const fn keyword<T: Copy>(name: &'static str, keywords: Keywords<T>) -> ConfigKey<T> {
     row(name, KeyType::Keyword(keywords, |value| *value))
 }
 
-/// A text in quotes.
+/// Returns a row for a text in quotes.
 pub(crate) const fn text(name: &'static str) -> ConfigKey<String> {
     other(name, || ValueShape::Text, |fields, name| Some(fields.string(name)?.text), owned)
 }
 
-/// A path, relative to the file.
+/// Returns a row for a path, relative to the file.
 pub(crate) const fn path(name: &'static str) -> ConfigKey<PathBuf> {
     other(name, || ValueShape::Path, read_path, |_| None)
 }
@@ -139,12 +139,12 @@ pub(crate) const fn topic(name: &'static str, default: &'static str) -> ConfigKe
     other(name, || ValueShape::Text, read_topic, owned).or_text(default).restart()
 }
 
-/// A topic, or an empty text for none.
+/// Returns a row for a topic, or an empty text for none.
 pub(crate) const fn optional_topic(name: &'static str, default: &'static str) -> ConfigKey<String> {
     other(name, || ValueShape::Text, read_optional_topic, owned).or_text(default).restart()
 }
 
-/// A key whose values are read by a function of its own.
+/// Returns a row whose values are read by their own function.
 pub(crate) const fn other<T>(
     name: &'static str,
     shape: fn() -> ValueShape,
@@ -154,7 +154,7 @@ pub(crate) const fn other<T>(
     row(name, KeyType::Other(shape, read, default))
 }
 
-/// A list or a table, of which elements that are refused are left out.
+/// Returns a row for a list or a table, from which refused elements are omitted.
 pub(crate) const fn collection<T>(
     name: &'static str,
     shape: fn() -> ValueShape,
@@ -305,13 +305,13 @@ impl KeyDefault {
 }
 
 impl Fields<'_> {
-    /// Reads a key through its row, which records the value in effect; a key that is absent or refused has
-    /// its default.
+    /// Reads a key through its row, which records the value in effect; an absent or refused key has its
+    /// default.
     pub(crate) fn read<T: Default + Sync>(&self, key: &'static ConfigKey<T>) -> T {
         self.given(key).or_else(|| key.default_value()).unwrap_or_default()
     }
 
-    /// As [`Self::read`]; `None` when the key is absent or refused.
+    /// Like [`Self::read`], but returns `None` if the key is absent or refused.
     pub(crate) fn given<T: Sync>(&self, key: &'static ConfigKey<T>) -> Option<T> {
         let value = key.read(self);
         let default = || match key.default_toml() {
@@ -333,7 +333,7 @@ impl Fields<'_> {
     }
 }
 
-/// Every key of a table with its value as a user writes it: `[turn] off`, `[turn.source.1] name`.
+/// Returns every key of a table with its value as written by a user: `[turn] off`, `[turn.source.1] name`.
 pub(crate) fn flattened(fields: &Fields<'_>) -> Vec<(String, String)> {
     let mut keys = Vec::new();
     flatten("", fields.all(), &mut keys);
@@ -360,7 +360,7 @@ fn flatten(section: &str, entries: &[Entry], keys: &mut Vec<(String, String)>) {
     }
 }
 
-/// Returns true for a list or a table without anything in it.
+/// Returns true for an empty list or table.
 fn is_empty(value: &Value) -> bool {
     match &value.kind {
         Kind::List(items) => items.is_empty(),
@@ -369,7 +369,7 @@ fn is_empty(value: &Value) -> bool {
     }
 }
 
-/// The value as a user writes it, without the quotes of a text.
+/// Returns the value as written by a user, without the quotes of a text.
 pub(crate) fn shown(value: &Value) -> String {
     match &value.kind {
         Kind::Null => "none".to_owned(),
@@ -384,7 +384,7 @@ pub(crate) fn shown(value: &Value) -> String {
     }
 }
 
-/// The shortest text of a number, so that `10.0` and `10` are the same; any other text unchanged.
+/// Returns the shortest text of a number, so that `10.0` and `10` are equal; any other text unchanged.
 fn plain_number(text: &str) -> String {
     match text.parse::<f64>() {
         Ok(number) if text.contains(['.', 'e', 'E']) => number.to_string(),

@@ -10,13 +10,13 @@ use super::location::{KeyPath, Location, MAX_DEPTH, Text};
 use super::problem::Problem;
 use super::value::{Entry, Kind, Value};
 
-/// The most tokens of a document, counted by the characters that begin or end them.
+/// Maximum number of tokens in a document, counted by the characters that begin or end them.
 const MAX_TOKENS: usize = 600_000;
 
 /// Reads a TOML document; `see` names the document that explains its keys.
 ///
 /// # Errors
-/// The first breach of TOML, or nesting that is too deep.
+/// Fails for the first violation of TOML, or for too deep nesting.
 pub(crate) fn from_toml(text: &Text, see: &str) -> Result<Value, Problem> {
     if let Some(offset) = too_many_tokens(&text.content) {
         let reason = format!("more than {MAX_TOKENS} lines, values and tables");
@@ -33,17 +33,17 @@ pub(crate) fn from_toml(text: &Text, see: &str) -> Result<Value, Problem> {
     Ok(Value { location: Location { position: (1, 1), key }, kind })
 }
 
-/// Returns the byte of the token that is one too many; the parser takes some hundred bytes of memory for
+/// Returns the byte of the first token beyond the limit; the parser uses a few hundred bytes of memory for
 /// each.
 fn too_many_tokens(content: &str) -> Option<usize> {
     let of = |tokens: &'static [u8]| {
         content.bytes().enumerate().filter(move |(_, byte)| tokens.contains(byte)).map(|(offset, _)| offset)
     };
-    // Numbers have points as well.
+    // Numbers also contain points.
     of(b"\n=,[{").nth(MAX_TOKENS).or_else(|| of(b".").nth(2 * MAX_TOKENS))
 }
 
-/// The reason and the remedy for a breach of TOML; no remedy where the reason says it all.
+/// Returns the reason and the remedy for a violation of TOML; no remedy if the reason is sufficient.
 fn breach(text: &Text, message: &str, span: Range<usize>) -> (String, Option<&'static str>) {
     if message == "duplicate key" {
         let name = text.content.get(span.clone()).unwrap_or_default();
@@ -72,8 +72,8 @@ fn breach(text: &Text, message: &str, span: Range<usize>) -> (String, Option<&'s
     (message.to_owned(), remedy)
 }
 
-/// The text without quotes that stands for a value around a breach. What begins like `true`, `nan` or a
-/// number is taken for one by the reader, and the breach is somewhere inside.
+/// Returns the unquoted text of a value around a violation. The reader treats a text that begins like `true`,
+/// `nan` or a number as such, with the violation somewhere inside.
 fn unquoted(text: &Text, span: Range<usize>) -> Option<&str> {
     let (_, line) =
         text.content.get(..span.start)?.rsplit_once('\n').unwrap_or(("", &text.content[..span.start]));
@@ -132,7 +132,7 @@ fn value(
     Ok(Value { location: Location { position, key }, kind })
 }
 
-/// A key as TOML spells it: quoted unless it is a bare one.
+/// Returns a key in TOML notation: quoted unless it is a bare key.
 fn spelled(key: &str) -> String {
     let is_bare = |char: char| char.is_ascii_alphanumeric() || char == '_' || char == '-';
     if key.chars().all(is_bare) && !key.is_empty() { key.to_owned() } else { format!("{key:?}") }

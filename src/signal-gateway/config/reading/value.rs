@@ -17,11 +17,11 @@ pub(crate) enum Kind {
     /// A number, a truth value or a text, as written.
     Scalar {
         text: String,
-        /// Quoted, so that digits are text.
+        /// True if quoted, so that digits are text.
         is_quoted: bool,
     },
     List(Vec<Value>),
-    /// In the order of the document, no key twice.
+    /// Entries in document order, without duplicate keys.
     Map(Vec<Entry>),
 }
 
@@ -35,7 +35,7 @@ pub(crate) struct Entry {
 }
 
 impl Value {
-    /// The value in a refusal: `expected a list, found …`.
+    /// Describes the value for a refusal: `expected a list, found …`.
     pub(crate) fn described(&self) -> String {
         match &self.kind {
             Kind::Null => "nothing".to_owned(),
@@ -53,7 +53,7 @@ impl Value {
     }
 }
 
-/// The values of a list; a single one is a list of one.
+/// Returns the values of a list; a single value counts as a list of one.
 pub(crate) fn items(value: &Value) -> &[Value] {
     match &value.kind {
         Kind::List(items) => items,

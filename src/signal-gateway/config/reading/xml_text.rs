@@ -14,8 +14,8 @@ use super::problem::Problem;
 /// Reads an XML document.
 ///
 /// # Errors
-/// The first breach of XML, nesting that is too deep, or too many elements. A document type with declarations
-/// of its own is refused, and so are entities.
+/// Fails for the first violation of XML, too deep nesting, or too many elements. Refuses a document type with
+/// its own declarations, and entities.
 pub(crate) fn from_xml(text: &Text) -> Result<Element, Problem> {
     let most = u32::try_from(MAX_NODES).unwrap_or(u32::MAX);
     let options = ParsingOptions { allow_dtd: false, nodes_limit: 3 * most, ..ParsingOptions::default() };
@@ -39,15 +39,15 @@ pub(crate) fn from_xml(text: &Text) -> Result<Element, Problem> {
 
 const DOCTYPE: &str = "<!DOCTYPE";
 
-/// The most attributes of an element. The parser compares each with all before it.
+/// Maximum number of attributes of an element. The parser compares each with all previous ones.
 const MAX_ATTRIBUTES: usize = 2_000;
-/// The most declarations of namespaces in a file. The parser keeps a list of all that are valid for each
-/// element with one.
+/// Maximum number of namespace declarations in a file. For each element with a declaration, the parser stores
+/// a list of all valid namespaces.
 const MAX_NAMESPACES: usize = 5_000;
 
-/// An element that would take the parser time in the square of its size.
+/// An element for which the parser would take time quadratic in its size.
 pub(in crate::config) struct CrowdedElement {
-    /// The byte at which it begins, or the byte of the declaration that is one too many.
+    /// Byte at which it begins, or byte of the first declaration beyond the limit.
     pub(in crate::config) offset: usize,
     pub(in crate::config) reason: &'static str,
 }
@@ -56,8 +56,8 @@ impl CrowdedElement {
     pub(in crate::config) const REMEDY: &str = "leave out what is not needed";
 }
 
-/// Finds an element with too many attributes, or the declaration of a namespace that is one too many, before
-/// the text is parsed. A `<` begins an element or the like, and cannot be in a value of an attribute.
+/// Finds an element with too many attributes, or the first namespace declaration beyond the limit, before the
+/// text is parsed. A `<` begins an element or the like, and cannot be in a value of an attribute.
 pub(in crate::config) fn crowded_element(content: &str) -> Option<CrowdedElement> {
     let (mut begin, mut attributes) = (0, 0);
     for (offset, byte) in content.bytes().enumerate() {
@@ -66,7 +66,7 @@ pub(in crate::config) fn crowded_element(content: &str) -> Option<CrowdedElement
             b'=' => attributes += 1,
             _ => {}
         }
-        // Text and comments may have as many of them.
+        // Text and comments may contain that many.
         if attributes == MAX_ATTRIBUTES + 1 && is_element(&content[begin..]) {
             let reason = "an element with more than 2000 attributes cannot be read";
             return Some(CrowdedElement { offset: begin, reason });
@@ -76,14 +76,14 @@ pub(in crate::config) fn crowded_element(content: &str) -> Option<CrowdedElement
     Some(CrowdedElement { offset, reason: "more than 5000 declarations of namespaces cannot be read" })
 }
 
-/// Returns whether a text begins with an element that has an attribute.
+/// Returns true if a text begins with an element that has an attribute.
 fn is_element(text: &str) -> bool {
     let name = text.strip_prefix('<').unwrap_or_default();
     let end = name.find(|char: char| char.is_whitespace() || "<>/!?=".contains(char));
     end.is_some_and(|end| end > 0 && name[end..].starts_with(char::is_whitespace))
 }
 
-/// The text with blanks for a document type that declares nothing itself: it only names a grammar.
+/// Returns the text with blanks instead of a document type without declarations, which only names a grammar.
 fn without_doctype(content: &str) -> Cow<'_, str> {
     let Some((prolog, after)) = content.split_once(DOCTYPE) else { return content.into() };
     let Some((inner, rest)) = after.split_once('>') else { return content.into() };
@@ -95,12 +95,12 @@ fn without_doctype(content: &str) -> Cow<'_, str> {
     format!("{prolog}{blanks} {rest}").into()
 }
 
-/// Returns whether an element begins in the text, which is then no prolog.
+/// Returns true if an element begins in the text, which is then not a prolog.
 fn has_element(text: &str) -> bool {
     text.split('<').skip(1).any(|after| !after.starts_with(['?', '!']))
 }
 
-/// The parser's own text without the position, which some of its errors lack, and a remedy.
+/// Returns the parser's text without the position, which some of its errors lack, and a remedy.
 fn describe(error: &Error) -> (String, &'static str) {
     if matches!(error, Error::DtdDetected) {
         return ("declarations of a document type cannot be read here".to_owned(), "remove the <!DOCTYPE …>");

@@ -1,4 +1,4 @@
-//! YAML as values: aliases and merge keys are written out, within bounds.
+//! Reads YAML as values; aliases and merge keys are expanded, within limits.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
@@ -11,43 +11,42 @@ use super::value::{Entry, Kind, Value};
 
 /// The key whose value is a table, or a list of tables, with further entries.
 const MERGE_KEY: &str = "<<";
-/// The largest number of values that are kept for aliases.
+/// Maximum number of values stored for aliases.
 const MAX_KEPT: usize = 4 * MAX_NODES;
 
-/// The largest number of commas and opening brackets, also in texts.
+/// Maximum number of commas and opening brackets, including those in texts.
 const MAX_MARKS: usize = 4 * MAX_NODES;
 
-/// Which YAML is read.
+/// The variant of YAML that is accepted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum YamlForm {
     /// Plain data: no tags, and each key of a table once.
     Strict,
-    /// As `rcl_yaml_param_parser` reads it: a tag says at most that a value is a text, and keys may be
-    /// repeated.
+    /// As in `rcl_yaml_param_parser`: a tag can only mark a value as a text, and keys may be repeated.
     OfRcl,
 }
 
-/// Reads the one document of a YAML text.
+/// Reads a YAML text with a single document.
 ///
 /// # Errors
-/// The first breach of YAML, anything but plain data, nesting that is too deep, or too many values.
+/// Fails for the first violation of YAML, anything but plain data, too deep nesting, or too many values.
 pub(crate) fn from_yaml(text: &Text) -> Result<Value, Problem> {
     let root = document(text, YamlForm::Strict)?;
     root.ok_or_else(|| text.problem((1, 1), "the file is empty", "write a scenario into it"))
 }
 
-/// Reads the one document of a YAML text as the libraries of ROS 2 do, with tags and repeated keys; `None`
-/// when it is empty.
+/// Reads a YAML text with a single document like the libraries of ROS 2, with tags and repeated keys; returns
+/// `None` if it is empty.
 ///
 /// # Errors
-/// The first breach of YAML, nesting that is too deep, or too many values.
+/// Fails for the first violation of YAML, too deep nesting, or too many values.
 pub(crate) fn from_rcl_yaml(text: &Text) -> Result<Option<Value>, Problem> {
     document(text, YamlForm::OfRcl)
 }
 
 fn document(text: &Text, form: YamlForm) -> Result<Option<Value>, Problem> {
-    // The parser holds a list or table in brackets whole, as it may turn out to be a key: some hundred bytes
-    // for each item.
+    // The parser stores a whole list or table in brackets, since it may turn out to be a key: a few hundred
+    // bytes per item.
     let mut marks = text.content.bytes().enumerate().filter(|(_, byte)| b",[{".contains(byte));
     if let Some((offset, _)) = marks.nth(MAX_MARKS) {
         let reason = format!("more than {MAX_MARKS} commas and brackets");
@@ -78,8 +77,8 @@ struct YamlBuilder<'a> {
     /// Values that aliases can refer to, with the number of their nodes.
     anchors: BTreeMap<usize, (Value, usize)>,
     nodes: usize,
-    /// Number of nodes of all anchors; those of an anchor within another one count twice, since both are
-    /// kept.
+    /// Number of nodes of all anchors; the nodes of an anchor within another anchor count twice, since both
+    /// are stored.
     kept: usize,
 }
 
@@ -87,7 +86,7 @@ struct YamlBuilder<'a> {
 struct OpenNode {
     location: Location,
     content: YamlContent,
-    /// Its anchor, 0 = none, and the number of nodes in front of it.
+    /// Its anchor (0 = none), and the number of nodes before it.
     anchor: (usize, usize),
 }
 
@@ -161,7 +160,7 @@ impl YamlBuilder<'_> {
         self.open.last().is_some_and(|open| matches!(open.content, YamlContent::Map { pending: None, .. }))
     }
 
-    /// The path of the value that comes next.
+    /// Returns the path of the next value.
     fn key(&self) -> Rc<KeyPath> {
         match self.open.last() {
             None => KeyPath::root(),
@@ -206,8 +205,8 @@ impl YamlBuilder<'_> {
         self.put(value)
     }
 
-    /// The entries with those of a merge key in its place. The table's own keys come first, then those of the
-    /// first table that is merged.
+    /// Returns the entries with each merge key replaced by its entries. The table's own keys have priority,
+    /// then the keys of the first merged table.
     fn merged(&self, entries: Vec<Entry>, mut keys: BTreeSet<String>) -> Result<Vec<Entry>, Problem> {
         let mut merged = Vec::new();
         for Entry { key, location, value } in entries {
