@@ -73,7 +73,7 @@ impl BuiltIn {
         Some(Path::new(ROOT).join(path))
     }
 
-    /// The built-in names that were probably meant by a name or path, at most three.
+    /// Returns the built-in names that were probably meant by a name or path, at most three.
     pub fn probably_meant(self, given: &Path) -> Vec<&'static str> {
         let Some(given) = given.file_stem().map(|stem| stem.to_string_lossy().to_lowercase()) else {
             return Vec::new();
@@ -124,13 +124,13 @@ pub(super) fn files_in(folder: &str) -> impl Iterator<Item = &'static Path> {
     FILES.iter().map(|(path, _)| Path::new(path)).filter(move |path| path.starts_with(folder))
 }
 
-/// The contents of a built-in file, by its path in the project.
+/// Returns the contents of a built-in file, by its path in the project.
 pub(super) fn contents(path: &Path) -> Option<&'static [u8]> {
     let path = without_dots(path);
     FILES.iter().find(|(name, _)| Path::new(name) == path).map(|(_, bytes)| *bytes)
 }
 
-/// The path in the project of a built-in file; `None` for the path of a file on the disk.
+/// Returns the path in the project of a built-in file; `None` for the path of a file on the disk.
 pub(super) fn project_path(path: &Path) -> Option<PathBuf> {
     path.strip_prefix(ROOT).map(without_dots).ok()
 }

@@ -52,7 +52,7 @@ impl NodeNames<'_> {
         !topic.is_empty() && self.absolute(&rule.from) == self.absolute(topic)
     }
 
-    /// The name of the node with its namespace.
+    /// Returns the name of the node with its namespace.
     pub fn full_name(&self) -> String {
         below(self.namespace, self.node)
     }
@@ -78,12 +78,12 @@ pub fn is_topic(topic: &str) -> bool {
     tokens.split('/').all(is_name)
 }
 
-/// True for `/` and absolute names such as `/vehicle`.
+/// Returns true for `/` and absolute names such as `/vehicle`.
 pub fn is_namespace(namespace: &str) -> bool {
     namespace.strip_prefix('/').is_some_and(|rest| rest.is_empty() || rest.split('/').all(is_name))
 }
 
-/// True for the name of a node, and for one token of a topic.
+/// Returns true for the name of a node, and for one token of a topic.
 pub fn is_name(name: &str) -> bool {
     name.chars().next().is_some_and(|first| first.is_ascii_alphabetic() || first == '_')
         && name.chars().all(|char| char.is_ascii_alphanumeric() || char == '_')

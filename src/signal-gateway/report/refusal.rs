@@ -146,7 +146,7 @@ mod tests {
     use super::*;
     use crate::config::files::TestFiles;
 
-    /// The only file, with this text.
+    /// Returns the only file, with this text.
     fn car(text: &str) -> [(&str, &str); 1] {
         [("car.toml", text)]
     }

@@ -69,7 +69,7 @@ impl View {
         Self::new(Destination::Journal)
     }
 
-    /// The live view.
+    /// Creates the live view.
     pub fn terminal(view: TerminalView) -> Self {
         Self::new(Destination::Terminal(view))
     }

@@ -30,7 +30,7 @@ pub(super) fn message_name(id: CanId) -> String {
     format!("MSG_{id}")
 }
 
-/// The text of the DBC.
+/// Returns the text of the DBC.
 pub(super) fn dbc_text(messages: &[DraftMessage]) -> String {
     let mut text = "VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: Vehicle\n".to_owned();
     // Writing to a String cannot fail.

@@ -18,7 +18,7 @@ const MAX_RIVALS: usize = 3;
 /// Maximum period of cyclic frames in which a flashing lamp is visible, ms.
 const MAX_LAMP_PERIOD_MS: u32 = 200;
 
-/// The text of the profile. Writing to a String cannot fail.
+/// Returns the text of the profile. Writing to a String cannot fail.
 pub(super) fn profile_toml(
     draft: &VehicleDraft<'_>,
     turn: &SignalCandidate<TurnForm>,
@@ -105,7 +105,7 @@ fn message_section(text: &mut String, draft: &VehicleDraft<'_>, at: MessageKey, 
     }
 }
 
-/// The value of `checksum` in `[message.*]`.
+/// Returns the value of `checksum` in `[message.*]`.
 pub(super) fn checksum_toml(checksum: &FoundChecksum, signal: &str) -> String {
     let mut text = format!("{{ kind = {}, signal = {}", quoted(checksum.kind), quoted(signal));
     for (key, value) in &checksum.parameters {
@@ -119,7 +119,7 @@ pub(super) fn checksum_toml(checksum: &FoundChecksum, signal: &str) -> String {
     text + " }"
 }
 
-/// The value of `counter` in `[message.*]`.
+/// Returns the value of `counter` in `[message.*]`.
 pub(super) fn counter_toml(counter: FoundCounter, signal: &str) -> String {
     let mut text = format!("{{ signal = {}", quoted(signal));
     let highest = (1_u64 << counter.layout.length.min(32)) - 1;

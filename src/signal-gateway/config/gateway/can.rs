@@ -27,7 +27,7 @@ impl CanConfig {
     }
 }
 
-/// Reads the section of each bus of the vehicle, in the order of its `buses`; `None` when they are not known.
+/// Reads the section of each bus of the vehicle, in the order of its `buses`; `None` if they are not known.
 pub(super) fn cans(top: &Fields<'_>, buses: Option<&[String]>) -> Vec<CanConfig> {
     let checker = top.checker;
     let is_known = buses.is_some();

@@ -122,7 +122,7 @@ impl Settings {
         self.mcap.folder = Some(folder.to_owned());
     }
 
-    /// The plan of a simulated vehicle of this profile: the other end of the buses.
+    /// Returns the plan of a simulated vehicle of this profile: the other end of the buses.
     ///
     /// # Errors
     /// Fails if the profile has nothing to simulate.

@@ -53,7 +53,7 @@ impl Checker {
         Self { file: Arc::clone(file), see, problems: RefCell::default(), record: RefCell::default() }
     }
 
-    /// The folder of the file, to which its paths are relative.
+    /// Returns the folder of the file, to which its paths are relative.
     pub(crate) fn folder(&self) -> &Path {
         self.file.parent().unwrap_or(Path::new(""))
     }
@@ -63,7 +63,7 @@ impl Checker {
         self.folder().join(named)
     }
 
-    /// The location with the name of the file.
+    /// Returns the location with the name of the file.
     pub(crate) fn source_location(&self, at: &Location) -> SourceLocation {
         at.in_file(&self.file)
     }
@@ -104,12 +104,12 @@ impl Checker {
         self.record.borrow_mut().retain(keeps);
     }
 
-    /// The keys that were read through their rows, in order.
+    /// Returns the keys that were read through their rows, in order.
     pub(crate) fn recorded(&self) -> Vec<RecordedKey> {
         self.record.borrow().clone()
     }
 
-    /// The number of problems so far.
+    /// Returns the number of problems so far.
     pub(crate) fn count(&self) -> usize {
         self.problems.borrow().len()
     }

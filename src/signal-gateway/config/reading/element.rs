@@ -51,14 +51,14 @@ impl Element {
         named.inspect(|child| child.is_interpreted.set(true))
     }
 
-    /// The attribute with a name.
+    /// Returns the attribute with a name.
     pub(crate) fn attribute(&self, name: &str) -> Option<&Attribute> {
         let found = self.attributes.iter().find(|attribute| attribute.name == name)?;
         found.is_interpreted.set(true);
         Some(found)
     }
 
-    /// The text between the tags.
+    /// Returns the text between the tags.
     pub(crate) fn text(&self) -> &str {
         self.content.is_interpreted.set(true);
         &self.content.text

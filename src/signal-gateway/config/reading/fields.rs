@@ -22,7 +22,7 @@ pub(crate) const MAX_LIMIT_MS: u64 = 3_600_000;
 pub(crate) struct Fields<'c> {
     pub(crate) checker: &'c Checker,
     location: &'c Location,
-    /// The path of the table, also of one that is absent.
+    /// The path of the table, even if the table is absent.
     path: Rc<KeyPath>,
     entries: &'c [Entry],
     known: RefCell<Vec<&'static str>>,
@@ -112,12 +112,12 @@ impl<'c> Fields<'c> {
         Some(key)
     }
 
-    /// The path of the table, also of one that is absent.
+    /// Returns the path of the table, even if the table is absent.
     pub(crate) fn table_path(&self) -> String {
         self.path.to_string()
     }
 
-    /// The location of the table itself.
+    /// Returns the location of the table itself.
     pub(crate) fn location(&self) -> &'c Location {
         self.location
     }

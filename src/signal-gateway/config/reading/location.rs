@@ -62,7 +62,7 @@ pub(crate) struct KeyPath {
 }
 
 impl KeyPath {
-    /// The empty path, at which every other begins.
+    /// Returns the empty path, at which every other begins.
     pub(crate) fn root() -> Rc<Self> {
         Rc::new(Self { parent: None, segment: String::new() })
     }
@@ -80,7 +80,7 @@ impl KeyPath {
         Rc::new(Self { parent: Some(Rc::clone(parent)), segment })
     }
 
-    /// The path of the child element with this number: `Phase`, `Phase[2]`, …
+    /// Returns the path of the child element with this number: `Phase`, `Phase[2]`, …
     pub(crate) fn numbered(parent: &Rc<Self>, name: &str, count: usize) -> Rc<Self> {
         let key = Self::below(parent, "/", name);
         if count == 1 { key } else { Self::below(&key, "", &format!("[{count}]")) }
@@ -108,7 +108,7 @@ pub(crate) struct Location {
 }
 
 impl Location {
-    /// The location with the name of the file.
+    /// Returns the location with the name of the file.
     pub(crate) fn in_file(&self, file: &Arc<Path>) -> SourceLocation {
         SourceLocation { file: Arc::clone(file), position: self.position, key: self.key.to_string() }
     }
@@ -186,7 +186,7 @@ impl Text {
         Self { file: path.into(), content, starts, before }
     }
 
-    /// The number of characters before a byte.
+    /// Returns the number of characters before a byte.
     fn characters_before(&self, offset: usize) -> usize {
         let stretch = offset / STRIDE;
         let rest = self.content.as_bytes().get(stretch * STRIDE..offset).unwrap_or_default();
@@ -208,7 +208,7 @@ impl Text {
     }
 }
 
-/// The number of characters of UTF-8 that begin in these bytes.
+/// Returns the number of characters of UTF-8 that begin in these bytes.
 fn characters(bytes: &[u8]) -> usize {
     bytes.iter().filter(|byte| **byte & 0xC0 != 0x80).count()
 }

@@ -223,7 +223,7 @@ impl<T> ConfigKey<T> {
         Self { default: KeyDefault::Millis(default), ..self }
     }
 
-    /// Reads the value of the key, which is known from now on; `None` when it is absent or refused.
+    /// Reads the value of the key, which is known from now on; `None` if it is absent or refused.
     fn read(&self, fields: &Fields<'_>) -> Option<T> {
         let (value, checker) = (fields.value(self.name)?, fields.checker);
         match &self.kind {

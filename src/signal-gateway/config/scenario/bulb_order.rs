@@ -6,17 +6,17 @@ use traffic_lights::bulb::Bulb;
 use traffic_lights::signal_id::parse_id;
 use traffic_lights::text::parse_bulb;
 
-/// The bulbs by position, of some lights or of all that have as many.
+/// The bulbs by position, for some lights or for all lights with as many positions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BulbOrder {
-    /// The ids of the lights; none for all others.
+    /// Ids of the lights; empty for all other lights.
     ids: Vec<i64>,
     bulbs: Vec<Bulb>,
 }
 
 impl BulbOrder {
-    /// Returns the bulbs of a light with this number of positions: the order for its id, else the order for
-    /// all lights.
+    /// Returns the bulbs of a light with this number of positions: the order for its id, otherwise the order
+    /// for all lights.
     pub(super) fn find(orders: &[Self], id: i64, positions: usize) -> Option<&[Bulb]> {
         let fitting = || orders.iter().filter(|order| order.bulbs.len() == positions);
         let own = fitting().find(|order| order.ids.contains(&id));

@@ -11,10 +11,10 @@ use traffic_lights::scenario::{
     ControllerIndex, Phase, PhaseEntry, Reference, TrafficSignalController, upstream_cycle_s,
 };
 
-/// Cycle times that differ by less are equal, s.
+/// Difference below which cycle times count as equal, seconds.
 const TOLERANCE_S: f64 = 0.001;
 
-/// A controller as it was read, with its reference not resolved.
+/// A controller as read, with its reference unresolved.
 pub(super) struct ControllerDraft {
     pub(super) name: String,
     pub(super) location: Location,
@@ -37,7 +37,7 @@ pub(super) fn resolve(
     let mut by_name = BTreeMap::new();
     for (index, draft) in drafts.iter().enumerate() {
         let first = *by_name.entry(draft.name.as_str()).or_insert(index);
-        // Upstream means the first one wherever the name is used.
+        // Upstream uses the first controller with a name everywhere.
         if first != index && reader.compat == Compat::Improved {
             let reason = format!("two controllers are called {:?}", draft.name);
             reader.refuse(&draft.location, reason, "give each a name of its own");
@@ -59,7 +59,7 @@ fn reference(
     let delay = draft.delay.as_ref().map(|delay| (delay, reader.seconds(delay)));
     let (name, delay) = match (draft.reference.as_ref().filter(|name| !name.text.is_empty()), delay) {
         (None, None) => return None,
-        // Without a delay it begins when it would anyway; generators write it on every controller.
+        // Without a delay it begins at the same time anyway; generators write it on every controller.
         (None, Some((_, Some(Duration::ZERO)))) if reader.compat == Compat::Improved => return None,
         (None, Some((delay, _))) => {
             reader.refuse(&delay.location, "a delay without a reference", "name the controller to follow");
@@ -94,8 +94,8 @@ fn reference(
 /// Refuses controllers that follow themselves, directly or indirectly: they would never begin.
 fn refuse_circles(reader: &ScenarioReader<'_>, drafts: &[ControllerDraft], references: &[Option<Reference>]) {
     let next = |at: usize| Some(references.get(at)?.as_ref()?.controller.0);
-    // The start from which each was first reached: one that is reached again from the same start is in a
-    // circle.
+    // The start from which each was first reached: a controller that is reached again from the same start is
+    // in a cycle.
     let mut reached_from = vec![None; drafts.len()];
     for start in 0..drafts.len() {
         let mut at = Some(start);

@@ -12,7 +12,7 @@ use lanelet2_map::light_map::{GroupEntry, LightMap};
 use traffic_lights::compat::Compat;
 use traffic_lights::scenario::Scenario;
 
-/// The number of ids of the map that are named in a refusal.
+/// Number of ids of the map that are named in a refusal.
 const SHOWN: usize = 8;
 
 /// The content of a scenario file.
@@ -20,27 +20,27 @@ const SHOWN: usize = 8;
 pub struct ScenarioFile {
     /// The scenario that the file describes.
     pub scenario: Scenario,
-    /// Path of the map, relative to the working directory as the file's own path is; `None` when the file
-    /// names no map, or one that only its launch system can find.
+    /// Path of the map, relative to the working directory like the file's own path; `None` if the file names
+    /// no map, or a map that only its launch system can find.
     pub map: Option<PathBuf>,
-    /// The reason why the map that the file names cannot be found, with the remedy.
+    /// Reason why the map named in the file cannot be found, with the remedy.
     pub unresolved_map: Option<String>,
     /// Groups instead of a map; bench format only.
     pub groups: Vec<GroupEntry>,
-    /// Ends of the scenario that could come earlier than they do, since their triggers are not interpreted as
-    /// a whole.
+    /// Ends of the scenario that could occur earlier than simulated, since their triggers are only partly
+    /// interpreted.
     pub uncertain_ends: Vec<UncertainEnd>,
     /// Parts that are not about traffic lights, in the order of the file.
     pub not_interpreted: Vec<NotInterpreted>,
-    /// Every id that it names, for [`ScenarioFile::check_against`].
+    /// Every id in the file, for [`ScenarioFile::check_against`].
     pub ids: Vec<UsedId>,
     /// The texts that stand for ids, with
     /// [`ReadOptions::takes_text_ids`](super::ReadOptions::takes_text_ids).
     pub light_names: LightNames,
 }
 
-/// An event that ends the scenario, or its stop trigger, which was left out, or of which a group of
-/// conditions was.
+/// An event that ends the scenario, or its stop trigger, that was omitted, or of which a group of conditions
+/// was omitted.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UncertainEnd {
     /// Name of the event, or its path; `None` for the stop trigger.
@@ -50,7 +50,7 @@ pub struct UncertainEnd {
     pub success: Option<bool>,
 }
 
-/// Prints the reason why the verdict is not known.
+/// Prints the reason why the verdict is unknown.
 impl fmt::Display for UncertainEnd {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (end, trigger) = match &self.event {
@@ -81,8 +81,8 @@ pub struct UsedId {
 }
 
 impl ScenarioFile {
-    /// Returns a problem for every use of an id that is neither a head nor a group of the map. In upstream
-    /// mode there is none, since upstream looks an id up when it needs it.
+    /// Returns a problem for every use of an id that is neither a head nor a group of the map. There are none
+    /// in upstream mode, since upstream looks up an id only when it is needed.
     pub fn check_against(&self, map: &LightMap, compat: Compat) -> Vec<Problem> {
         if compat == Compat::Upstream {
             return Vec::new();

@@ -4,19 +4,19 @@ use std::collections::BTreeMap;
 
 use serde_json::Value;
 
-/// The texts that stand for ids. Everything else knows their numbers only, which no map has.
+/// Texts used as ids. The rest of the program only uses their numbers, which no map contains.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct LightNames {
     numbers: BTreeMap<String, i64>,
-    /// The texts by the distance of their numbers from the first one.
+    /// Texts by the offset of their numbers from the first number.
     texts: Vec<String>,
 }
 
-/// The number of the first text.
+/// Number of the first text.
 const FIRST: i64 = i64::MIN;
 
 impl LightNames {
-    /// Returns the number of a text, a new one where it has none yet.
+    /// Returns the number of a text; assigns one if it has none yet.
     pub(super) fn id_of(&mut self, text: &str) -> i64 {
         if let Some(id) = self.numbers.get(text) {
             return *id;
@@ -32,7 +32,7 @@ impl LightNames {
         self.texts.get(usize::try_from(id.checked_sub(FIRST)?).ok()?).map(String::as_str)
     }
 
-    /// Replaces the numbers in a text for people by their texts.
+    /// Replaces the numbers in a text for users by their texts.
     pub fn in_text(&self, text: &str) -> String {
         let mut shown = String::new();
         let mut rest = text;

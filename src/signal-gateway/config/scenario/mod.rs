@@ -1,7 +1,7 @@
-//! Scenario files: OpenSCENARIO XML (`.xosc`), the same in YAML as TIER IV writes it, and our own
-//! bench format in TOML, which `config/scenarios/bench.toml` explains.
+//! Scenario files: OpenSCENARIO XML (`.xosc`), the same in TIER IV's YAML form, and our own bench format in
+//! TOML, which `config/scenarios/bench.toml` explains.
 //!
-//! [`read`] gives the scenario or every problem. Parts that are not about traffic lights are listed, not
+//! [`read`] returns the scenario or every problem. Parts that are not about traffic lights are listed, not
 //! interpreted.
 
 mod bench;
@@ -30,11 +30,12 @@ use crate::config::reading::{Checker, Kind, Problem, Refused, from_toml, from_xm
 use modifiers::Modifiers;
 use reader::{SEE, ScenarioReader};
 
-/// Reads a scenario, by path or built-in name; its form follows from the file's extension, or else from its
-/// content.
+/// Reads a scenario, by path or built-in name; its form is determined by the file's extension, otherwise by
+/// its content.
 ///
 /// # Errors
-/// Every problem with its location; only the first one of a file that breaks the grammar of its form.
+/// Returns every problem with its location; only the first problem if the file violates the grammar of its
+/// form.
 pub fn read(
     files: &dyn Files,
     path: &Path,
@@ -103,7 +104,7 @@ enum ScenarioForm {
 }
 
 impl ScenarioForm {
-    /// Returns the form by the extension, else by the content (standard input has no extension).
+    /// Returns the form by the extension, otherwise by the content (standard input has no extension).
     fn of(path: &Path, content: &str) -> Result<Self, Problem> {
         let extension = path.extension().and_then(|extension| extension.to_str());
         match extension.map(str::to_ascii_lowercase).as_deref() {

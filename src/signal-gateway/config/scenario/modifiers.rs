@@ -1,5 +1,5 @@
-//! Scenario modifiers, which TIER IV writes beside OpenSCENARIO in YAML: names that stand for values, of
-//! which each combination is a run.
+//! Scenario modifiers, which TIER IV adds to OpenSCENARIO in YAML: names that stand for values, each
+//! combination of which is a run.
 
 use std::collections::BTreeMap;
 
@@ -7,29 +7,28 @@ use super::naming::listed;
 use crate::config::reading::{Checker, Element, Entry, Kind, MAX_BYTES, Value, items};
 
 pub(super) const ROOT: &str = "ScenarioModifiers";
-/// The largest number of modifiers: each is sought in every text.
+/// Maximum number of modifiers, since each is searched for in every text.
 const MAX_MODIFIERS: usize = 100;
 const MAX_VALUES: usize = 10_000;
-/// The differences below which the end of a range is reached, relative and absolute, as upstream computes
-/// them.
+/// Differences below which the end of a range counts as reached, relative and absolute, as in upstream.
 const TOLERANCES: (f64, f64) = (1e-9, 1e-10);
 
 #[derive(Debug)]
 struct Modifier {
     name: String,
-    /// All of them, as text; at least one.
+    /// All values, as text; at least one.
     values: Vec<String>,
-    /// The value of this run: the only one, or the one that was chosen.
+    /// Value of this run: the only value, or the chosen one.
     value: Option<String>,
 }
 
-/// The modifiers of a file, the longest name first, so that no name is taken for a part of another one.
+/// The modifiers of a file, longest name first, so that no name is mistaken for a part of another one.
 #[derive(Debug, Default)]
 pub(super) struct Modifiers(Vec<Modifier>);
 
 impl Modifiers {
-    /// Reads the modifiers below their key; `chosen` are the values of this run by name. Refuses those
-    /// without values, and values that a modifier does not have.
+    /// Reads the modifiers below their key; `chosen` are the values of this run by name. Refuses modifiers
+    /// without values, and chosen values that a modifier does not have.
     pub(super) fn read(checker: &Checker, root: &Value, chosen: &BTreeMap<String, String>) -> Self {
         let Kind::Map(entries) = &root.kind else { return Self::default() };
         let all = entries.iter().flat_map(|entry| items(&entry.value));
@@ -51,15 +50,15 @@ impl Modifiers {
         listed(self.0.iter().map(|modifier| modifier.name.as_str()))
     }
 
-    /// Replaces the names in the attributes of an element and of all below it by their values. A text with a
-    /// modifier whose value is not chosen stays as it is. Values that are longer than a file may be are
+    /// Replaces names by their values in the attributes of an element and its descendants. A text with a
+    /// modifier whose value is not chosen remains unchanged. Values longer than the limit for files are
     /// refused.
     pub(super) fn replace_in(&self, checker: &Checker, element: &mut Element) {
         let mut left_bytes = MAX_BYTES;
         self.replace_below(checker, element, &mut left_bytes);
     }
 
-    /// `left_bytes` is the length that all further values may have.
+    /// `left_bytes` is the remaining total length for further values.
     fn replace_below(&self, checker: &Checker, element: &mut Element, left_bytes: &mut usize) {
         for attribute in &mut element.attributes {
             match self.replaced(&attribute.value, left_bytes) {
@@ -74,7 +73,7 @@ impl Modifiers {
         element.children.iter_mut().for_each(|child| self.replace_below(checker, child, left_bytes));
     }
 
-    /// Returns the text with the names replaced; `None` when the values are too long.
+    /// Returns the text with the names replaced; `None` if the values are too long.
     fn replaced(&self, text: &str, left_bytes: &mut usize) -> Option<String> {
         let mut text = text.to_owned();
         if self.first_not_chosen_in(&text).is_some() {
@@ -88,8 +87,7 @@ impl Modifiers {
         Some(text)
     }
 
-    /// Returns the reason and the remedy why the value of a text is not known: a modifier in it that has
-    /// several values.
+    /// Returns the reason why the value of a text is unknown, a modifier with several values, and the remedy.
     pub(super) fn not_chosen_in(&self, text: &str) -> Option<(String, String)> {
         self.first_not_chosen_in(text).map(|modifier| {
             let reason = format!("{} is a scenario modifier, which stands for several values", modifier.name);
@@ -164,7 +162,7 @@ fn modifier(checker: &Checker, value: &Value, chosen: &BTreeMap<String, String>)
     Some(Modifier { name: name.text, values, value })
 }
 
-/// Returns the values of a range, with `stop` when a step meets it: whole numbers as such, others with a
+/// Returns the values of a range, including `stop` if a step reaches it: whole numbers as such, others with a
 /// decimal point. A step of 0 gives `start` alone.
 fn range(checker: &Checker, value: &Value, entries: [Option<&Entry>; 3]) -> Option<Vec<String>> {
     let [Some(start), Some(step), Some(stop)] = entries else {
@@ -195,7 +193,7 @@ fn range(checker: &Checker, value: &Value, entries: [Option<&Entry>; 3]) -> Opti
     }
     let is_within =
         |value: &f64| (if step > 0.0 { *value < stop } else { *value > stop }) || is_at(*value, stop);
-    // Added up, as upstream does, so that the digits are the same.
+    // Summed up like upstream, so that the digits are the same.
     let values = std::iter::successors(Some(start), |value| Some(value + step)).take_while(is_within);
     let values: Vec<_> = values.take(MAX_VALUES + 1).collect();
     if values.len() > MAX_VALUES {
@@ -213,7 +211,7 @@ mod tests {
     use crate::config::reading::{Text, from_yaml};
     use std::path::Path;
 
-    /// The modifiers of a list in YAML, or what is refused.
+    /// Returns the modifiers of a YAML list, or the refusal.
     fn read(list: &str, chosen: &[(&str, &str)]) -> Result<Modifiers, String> {
         let text = Text::new(Path::new("a"), format!("ScenarioModifier: {list}\n").into()).unwrap();
         let checker = Checker::new(&text.file, "");

@@ -8,14 +8,14 @@ pub(super) struct Names {
 }
 
 impl Names {
-    /// Creates an assigner; `own` are the names in the file of all elements that get a name.
+    /// Creates an assigner; `own` are the names in the file of all elements to be named.
     pub(super) fn new<'n>(own: impl Iterator<Item = &'n str>) -> Self {
         let mut counts = BTreeMap::new();
         own.for_each(|name| *counts.entry(name.to_owned()).or_insert(0) += 1);
         Self { own: counts, assigned: BTreeSet::new() }
     }
 
-    /// Assigns an element its own name if no other has it, else its path.
+    /// Assigns an element its own name if no other element has it, otherwise its path.
     pub(super) fn assign(&mut self, own: &str, path: String) -> String {
         let is_unique = !own.is_empty() && self.own.get(own) == Some(&1);
         let mut name = if is_unique { own.to_owned() } else { path };
@@ -36,7 +36,7 @@ pub(super) fn action_path(event: &str, index: usize) -> String {
     format!("{event}/Action[{}]", index + 1)
 }
 
-/// Returns the names joined by `, `, cut after a number of them; `none` without any.
+/// Returns at most `max` names joined by `, `; `none` if there are none.
 pub(super) fn joined(names: impl Iterator<Item = String>, max: usize) -> String {
     let mut names: Vec<_> = names.take(max + 1).collect();
     if names.len() > max {
@@ -46,7 +46,7 @@ pub(super) fn joined(names: impl Iterator<Item = String>, max: usize) -> String 
     if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }
 
-/// Returns the names as a remedy, `there are a, b`, cut after 20.
+/// Returns at most 20 names as a remedy: `there are a, b`.
 pub(super) fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
     format!("there are {}", joined(names.map(str::to_owned), 20))
 }

@@ -1,4 +1,4 @@
-//! Texts of all forms of a scenario, which become targets, states and times.
+//! Parses the texts of all scenario forms to targets, states and times.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -20,22 +20,22 @@ use traffic_lights::target::{SignalTarget, StoreId};
 
 /// The document that explains the keys of our own form.
 pub(super) const SEE: &str = "config/scenarios/bench.toml";
-/// The longest time, s: some thirty years.
+/// Maximum time, seconds: about thirty years.
 const MAX_S: f64 = 1e9;
 
-/// The choices that a scenario leaves to the user who runs it.
+/// Choices that a scenario leaves to the user.
 #[derive(Debug, Clone, Default)]
 pub struct ReadOptions {
-    /// The mode for the weaknesses of upstream.
+    /// Whether to reproduce the weaknesses of upstream.
     pub compat: Compat,
     /// The folders of packages by name, for `$(find-pkg-share NAME)`.
     pub packages: BTreeMap<String, PathBuf>,
     /// The bulbs of lights by position, for states in ASAM's notation, `on;off;off`.
     pub bulb_orders: Vec<BulbOrder>,
-    /// The values of scenario modifiers by name, each one of the values in the file.
+    /// Values of scenario modifiers by name; each must be one of the values in the file.
     pub modifiers: BTreeMap<String, String>,
-    /// True if ids may be any texts, as in `OpenDRIVE`: for scenarios without a map, in improved mode. In
-    /// commands they are numbers.
+    /// True if ids may be arbitrary texts, as in `OpenDRIVE`: for scenarios without a map, in improved mode.
+    /// In commands they are numbers.
     pub takes_text_ids: bool,
 }
 
@@ -45,7 +45,7 @@ impl From<Compat> for ReadOptions {
     }
 }
 
-/// Reads the texts of one file, and collects the ids in it and the parts that are left out.
+/// Reads the texts of one file, and collects its ids and omitted parts.
 pub(super) struct ScenarioReader<'c> {
     pub(super) checker: &'c Checker,
     pub(super) compat: Compat,
@@ -53,7 +53,7 @@ pub(super) struct ScenarioReader<'c> {
     pub(super) not_interpreted: Vec<NotInterpreted>,
     pub(super) ids: Vec<UsedId>,
     pub(super) names: LightNames,
-    /// The scenario modifiers, whose names stand for their values wherever they are written.
+    /// The scenario modifiers, whose names are replaced by their values everywhere.
     pub(super) modifiers: Modifiers,
 }
 
@@ -74,7 +74,7 @@ impl<'c> ScenarioReader<'c> {
         self.checker.refuse(location, self.names.in_text(reason.as_ref()), remedy);
     }
 
-    /// Refuses like [`Self::refuse`]. Returns `None`, for a caller that then has no value.
+    /// Refuses like [`Self::refuse`], and returns `None` for the caller's convenience.
     pub(super) fn refused<T>(&self, location: &Location, reason: impl AsRef<str>, remedy: &str) -> Option<T> {
         self.refuse(location, reason, remedy);
         None
@@ -128,8 +128,8 @@ impl<'c> ScenarioReader<'c> {
         self.options.takes_text_ids && self.compat == Compat::Improved
     }
 
-    /// Reads an id. A text that is not a number as we write it stands for a number of its own, where texts
-    /// are taken.
+    /// Reads an id. Where texts are accepted, a text that is not a number in our notation is given its own
+    /// number.
     fn parse_id(&mut self, text: &str) -> Result<i64, SignalIdError> {
         let parsed = parse_id(text);
         let is_number = parsed.as_ref().is_ok_and(|id| id.to_string() == text);
@@ -147,7 +147,7 @@ impl<'c> ScenarioReader<'c> {
         Some(id)
     }
 
-    /// Reads an id that is a value by itself.
+    /// Reads an id that is a whole value.
     pub(super) fn id_in(&mut self, value: &Value) -> Option<i64> {
         self.id(&self.checker.text(value)?)
     }
@@ -203,7 +203,7 @@ impl<'c> ScenarioReader<'c> {
         Some((target, self.state(target, &state?, writer)?))
     }
 
-    /// Reads the test of a state; empty and `none` are dark. Upstream reads the text when it compares.
+    /// Reads the test of a state; empty and `none` are dark. Upstream parses the text only when comparing.
     pub(super) fn state_test(
         &mut self,
         target: SignalTarget,
@@ -234,7 +234,7 @@ impl<'c> ScenarioReader<'c> {
         }
     }
 
-    /// Reads any number but NaN; infinite only when it is written without digits.
+    /// Reads any number except NaN; infinite only if written without digits.
     pub(super) fn number(&self, given: &LocatedText) -> Option<f64> {
         let text = given.text.trim();
         let has_digit = text.contains(|char: char| char.is_ascii_digit());
@@ -282,7 +282,7 @@ impl<'c> ScenarioReader<'c> {
         self.refused(&given.location, format!("{} Hz is out of range", given.text.trim()), &remedy)
     }
 
-    /// Reads a confidence, 0 to 1; upstream takes any number.
+    /// Reads a confidence, 0 to 1; upstream accepts any number.
     pub(super) fn confidence(&self, given: &LocatedText) -> Option<f64> {
         let confidence = self.number(given)?;
         let is_allowed = match self.compat {
@@ -295,7 +295,7 @@ impl<'c> ScenarioReader<'c> {
         is_allowed.then_some(confidence)
     }
 
-    /// Finds a controller and one of its phases; upstream looks the phase up when it is needed.
+    /// Finds a controller and one of its phases; upstream looks up the phase only when it is needed.
     pub(super) fn phase_of(
         &self,
         controllers: &[TrafficSignalController],
@@ -318,9 +318,9 @@ impl<'c> ScenarioReader<'c> {
 
 /// The status of a bulb by its position, in ASAM's notation.
 struct PositionStatus {
-    /// The status that is shown; `None` for a bulb that is off.
+    /// Shown status; `None` for a bulb that is off.
     status: Option<BulbStatus>,
-    /// The difference between what is written and what is shown.
+    /// Difference between the written and the shown status.
     difference: Option<&'static str>,
 }
 

@@ -1,4 +1,4 @@
-//! Binds signals by name and raw values with their meaning: the pieces of a binding.
+//! Binds signals by name, and raw values with their meanings.
 
 use std::path::PathBuf;
 
@@ -15,10 +15,10 @@ use vehicle_bringup::plausibility::fingerprint::PlatformList;
 
 /// Keys of the raw values that stand for no state: "not available" and "fault".
 pub(super) const UNUSABLE: &[&str] = &["not_available", "fault"];
-/// The key of raw values for "not available" alone.
+/// The key of raw values for only "not available".
 pub(super) const NOT_AVAILABLE: &[&str] = &["not_available"];
 
-/// The DBC of a bus, as it was read.
+/// The DBC of a bus, as read.
 #[derive(Debug)]
 pub struct LoadedDbc {
     /// Name of its bus in the profile.
@@ -27,9 +27,9 @@ pub struct LoadedDbc {
     pub index: BusIndex,
     /// Path of the DBC.
     pub path: PathBuf,
-    /// Its content, with what was rejected of it.
+    /// Its content, with the rejected parts.
     pub database: Database,
-    /// Public lists of the identifiers on the bus; empty when the profile names none.
+    /// Public lists of the identifiers on the bus; empty if the profile names none.
     pub identifier_lists: Vec<&'static PlatformList>,
 }
 
@@ -50,12 +50,12 @@ impl<'a> Binder<'a> {
         Self { checker, buses, messages: Vec::new(), signals: Vec::new() }
     }
 
-    /// Notes a problem at a location in the profile.
+    /// Records a problem at a location in the profile.
     pub(super) fn refuse(&self, at: &Location, reason: impl AsRef<str>, remedy: &str) {
         self.checker.refuse(at, reason, remedy);
     }
 
-    /// The message of that name, on the named bus or the only one that has it.
+    /// Returns the message with this name, on the named bus or the only bus that has it.
     pub(super) fn find_message(
         &self,
         bus: Option<&str>,
@@ -113,7 +113,7 @@ impl<'a> Binder<'a> {
         None
     }
 
-    /// Refuses a bus that the profile does not have.
+    /// Refuses a bus that is not in the profile.
     pub(super) fn refuse_bus(&self, at: &Location, bus: &str) {
         let known: Vec<_> = self.buses.iter().map(|known| known.bus.as_str()).collect();
         self.refuse(
@@ -123,7 +123,7 @@ impl<'a> Binder<'a> {
         );
     }
 
-    /// The reason why a message is unknown: the DBC lacks it, or (true) it has a form that was rejected.
+    /// Returns the reason why a message is unknown: the DBC lacks it, or (true) its definition was rejected.
     fn missing_message(&self, bus: Option<&str>, name: &str) -> (String, bool) {
         let buses: Vec<_> =
             self.buses.iter().filter(|known| bus.is_none_or(|bus| known.bus == bus)).collect();
@@ -139,7 +139,7 @@ impl<'a> Binder<'a> {
         Some((self.intern(bus, message, signal), signal))
     }
 
-    /// The integer signal that is named `[bus:]MESSAGE.SIGNAL`, with its message and the position of its bus.
+    /// Returns the integer signal named `[bus:]MESSAGE.SIGNAL`, with its message and the position of its bus.
     pub(super) fn find_signal(&self, given: &LocatedText) -> Option<(usize, &'a Message, &'a Signal)> {
         let at = &given.location;
         let (bus, rest) = split_bus(&given.text);
@@ -157,12 +157,12 @@ impl<'a> Binder<'a> {
         Some((bus, message, signal))
     }
 
-    /// The codec of a signal of `message` that is named by itself, of any kind.
+    /// Returns the codec of a signal of `message` that is given by its name alone, of any kind.
     pub(super) fn field(&self, message: &Message, given: &LocatedText) -> Option<SignalCodec> {
         self.signal_of(message, &given.text, &given.location).map(|signal| signal.codec.clone())
     }
 
-    /// The signal of `message` of this name, of any kind; refused where the message does not have it.
+    /// Returns the signal of `message` with this name, of any kind; refuses a missing one.
     pub(super) fn signal_of<'m>(
         &self,
         message: &'m Message,
@@ -189,7 +189,7 @@ impl<'a> Binder<'a> {
         Some(signal)
     }
 
-    /// The message's name for people: with its bus, when several buses have one of that name.
+    /// Returns the message's name for texts: with its bus, if several buses have a message with this name.
     pub(super) fn message_name(&self, bus: usize, message: &Message) -> String {
         let twins = self.buses.iter().filter(|bus| bus.database.message(&message.name).is_some()).count();
         if twins > 1 { format!("{}:{}", self.buses[bus].bus, message.name) } else { message.name.clone() }
@@ -210,16 +210,16 @@ impl<'a> Binder<'a> {
         }))
     }
 
-    /// Binds a signal and its values; `None` when a problem was noted.
+    /// Binds a signal and its values; `None` if a problem was recorded.
     pub(super) fn role<T: Copy>(&mut self, given: &LocatedText, meanings: &Meanings<T>) -> Option<Role<T>> {
         let bound = self.signal(given);
         let values = self.values(meanings, bound.map(|(_, signal)| signal));
         Some(Role { signal: bound?.0, values: values? })
     }
 
-    /// Binds the key `signal` of a table with the raw values that it has under a key for each state: those in
-    /// `required`, those in `optional`, and those under the `unusable` keys, which stand for no state.
-    /// `remedy` is for keys that are missing.
+    /// Binds the key `signal` of a table with its raw values, which are given under one key per state: the
+    /// `required` and `optional` keys, and the `unusable` keys, which stand for no state. `remedy` is for
+    /// keys that are missing.
     pub(super) fn states<T: Copy>(
         &mut self,
         fields: &Fields<'_>,
@@ -288,18 +288,18 @@ impl<'a> Binder<'a> {
     }
 }
 
-/// The values for "not available" and "fault" under these keys, as far as they are given.
+/// Returns the given values for "not available" and "fault" under these keys.
 pub(super) fn unusable_values<T>(fields: &Fields<'_>, keys: &[&'static str]) -> Meanings<T> {
     let meaning = |key| if key == "fault" { Meaning::Fault } else { Meaning::NotAvailable };
     keys.iter().filter_map(|key| Some((RawValues::given(fields, key)?, meaning(*key)))).collect()
 }
 
-/// The bus and the rest of `BUS:REST` or `REST`.
+/// Splits `BUS:REST` or `REST` into the bus and the rest.
 pub(super) fn split_bus(name: &str) -> (Option<&str>, &str) {
     name.split_once(':').map_or((None, name), |(bus, rest)| (Some(bus), rest))
 }
 
-/// Line and reason where the DBC's statement about a name was rejected, as the end of a reason.
+/// Returns the line and the reason of a rejected DBC statement about a name, as the end of a reason.
 fn rejected(bus: &LoadedDbc, name: &str) -> Option<String> {
     let finding = bus.database.findings.iter().find(|finding| finding.excerpt.contains(name))?;
     Some(format!("; rejected at {}:{}: {}", display(&bus.path), finding.line, finding.reason))

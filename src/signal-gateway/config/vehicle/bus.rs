@@ -1,4 +1,4 @@
-//! `[bus.*]` of a profile: the DBCs, and the messages that prove a bus alive.
+//! `[bus.*]` of a profile: the DBCs, and the messages that prove that a bus is alive.
 
 use std::path::Path;
 use std::time::Duration;
@@ -19,21 +19,22 @@ use gateway_base::near_miss::did_you_mean;
 use gateway_core::command::allow_list::AllowList;
 use vehicle_bringup::plausibility::fingerprint::PlatformList;
 
-/// Default of the silence after which a bus counts as dead, ms; at least the timeout of its fastest message.
+/// Default silence after which a bus counts as dead; at least the timeout of its fastest message.
 const ALIVE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// The keys of `[bus.<name>]` that are needed once the messages are bound.
 #[derive(Debug)]
 pub(super) struct BusSection {
-    /// Further messages that prove the bus alive.
+    /// Further messages that prove that the bus is alive.
     heartbeat_messages: Vec<LocatedText>,
-    /// Longest silence of a bus that is awake.
+    /// Maximum silence of a bus that is awake.
     alive_timeout: Option<Duration>,
     /// True if the whole bus may fall asleep.
     may_sleep: bool,
 }
 
-/// Reads the section of each bus, in the order of their names, with its DBC; `None` when a problem was noted.
+/// Reads the section of each bus, in the order of their names, with its DBC; `None` if a problem was
+/// recorded.
 pub(super) fn read_buses(files: &dyn Files, top: &Fields<'_>) -> Option<(Vec<LoadedDbc>, Vec<BusSection>)> {
     let checker = top.checker;
     let before = checker.count();
@@ -64,7 +65,7 @@ pub(super) fn read_buses(files: &dyn Files, top: &Fields<'_>) -> Option<(Vec<Loa
     (checker.count() == before).then_some((buses, sections))
 }
 
-/// Reads the file of a bus, a DBC or an ARXML; `None` when it was refused.
+/// Reads the file of a bus, a DBC or an ARXML; `None` if it was refused.
 fn read_database(files: &dyn Files, fields: &Fields<'_>, path: &Path) -> Option<Database> {
     let refuse =
         |reason: &str, remedy: &str| fields.refuse("dbc", format!("{}: {reason}", display(path)), remedy);
@@ -145,8 +146,8 @@ fn identifier_lists(fields: &Fields<'_>) -> Vec<&'static PlatformList> {
 }
 
 impl BusSection {
-    /// Settings of the bus, without an interface. By default no bus is dead while its fastest message may be
-    /// silent.
+    /// Returns the settings of the bus, without an interface. By default a bus is not dead while its fastest
+    /// message may be silent.
     pub(super) fn settings(
         &self,
         bus: &LoadedDbc,
@@ -167,7 +168,8 @@ impl BusSection {
         }
     }
 
-    /// The further messages that prove the bus alive. Those that the gateway sends itself prove nothing.
+    /// Returns the further messages that prove that the bus is alive. Messages sent by the gateway itself
+    /// prove nothing.
     pub(super) fn heartbeat_messages(
         &self,
         binder: &Binder<'_>,

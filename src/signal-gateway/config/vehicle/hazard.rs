@@ -11,13 +11,13 @@ use gateway_core::vehicle_lights::binding::{HazardBinding, HazardSource, TurnBin
 use gateway_core::vehicle_lights::stalk::StalkSettings;
 use gateway_core::vehicle_lights::state::HazardCode;
 
-/// Default of the time for which a button is watched before the lights are known to be off.
+/// Default time for which a button is observed before the lights are known to be off.
 const BUTTON_STARTUP_DELAY: Duration = Duration::from_secs(1);
 
 /// Origins of the hazard-light state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum HazardFrom {
-    /// A signal that is on while the lights are.
+    /// A signal that is on while the lights are on.
     Signal,
     /// A signal that gives a reason.
     Reason,
@@ -40,7 +40,7 @@ const FROM: Keywords<HazardFrom> = &[
     ("not_visible", HazardFrom::NotVisible),
 ];
 
-/// Reads the binding; `None` when a problem was noted.
+/// Reads the binding; `None` if a problem was recorded.
 pub(super) fn hazard(
     binder: &mut Binder<'_>,
     fields: &Fields<'_>,
@@ -59,7 +59,7 @@ pub(super) fn hazard(
     sources(binder, fields, source, |_| hold).map(HazardBinding::From)
 }
 
-/// True if the hazard-light state comes from both turn sides.
+/// Returns true if the hazard-light state comes from both turn sides.
 pub(super) fn is_from_both_sides(fields: &Fields<'_>) -> bool {
     fields.is("from", "both_sides")
 }
@@ -117,7 +117,7 @@ fn source(binder: &mut Binder<'_>, fields: &Fields<'_>, turn: Option<&TurnBindin
     }
 }
 
-/// Reads a signal whose values are reasons for which the lights are on.
+/// Reads a signal whose values are reasons for the lights being on.
 fn reason(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<HazardSource> {
     let remedy = "a hazard reason needs signal, off and [hazard.reasons]";
     let is_complete = fields.require(&["signal", "off", "reasons"], remedy);

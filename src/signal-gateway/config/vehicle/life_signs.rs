@@ -1,20 +1,20 @@
-//! The messages that prove the buses of a profile alive.
+//! The messages that prove that the buses of a profile are alive.
 
 use super::binder::Binder;
 use can_signal::can::IdMatch;
 use can_signal::validation::table::{BoundMessage, BoundSignal};
 
-/// The messages that prove the buses alive, as `GatewaySettings::life_signs` has them.
+/// The messages that prove that the buses are alive, in the form of `GatewaySettings::life_signs`.
 pub(super) struct LifeSigns<'h> {
     /// The further messages of each bus.
     pub(super) heartbeats: &'h [Vec<IdMatch>],
-    /// The bus of each bound message, `None` for one that proves nothing.
+    /// Bus of each bound message; `None` for a message that proves nothing.
     buses: Vec<Option<usize>>,
 }
 
 impl<'h> LifeSigns<'h> {
-    /// Bound messages with one of the signals that are `carried`, and all those of buses that have none of
-    /// them and no heartbeat.
+    /// Selects the bound messages with one of the `carried` signals, and all messages of buses that have
+    /// neither such a message nor a heartbeat.
     pub(super) fn new(
         binder: &Binder<'_>,
         carried: [&Vec<BoundSignal>; 3],
@@ -29,13 +29,14 @@ impl<'h> LifeSigns<'h> {
         Self { heartbeats, buses: buses.collect() }
     }
 
-    /// True if a further message proves the bus alive, or a bound one that is accepted by its position.
+    /// Returns true if a further message proves that the bus is alive, or a bound message whose position
+    /// `accept` accepts.
     pub(super) fn prove(&self, bus: usize, accept: impl Fn(usize) -> bool) -> bool {
         let mut bound = self.buses.iter().enumerate();
         !self.heartbeats[bus].is_empty() || bound.any(|(index, of)| *of == Some(bus) && accept(index))
     }
 
-    /// Those of the bound messages that prove their bus alive.
+    /// Returns the bound messages that prove that their bus is alive.
     pub(super) fn of<'m>(&self, bound: &'m [BoundMessage]) -> Vec<&'m BoundMessage> {
         bound.iter().zip(&self.buses).filter(|(_, bus)| bus.is_some()).map(|(message, _)| message).collect()
     }

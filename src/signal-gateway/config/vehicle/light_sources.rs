@@ -19,10 +19,10 @@ const SIDE: Keywords<Sides> = &[
     ("both", Sides { left: true, right: true }),
 ];
 
-/// The time after the longest hold of a lamp from which disagreement is a finding.
+/// Time beyond the longest hold of a lamp after which disagreement is a finding.
 const BEYOND_HOLD: Duration = Duration::from_millis(500);
 
-/// Default of the time for which sources may contradict each other.
+/// Default time for which sources may contradict each other.
 const DISAGREEMENT: Duration = Duration::from_secs(1);
 
 /// Reads the signals that report a fault, and the reaction to them.
@@ -39,8 +39,8 @@ pub(super) fn faults(binder: &mut Binder<'_>, fields: &Fields<'_>) -> FaultBindi
     FaultBinding { signals, on_fault: fields.keyword("on_fault", ON_FAULT).unwrap_or_default() }
 }
 
-/// Reads the sources of a section: the section itself as the only one, or those in its `source`, the most
-/// trusted first. `hold` is the time for which they may differ. `None` when a problem was noted.
+/// Reads the sources of a section: the section itself as the only source, or the sources in its `source`,
+/// most trusted first. `hold` is the time for which they may differ. `None` if a problem was recorded.
 pub(super) fn sources<S>(
     binder: &mut Binder<'_>,
     fields: &Fields<'_>,
@@ -81,7 +81,7 @@ pub(super) fn sources<S>(
     is_complete.then_some(Sources { list, disagreement })
 }
 
-/// Reads the condition under which a source applies; `None` when a problem was noted.
+/// Reads the condition under which a source applies; `None` if a problem was recorded.
 fn condition(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<Role<bool>> {
     let remedy = "a condition needs signal, on and off, so that no value of the signal is guessed";
     let role = binder.switch(&fields, ["on", "off"], UNUSABLE, remedy);
@@ -102,7 +102,8 @@ fn name<S>(fields: &Fields<'_>, others: &[NamedSource<S>]) -> Option<String> {
     Some(name)
 }
 
-/// The longest time for which lamps or a lever may be held on, and a bit; other sources may be off by then.
+/// Returns the longest time for which lamps or a stalk may be held on, plus a margin; other sources may be
+/// off by then.
 pub(super) fn longest_hold(list: &[NamedSource<TurnSource>]) -> Duration {
     let holds = list.iter().filter_map(|named| match &named.source {
         TurnSource::Lamps { settings, .. } => Some(settings.hold),

@@ -18,7 +18,7 @@ const CYCLES_UNTIL_STALE: u64 = 5;
 /// … and its lower bound: a busy bus and a loaded PC can hold a frame back for some 100 ms.
 const MIN_DEFAULT_TIMEOUT_MS: u64 = 200;
 
-/// Shortest default for the status of the vehicle: Autoware drops a speed that is older than 200 ms.
+/// Minimum default for the status of the vehicle: Autoware discards a speed that is older than 200 ms.
 const MIN_STATUS_TIMEOUT_MS: u64 = 50;
 
 /// The highest source address of a control unit; 254 stands for none, 255 for all.
@@ -44,13 +44,13 @@ struct MessageSection<'c> {
     name: &'c str,
     /// Location of the name.
     location: &'c Location,
-    /// The bus, when several have a message of this name.
+    /// Bus, if several buses have a message with this name.
     bus: Option<LocatedText>,
-    /// `None` when it was refused.
+    /// `None` if it was refused.
     send_type: Option<SendType>,
     /// Silence after which its values are stale.
     timeout: Option<Duration>,
-    /// The senders of a J1939 message; `None` = only the identifier of the DBC.
+    /// Senders of a J1939 message; `None` = only the identifier in the DBC.
     sources: Option<SourceAddresses>,
     fields: Fields<'c>,
 }
@@ -59,7 +59,7 @@ struct MessageSection<'c> {
 pub(super) struct MessageSections<'c>(Vec<MessageSection<'c>>);
 
 impl<'c> MessageSections<'c> {
-    /// Reads every section; one for a bus that does not exist is refused.
+    /// Reads every section; refuses a section for a bus that does not exist.
     pub(super) fn read(binder: &Binder<'_>, top: &Fields<'c>) -> Self {
         let mut sections = Vec::new();
         for entry in top.entries("message", "write [message.<NAME>]") {
@@ -109,7 +109,7 @@ impl<'c> MessageSections<'c> {
         sources.and_then(|sources| IdMatch::j1939(id, sources)).unwrap_or(id.into())
     }
 
-    /// Gives the bound messages with their timing and their checks.
+    /// Returns the bound messages with their timing and checks.
     pub(super) fn bind(
         self,
         binder: &Binder<'_>,
@@ -129,7 +129,7 @@ impl<'c> MessageSections<'c> {
                 }
                 0 => {
                     section.fields.accept_rest();
-                    // A signal that failed to be bound may have been in it.
+                    // The message may contain a signal that could not be bound.
                     if all_bound {
                         let remedy = "remove the section, or bind one";
                         binder.refuse(section.location, "no signal of this message is bound", remedy);
@@ -183,7 +183,7 @@ impl<'c> MessageSections<'c> {
         BoundMessages { all: compiled, of_status }
     }
 
-    /// Refuses J1939 messages that have frames in common with another one, or with one that the gateway
+    /// Refuses J1939 messages that share frames with another message, or with a message that the gateway
     /// sends.
     fn refuse_common_frames(&self, binder: &Binder<'_>, bound: &[BoundMessage], allowed: Option<&AllowList>) {
         for (message, found) in bound.iter().zip(&binder.messages) {
@@ -204,8 +204,8 @@ impl<'c> MessageSections<'c> {
 }
 
 impl MessageSection<'_> {
-    /// True if the section is about this message of this bus. One for a bus that does not exist is refused
-    /// and causes no second problem.
+    /// Returns true if the section is about this message of this bus. A section for a bus that does not exist
+    /// is already refused, and causes no second problem.
     fn is_of(&self, binder: &Binder<'_>, (bus, message): (usize, &Message)) -> bool {
         let is_other =
             |named: &LocatedText| binder.buses.iter().position(|known| known.bus == named.text) != Some(bus);
@@ -220,7 +220,7 @@ impl MessageSection<'_> {
         named.filter(|message| self.is_of(binder, *message))
     }
 
-    /// Returns true if no signal of the message needs to be bound: it only proves its bus alive.
+    /// Returns true if no signal of the message needs to be bound: it only proves that its bus is alive.
     fn is_heartbeat(&self, binder: &Binder<'_>, heartbeats: &[Vec<IdMatch>]) -> bool {
         self.described(binder)
             .any(|(bus, message)| heartbeats[bus].iter().any(|ids| ids.described() == message.id))
@@ -229,13 +229,13 @@ impl MessageSection<'_> {
 
 /// The messages of a profile, in the order of their first use.
 pub(super) struct BoundMessages {
-    /// As the lights, V2I and commands take them.
+    /// Messages for lights, V2I and commands.
     pub(super) all: Vec<BoundMessage>,
-    /// The same, with the default timeouts of the status.
+    /// The same messages, with the default timeouts of the status.
     pub(super) of_status: Vec<BoundMessage>,
 }
 
-/// The default timing of a message for the status of the vehicle.
+/// Returns the default timing of a message for the status of the vehicle.
 fn status_timing(timing: Timing, cycle_ms: u32) -> Timing {
     let ms = (u64::from(cycle_ms) * CYCLES_UNTIL_STALE).clamp(MIN_STATUS_TIMEOUT_MS, MAX_LIMIT_MS);
     let timeout = Duration::from_millis(ms);

@@ -1,5 +1,5 @@
-//! Vehicle profiles, `config/vehicles/*.toml`: one file per section, from names and raw values to compiled
-//! bindings. `config/gateway.toml` explains every key.
+//! Vehicle profiles, `config/vehicles/*.toml`: one source file per section, from names and raw values to
+//! compiled bindings. `config/gateway.toml` explains every key.
 
 mod arxml;
 mod binder;
@@ -75,22 +75,22 @@ pub(super) struct Vehicle {
     pub v2i_ids: Vec<LocatedId>,
     /// Binding of commands; empty in many profiles.
     pub command: CommandBinding,
-    /// The vehicles that it describes, and where its facts come from.
+    /// The described vehicles, and the sources of its facts.
     pub provenance: Provenance,
 }
 
 impl Vehicle {
-    /// No vehicle, as on a bench.
+    /// Returns an empty profile for no vehicle, as on a bench.
     pub(super) fn none() -> Self {
         Self { name: "no vehicle".to_owned(), ..Self::default() }
     }
 }
 
-/// A profile that was refused.
+/// A refused profile.
 pub(super) struct RefusedVehicle {
-    /// Every problem that was found.
+    /// All problems.
     pub(super) problems: Vec<Problem>,
-    /// Names of its buses, ascending; `None` when the file is not TOML.
+    /// Names of its buses, ascending; `None` if the file is not TOML.
     pub(super) buses: Option<Vec<String>>,
 }
 
@@ -115,7 +115,7 @@ pub(super) fn read(files: &dyn Files, path: &Path, bytes: Vec<u8>) -> Result<Veh
     checker.finish(vehicle).map_err(|problems| RefusedVehicle { problems, buses })
 }
 
-/// Names of the buses that a profile describes, ascending.
+/// Returns the names of the buses in a profile, ascending.
 pub(super) fn bus_names(fields: &Fields<'_>) -> Vec<String> {
     let table = fields.value("bus").and_then(|value| Fields::of_table(fields.checker, value));
     let mut names: Vec<_> = table.iter().flat_map(Fields::keys).map(str::to_owned).collect();
@@ -123,7 +123,7 @@ pub(super) fn bus_names(fields: &Fields<'_>) -> Vec<String> {
     names
 }
 
-/// Compiles a profile; `None` when a problem was noted.
+/// Compiles a profile; `None` if a problem was recorded.
 pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> {
     let checker = fields.checker;
     let before = checker.count();
@@ -186,9 +186,9 @@ pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> 
     })
 }
 
-/// Reads `[turn]` and `[hazard]` to a binding without messages and signals; `None` when a problem was noted.
+/// Reads `[turn]` and `[hazard]` to a binding without messages and signals; `None` if a problem was recorded.
 fn lights(binder: &mut Binder<'_>, top: &Fields<'_>) -> Option<LightsBinding> {
-    // A profile that describes something else may leave the lights to another gateway.
+    // A profile that describes something else can leave the lights to another gateway.
     for key in ["turn", "hazard"].iter().filter(|key| !top.has("v2i") && !top.has(key)) {
         let remedy = "add the section, e.g. with fitted = false or from = \"not_visible\"";
         top.refuse(key, format!("missing section `{key}`"), remedy);
@@ -230,7 +230,7 @@ fn table(messages: &[BoundMessage], mut signals: Vec<BoundSignal>) -> SignalTabl
     carriers.sort_unstable();
     carriers.dedup();
     for signal in &mut signals {
-        // Each is among the carriers.
+        // Every message is among the carriers.
         signal.message = MessageIndex(carriers.partition_point(|carrier| *carrier < signal.message));
     }
     let carriers = carriers.iter().filter_map(|carrier| messages.get(carrier.0));

@@ -1,4 +1,4 @@
-//! `makes`, `models` and `[[provenance]]` of a profile: the source of each fact, and what has verified it.
+//! `makes`, `models` and `[[provenance]]` of a profile: the source of each fact, and its verification.
 
 use super::binder::LoadedDbc;
 use crate::config::reading::{Fields, LocatedText};
@@ -63,8 +63,8 @@ fn states<S>(section: &str, binding: &StateBinding<S>, states: &[&str]) -> Vec<S
     }
 }
 
-/// Names the sections of the status that the profile has; of the velocity, direction and heading rate where
-/// signals of their own give them.
+/// Names the sections of the status that the profile has; for the velocity also direction and heading rate,
+/// if they have their own signals.
 fn status_facts(status: &StatusBinding) -> impl Iterator<Item = &'static str> {
     let velocity = status.velocity.as_ref();
     let has_yaw_rate = velocity.is_some_and(|velocity| velocity.yaw_rates().next().is_some());
@@ -94,7 +94,7 @@ fn message_facts(message: &BoundMessage) -> Vec<String> {
     keys.into_iter().map(|key| format!("message.{}.{key}", message.name)).collect()
 }
 
-/// Reads the provenance. `parts` is `None` when one of them was refused; the names of facts are then not
+/// Reads the provenance. `parts` is `None` if one of them was refused; the names of facts are then not
 /// checked.
 pub(super) fn provenance(top: &Fields<'_>, parts: Option<&BoundParts<'_>>) -> Provenance {
     let makes = top.list("makes", "give a list of makes").iter();

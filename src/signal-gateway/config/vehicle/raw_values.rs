@@ -1,4 +1,4 @@
-//! Raw values of a signal as a profile writes them: numbers and ranges.
+//! Raw values of a signal in a profile: numbers and ranges.
 
 use crate::config::reading::{Checker, Fields, Kind, Location, Value};
 use can_signal::validation::meaning::RawRange;
@@ -8,22 +8,22 @@ use can_signal::validation::meaning::RawRange;
 pub(super) struct RawValues(pub(super) Vec<(RawRange, Location)>);
 
 impl RawValues {
-    /// One range, which is given at a location.
+    /// Creates a list of one range with its location.
     pub(super) fn one(range: RawRange, at: &Location) -> Self {
         Self(vec![(range, at.clone())])
     }
 
-    /// The raw values of a key; `None` when it is absent.
+    /// Returns the raw values of a key; `None` if it is absent.
     pub(super) fn given(fields: &Fields<'_>, key: &'static str) -> Option<Self> {
         fields.value(key).map(|value| Self::of(fields.checker, value))
     }
 
-    /// The raw values of a key, at least one; `None` when it is absent.
+    /// Returns the raw values of a key, at least one; `None` if it is absent.
     pub(super) fn some_given(fields: &Fields<'_>, key: &'static str) -> Option<Self> {
         fields.value(key).map(|value| Self::some_of(fields.checker, value))
     }
 
-    /// The raw values of a list, at least one.
+    /// Returns the raw values of a list, at least one.
     pub(super) fn some_of(checker: &Checker, value: &Value) -> Self {
         if matches!(&value.kind, Kind::List(items) if items.is_empty()) {
             checker.refuse(&value.location, "no value is given", "give at least one raw value");

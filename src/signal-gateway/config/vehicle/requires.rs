@@ -1,5 +1,5 @@
-//! `[[requires]]` of a profile: what tells its vehicle apart from variants, and must be observed before
-//! anything is reported.
+//! `[[requires]]` of a profile: observations that distinguish its vehicle from variants, and are required
+//! before anything is reported.
 
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use can_signal::dbc::model::Message;
 use can_signal::validation::meaning::Meaning;
 use can_signal::validation::requirement::{Condition, Requirement};
 
-/// Default of the time for which a bus is observed for a message that must not come.
+/// Default time for which a bus is observed for a message that must not occur.
 const OBSERVATION: Duration = Duration::from_secs(1);
 
 /// Reads the requirements; those with a problem, which is noted, are left out.
@@ -48,7 +48,7 @@ fn requirement(
     Some(Requirement { bus: binder.buses[bus].index, ids, name, condition, otherwise })
 }
 
-/// What a requirement observes.
+/// The observation of a requirement.
 struct Observed<'d> {
     /// Position of the bus of its message.
     bus: usize,
@@ -57,7 +57,7 @@ struct Observed<'d> {
     condition: Condition,
 }
 
-/// Reads a message that must be received, or must not.
+/// Reads a message that must, or must not, be received.
 fn presence<'d>(binder: &Binder<'d>, fields: &Fields<'_>) -> Option<Observed<'d>> {
     let given = fields.string("message");
     let seen = fields.flag("seen");

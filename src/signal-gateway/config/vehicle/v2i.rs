@@ -15,7 +15,7 @@ use traffic_lights::text::parse_bulbs;
 const FORMS: &str =
     "give `id` for one group, or intersection, group, groups and group_timeout_ms for a message of many";
 
-/// Keys of a message that gives the states of one group after another.
+/// Keys of a message that carries the states of one group after another.
 const CYCLE_KEYS: &[&str] = &["intersection", "group", "groups", "group_timeout_ms"];
 
 /// An id with a state, and its location in the profile.
@@ -25,7 +25,7 @@ pub(in crate::config) struct LocatedId {
     pub location: SourceLocation,
 }
 
-/// Reads the sources, and the ids of their groups and heads; `None` when a problem was noted.
+/// Reads the sources, and the ids of their groups and heads; `None` if a problem was recorded.
 pub(super) fn v2i(binder: &mut Binder<'_>, top: &Fields<'_>) -> Option<(Vec<V2iSource>, Vec<LocatedId>)> {
     let before = binder.checker.count();
     let mut ids = Vec::new();
@@ -67,7 +67,7 @@ fn source(binder: &mut Binder<'_>, fields: &Fields<'_>, ids: &mut Vec<LocatedId>
     Some(V2iSource { states, status })
 }
 
-/// Reads the id of a relation or way, which no other state has.
+/// Reads the id of a relation or way, which must be unique.
 fn id(fields: &Fields<'_>, ids: &mut Vec<LocatedId>) -> Option<i64> {
     let number = fields.whole("id")?;
     if number == 0 {
@@ -173,7 +173,7 @@ fn confidence(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<Confidence>
     Some(Confidence { role: binder.role(&signal, &meanings)?, full })
 }
 
-/// Reads a message that gives the states of one group after another.
+/// Reads a message that carries the states of one group after another.
 fn cycle(
     binder: &mut Binder<'_>,
     fields: &Fields<'_>,
@@ -237,7 +237,7 @@ fn cycle(
     Some(CyclingMessage { intersection, group, groups, timeout })
 }
 
-/// Refuses signals that do not come in each frame of the message, beside the state.
+/// Refuses signals, other than the state, that are not in every frame of the message.
 fn in_every_frame(binder: &Binder<'_>, message: MessageIndex, signals: &[(SignalIndex, &Location)]) {
     for (signal, at) in signals {
         let bound = &binder.signals[signal.0];

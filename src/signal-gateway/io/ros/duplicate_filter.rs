@@ -46,7 +46,7 @@ pub(super) struct DuplicateFilter {
 #[derive(Debug, Clone, Copy)]
 struct KnownWriter {
     received: Numbers,
-    /// Numbers received before the last jump over a whole window; `None` when no number below can be new.
+    /// Numbers received before the last jump over a whole window; `None` if no number below can be new.
     before: Option<Numbers>,
     /// Numbers that were received far ahead of the writer before it restarted.
     ahead: Option<Numbers>,

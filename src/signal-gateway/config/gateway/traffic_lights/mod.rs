@@ -89,7 +89,7 @@ pub struct LightTopics {
     pub not_interpreted: Vec<NotInterpreted>,
 }
 
-/// Reads the section; `None` when it has a problem. `use_sim_time` from the command line has priority.
+/// Reads the section; `None` if it has a problem. `use_sim_time` from the command line has priority.
 pub(super) fn traffic_lights(
     files: &dyn Files,
     fields: Fields<'_>,

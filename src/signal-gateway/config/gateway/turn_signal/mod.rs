@@ -43,7 +43,7 @@ pub struct TurnSignalConfig {
 }
 
 impl TurnSignalConfig {
-    /// True if it publishes commands.
+    /// Returns true if it publishes commands.
     pub fn publishes_commands(&self) -> bool {
         self.runs && self.flow.role == DeciderRole::Command
     }
@@ -68,7 +68,7 @@ fn period(hz: f64) -> Option<Duration> {
     Some(Duration::from_micros(period.try_into().ok()?))
 }
 
-/// Reads the section; `None` when a problem was noted.
+/// Reads the section; `None` if a problem was recorded.
 pub(super) fn turn_signal(
     files: &dyn Files,
     fields: Fields<'_>,

@@ -8,8 +8,8 @@ use traffic_lights::state_check::StateWriter;
 use traffic_lights::variable::{Modification, VariableValue};
 
 impl Document<'_, '_> {
-    /// Reads the light actions among the children of an `Action` or of `Init/Actions`. Returns false when
-    /// there are other children.
+    /// Reads the light actions among the children of an `Action` or of `Init/Actions`. Returns false if there
+    /// are other children.
     pub(super) fn actions(&mut self, parent: &Element) -> (Vec<Action>, bool) {
         let mut actions = Vec::new();
         let mut is_whole = true;
@@ -112,8 +112,8 @@ impl Document<'_, '_> {
         }
     }
 
-    /// Reads the command in `type`; its arguments may be the content of the element instead. Returns false
-    /// when it is not ours.
+    /// Reads the command in `type`; its arguments may be the content of the element instead. Returns false if
+    /// the command is not about traffic lights.
     fn command(&mut self, element: &Element) -> (Option<Action>, bool) {
         let Some(LocatedText { text: name, location }) = self.required(element, "type") else {
             return (None, true);

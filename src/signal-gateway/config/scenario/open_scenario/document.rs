@@ -1,4 +1,4 @@
-//! An OpenSCENARIO document while it is read: attributes with their parameters replaced.
+//! An OpenSCENARIO document during reading: attributes with replaced parameters.
 
 use std::collections::BTreeMap;
 
@@ -14,20 +14,20 @@ const NUMBERS: [&str; 6] = ["integer", "int", "unsignedInt", "unsignedShort", "d
 pub(super) struct Document<'r, 'c> {
     pub(super) reader: &'r mut ScenarioReader<'c>,
     pub(super) parameters: ParameterScopes,
-    /// The parameters of each element that can have some, by its position in the file.
+    /// Parameters of each element that can have parameters, by its position in the file.
     pub(super) scopes: BTreeMap<(usize, usize), BTreeMap<String, Declared>>,
     pub(super) variables: Vec<Variable>,
     /// The controllers, which are read before the storyboard.
     pub(super) controllers: Vec<TrafficSignalController>,
-    /// The reason why the map cannot be found, with the remedy.
+    /// Reason why the map cannot be found, with the remedy.
     pub(super) unresolved_map: Option<String>,
-    /// The number of conditions so far that refer to elements of the storyboard.
+    /// Number of conditions so far that refer to elements of the storyboard.
     pub(super) references: usize,
 }
 
 impl Document<'_, '_> {
     /// Declares the parameters and variables of the document and of its storyboard, so that references find
-    /// them wherever they stand. The document's scope stays open.
+    /// them regardless of their order. The document's scope stays open.
     pub(super) fn declare(&mut self, root: &Element) {
         self.declare_in(root, &[]);
         let variables = root.child("VariableDeclarations");
@@ -85,8 +85,8 @@ impl Document<'_, '_> {
         self.parameters.enter(scope.unwrap_or_default());
     }
 
-    /// Returns the name of a declaration whose value only a launch system or the choice of a run knows, with
-    /// the reason and the remedy. It is listed, and refused where it is used.
+    /// Returns the name of a declaration whose value depends on a launch system or the choice of a run, with
+    /// the reason and the remedy. The declaration is listed, and refused where it is used.
     fn unknown_declaration(&mut self, element: &Element) -> Option<(String, (String, String))> {
         let value = element.attribute("value")?;
         let unknown = match self.reader.modifiers.not_chosen_in(&value.value) {
@@ -104,8 +104,8 @@ impl Document<'_, '_> {
         Some((name?, value?.text))
     }
 
-    /// Returns the name in a declaration. ASAM has examples that write it as its references, with `$`, which
-    /// upstream takes for a reference.
+    /// Returns the name in a declaration. Some ASAM examples write it like a reference, with `$`, which
+    /// upstream treats as a reference.
     fn declared_name(&mut self, element: &Element) -> Option<String> {
         let as_reference = element.attribute("name").and_then(|name| name.value.strip_prefix('$'));
         match as_reference.filter(|name| is_name(name) && self.reader.compat == Compat::Improved) {
@@ -114,7 +114,7 @@ impl Document<'_, '_> {
         }
     }
 
-    /// Adds a variable of a type; one whose value is not of this type is a text.
+    /// Adds a variable of a type; if its value is not of this type, it is a text.
     fn add_variable(&mut self, name: &str, kind: Option<&Attribute>, value: &str) -> VariableIndex {
         let text = || VariableValue::Text(value.to_owned());
         let value = match kind.map(|kind| kind.value.as_str()) {
@@ -163,7 +163,7 @@ impl Document<'_, '_> {
         self.parameters.leave();
     }
 
-    /// Returns the attribute with its parameters replaced; `None` when it is missing or refused.
+    /// Returns the attribute with its parameters replaced; `None` if it is missing or refused.
     pub(super) fn given(&mut self, element: &Element, name: &str) -> Option<LocatedText> {
         let attribute = element.attribute(name)?;
         match self.value(&attribute.value) {
@@ -175,7 +175,7 @@ impl Document<'_, '_> {
     /// Returns the text with its references replaced.
     ///
     /// # Errors
-    /// The reason and the remedy.
+    /// Returns the reason and the remedy.
     fn value(&self, text: &str) -> Result<String, (String, String)> {
         match self.reader.modifiers.not_chosen_in(text) {
             Some(unknown) => Err(unknown),
@@ -183,7 +183,7 @@ impl Document<'_, '_> {
         }
     }
 
-    /// Returns the attribute like [`Self::given`], refused when it is missing.
+    /// Returns the attribute like [`Self::given`], but refuses a missing one.
     pub(super) fn required(&mut self, element: &Element, name: &str) -> Option<LocatedText> {
         if element.attribute(name).is_none() {
             let reason = format!("the attribute {name} is missing");
@@ -192,12 +192,12 @@ impl Document<'_, '_> {
         self.given(element, name)
     }
 
-    /// Returns the attribute as a name, empty when it is missing.
+    /// Returns the attribute as a name, empty if it is missing.
     pub(super) fn name(&mut self, element: &Element) -> String {
         self.given(element, "name").map(|given| given.text).unwrap_or_default()
     }
 
-    /// Returns the name of an element to which nothing refers: as it is written, when it cannot be read as a
+    /// Returns the name of an element to which nothing refers: as written, if it cannot be read as a
     /// reference. Upstream refuses such a name.
     pub(super) fn label(&mut self, element: &Element) -> String {
         let written = element.attribute("name").filter(|_| self.reader.compat == Compat::Improved);
@@ -207,7 +207,7 @@ impl Document<'_, '_> {
         }
     }
 
-    /// Refuses unknown attributes of a light's element: they are mistakes, not something to leave out.
+    /// Refuses unknown attributes of a light's element: they are mistakes rather than parts to omit.
     pub(super) fn no_others(&mut self, element: &Element) {
         for attribute in element.attributes.iter().filter(|attribute| !attribute.is_interpreted.get()) {
             attribute.is_interpreted.set(true);

@@ -1,4 +1,4 @@
-//! The storyboard as it was read, with names for the references between its elements.
+//! The storyboard as read, with names for the references between its elements.
 
 use std::ops::Range;
 use std::time::Duration;
@@ -12,7 +12,7 @@ pub(super) struct StoryDraft {
     pub(super) acts: Range<usize>,
 }
 
-/// A maneuver or a group of maneuvers as it was read.
+/// A maneuver or a group of maneuvers as read.
 pub(super) struct GroupDraft {
     /// Kind of the element: `maneuver` or `maneuverGroup`.
     pub(super) kind: &'static str,
@@ -42,7 +42,7 @@ pub(super) struct EventDraft<'e> {
 pub(super) struct ActionDraft {
     pub(super) path: Vec<String>,
     pub(super) actions: Vec<Action>,
-    /// True when `actions` are all that it does.
+    /// True if `actions` are its only effects.
     pub(super) is_whole: bool,
 }
 
@@ -60,7 +60,7 @@ pub(super) struct ConditionDraft {
 pub(super) enum TestDraft {
     /// A test without references.
     Ready(Test),
-    /// The state of an element of the storyboard, which is resolved when all elements are read.
+    /// The state of an element of the storyboard, which is resolved after all elements have been read.
     Element {
         number: usize,
         /// Kind of the element: `story`, `act`, `maneuverGroup`, `maneuver`, `event` or `action`.

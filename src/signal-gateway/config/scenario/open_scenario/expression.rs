@@ -3,7 +3,7 @@
 
 use exmex::{BinOp, Express, FlatEx, MakeOperators, MatchLiteral, Operator};
 
-/// The longest expression that is computed, bytes: an expression is nested at most as deeply as it is long.
+/// Maximum length of an expression, bytes, which also limits its nesting.
 const MAX_LENGTH: usize = 500;
 
 /// The operators and functions of OpenSCENARIO on numbers; truth values are 0 and 1.
@@ -32,8 +32,8 @@ impl MatchLiteral for Numbers {
     }
 }
 
-/// Returns a value of these operands. Without a number among them the result has none, whatever the operator
-/// makes of it: the maximum of 1 and the root of -1 is not 1.
+/// Returns the value, or NaN unless all operands are finite, regardless of the operator's own result: the
+/// maximum of 1 and the root of -1 is not 1.
 fn of<const N: usize>(operands: [f64; N], value: f64) -> f64 {
     if operands.iter().all(|operand| operand.is_finite()) { value } else { f64::NAN }
 }
@@ -85,10 +85,10 @@ pub(super) fn is_constant(name: &str) -> bool {
     [PI, TRUE, FALSE].contains(&name)
 }
 
-/// Writes calls of two operands between these, `max(1, 2)` as `((1)max(2))`: the parser does not take one as
-/// a second operand. A call of another number of operands stays one that it refuses.
+/// Writes calls of two operands between these, `max(1, 2)` as `((1)max(2))`: the parser does not accept a
+/// call as a second operand. A call with a different number of operands remains, and the parser refuses it.
 fn infix(expression: &str) -> String {
-    // For each open parenthesis the function before it, until its comma, and the end that it needs.
+    // For each open parenthesis: the preceding function, until its comma, and the required end.
     let (mut written, mut open) = (String::new(), Vec::new());
     for char in expression.chars() {
         match char {
@@ -120,7 +120,7 @@ fn infix(expression: &str) -> String {
 /// Computes an expression of numbers, and writes the result as a number: whole, or with 15 digits.
 ///
 /// # Errors
-/// The reason as text.
+/// Returns the reason as text.
 pub(super) fn compute(expression: &str) -> Result<String, String> {
     if expression.len() > MAX_LENGTH {
         return Err(format!("the expression is longer than {MAX_LENGTH} bytes"));

@@ -69,7 +69,7 @@ fn collect_changers<'e>(
         let is_empty_list = child.name.ends_with("Signals") && child.children.is_empty();
         let is_changer =
             child.name.contains("Signal") && !is_test && !is_empty_list && !child.is_interpreted.get();
-        // The states of the lights beside that of their group say the same.
+        // The states of the lights repeat the state of their group.
         if is_changer && !(is_group && has_states) {
             let kind = without_numbers(&child.location.key.to_string());
             kinds.entry(kind).or_insert((child, if is_group { AS_STATES } else { AS_ACTION }));

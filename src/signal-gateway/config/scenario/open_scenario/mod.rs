@@ -23,7 +23,7 @@ pub(super) use transliterated::from_values;
 
 pub(super) const ROOT: &str = "OpenSCENARIO";
 
-/// Reads the document. Problems and parts that are left out go to `reader`.
+/// Reads the document. Passes problems and omitted parts to `reader`.
 pub(super) fn interpret(root: &Element, reader: &mut ScenarioReader<'_>) -> ScenarioFile {
     let mut file = ScenarioFile::default();
     if root.name != ROOT {

@@ -9,7 +9,7 @@ use traffic_lights::scenario::PhaseEntry;
 use traffic_lights::state_check::StateWriter;
 
 impl Document<'_, '_> {
-    /// Returns the map, unless its path needs a launch system that is not here.
+    /// Returns the map, unless its path requires a launch system that is not available.
     pub(super) fn map(&mut self, network: &Element) -> Option<PathBuf> {
         let logic = network.child("LogicFile")?;
         let attribute = logic.attribute("filepath").or_else(|| logic.attribute("filePath"))?;

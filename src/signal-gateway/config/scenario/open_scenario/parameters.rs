@@ -10,16 +10,16 @@ use traffic_lights::variable::VariableIndex;
 /// The substitutions of a launch system that name the folder of a package.
 const PACKAGE_SUBSTITUTIONS: [&str; 2] = ["find-pkg-share ", "ros2 pkg prefix --share "];
 
-/// A declared parameter, or the reason why its value is not known and the remedy.
+/// A declared parameter, or the reason why its value is unknown, with the remedy.
 pub(super) type Declared = Result<DeclaredParameter, (String, String)>;
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct DeclaredParameter {
     /// The value that replaces references to it.
     pub(super) value: String,
-    /// True when a launch system computed the value, so that paths in it are not relative to the file.
+    /// True if a launch system computed the value, so that paths in it are not relative to the file.
     pub(super) is_of_launch_system: bool,
-    /// The variable of its name, which actions change and conditions compare.
+    /// The variable with its name, which actions change and conditions compare.
     pub(super) variable: VariableIndex,
 }
 
@@ -27,7 +27,7 @@ pub(super) struct DeclaredParameter {
 #[derive(Debug, Default)]
 pub(super) struct ParameterScopes {
     scopes: Vec<BTreeMap<String, Declared>>,
-    /// The parameters of the whole document, by the names of the elements around each and its own name.
+    /// The parameters of the whole document, each with the names of its enclosing elements and its own name.
     declared: Vec<(Vec<String>, String, Declared)>,
     variables: BTreeMap<String, VariableIndex>,
     /// The folders of packages by name, for `$(find-pkg-share NAME)`.
@@ -69,7 +69,7 @@ impl ParameterScopes {
     /// Returns the variable of a name.
     ///
     /// # Errors
-    /// The reason and the remedy.
+    /// Returns the reason and the remedy.
     pub(super) fn variable(&self, name: &str) -> Result<VariableIndex, (String, String)> {
         self.variables.get(name).copied().ok_or_else(|| {
             let known = listed(self.variables.keys().map(String::as_str));
@@ -81,7 +81,7 @@ impl ParameterScopes {
     /// parameter, `${$name * 2}` is computed, and `$(find-pkg-share NAME)` is the folder of a package.
     ///
     /// # Errors
-    /// The reason and the remedy.
+    /// Returns the reason and the remedy.
     pub(super) fn value(&self, text: &str) -> Result<String, (String, String)> {
         if text.contains("$(") {
             return self.with_packages(text);
@@ -91,7 +91,7 @@ impl ParameterScopes {
         let name = inner.unwrap_or(reference);
         let name = name.strip_prefix('$').unwrap_or(name);
         match inner {
-            // `A-1` may be a name, and may be a difference; and `pi` may be the name of a parameter.
+            // `A-1` may be a name or a difference, and `pi` may be the name of a parameter.
             Some(expression)
                 if !is_name(name)
                     || (name.contains('-') || is_constant(expression)) && self.declared(name).is_none() =>
@@ -102,7 +102,7 @@ impl ParameterScopes {
         }
     }
 
-    /// Returns whether a text has a substitution of a launch system, or is a parameter that has one.
+    /// Returns true if a text has a substitution of a launch system, or is a parameter with one.
     pub(super) fn is_of_launch_system(&self, text: &str) -> bool {
         let name = text.strip_prefix('$').map(|name| name.trim_matches(['{', '}', ' ', '$']));
         let parameter = name.and_then(|name| self.declared(name));
@@ -114,7 +114,7 @@ impl ParameterScopes {
     /// document, and `element::name` one below an element of the storyboard, as TIER IV writes them.
     ///
     /// # Errors
-    /// The reason and the remedy.
+    /// Returns the reason and the remedy.
     pub(super) fn parameter(&self, name: &str) -> Result<&DeclaredParameter, (String, String)> {
         let found = self.declared(name).ok_or_else(|| {
             let known = self.scopes.iter().flat_map(BTreeMap::keys);
@@ -148,8 +148,8 @@ impl ParameterScopes {
         for part in parts {
             let end = part.find(|char| !is_in_name(char)).unwrap_or(part.len());
             let mut name = part.get(..end).unwrap_or_default();
-            // OpenSCENARIO has no hyphen in names, and people have: the longest name that there is, else the
-            // shortest.
+            // OpenSCENARIO allows no hyphens in names, but users write them: takes the longest existing name,
+            // otherwise the shortest.
             while self.declared(name).is_none()
                 && let Some((shorter, _)) = name.rsplit_once('-')
             {
@@ -193,8 +193,7 @@ fn is_in_name(char: char) -> bool {
     char.is_alphanumeric() || char == '_' || char == '-'
 }
 
-/// Returns whether the text between the braces is a name. `a-b` is one, and computed when it stands behind
-/// `$`.
+/// Returns true if the text between the braces is a name. `a-b` is a name, but is computed after `$`.
 pub(super) fn is_name(text: &str) -> bool {
     text.starts_with(|char: char| char.is_alphabetic() || char == '_') && text.chars().all(is_in_name)
 }

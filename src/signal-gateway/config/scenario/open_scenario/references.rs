@@ -1,8 +1,8 @@
-//! References between elements of the storyboard, and elements that cannot be decided.
+//! References between elements of the storyboard, and undecidable elements.
 //!
-//! An event is left out when each group of its trigger needs an element that is not interpreted, and so is
-//! every event that waits for it, or for one that does more than set lights. A group that needs one is never
-//! true, and is listed.
+//! An event is omitted if each group of its trigger needs an element that is not interpreted, and so is every
+//! event that waits for it, or for an event that does more than set lights. A group that needs such an
+//! element is never true, and is listed.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -24,15 +24,15 @@ enum At {
 }
 
 pub(super) struct Resolved {
-    /// The stories whose acts can all run.
+    /// Stories whose acts can all run.
     pub(super) stories: Vec<Story>,
     pub(super) acts: Vec<Act>,
     pub(super) stop: Option<Trigger>,
-    /// The ends of the scenario that can come at another time than they do here, or not at all.
+    /// Ends of the scenario that could occur at a different time than simulated, or not at all.
     pub(super) uncertain_ends: Vec<UncertainEnd>,
 }
 
-/// Returns what can run, and lists the elements that were left out.
+/// Returns the stories that can run, and lists the omitted elements.
 pub(super) fn resolve(
     reader: &mut ScenarioReader<'_>,
     stories: &[StoryDraft],
@@ -70,9 +70,9 @@ pub(super) fn resolve(
 struct References {
     /// The target of each reference, by its number.
     targets: BTreeMap<usize, At>,
-    /// Acts and events that are left out, with the reason.
+    /// Omitted acts and events, with the reason.
     left_out: BTreeMap<At, String>,
-    /// Elements of which only a part runs, so that their state is not known.
+    /// Elements of which only a part runs, so that their state is unknown.
     partial: BTreeSet<At>,
     /// The acts of each story, and the events of each group.
     members: BTreeMap<At, Vec<At>>,
@@ -122,7 +122,7 @@ impl References {
         board
     }
 
-    /// Leaves out elements until none waits for one that was left out.
+    /// Omits elements until none waits for an omitted one.
     fn leave_out_undecidable(&mut self, acts: &[ActDraft<'_>]) {
         for (at, event) in events(acts) {
             if event.actions.iter().all(|action| action.actions.is_empty())
@@ -162,7 +162,7 @@ impl References {
         is_within || self.left_out.contains_key(&at)
     }
 
-    /// Returns whether the state of an element is not known, since not all of it runs.
+    /// Returns true if the state of an element is unknown, since not all of it runs.
     fn is_unknown(&self, at: At) -> bool {
         let mut members = self.members.get(&at).into_iter().flatten();
         self.is_left_out(at)
@@ -170,8 +170,8 @@ impl References {
             || members.any(|member| self.partial.contains(member) || self.is_left_out(*member))
     }
 
-    /// Returns the reason why a group of conditions cannot be decided, and its location; `None` when it can
-    /// be.
+    /// Returns the reason why a group of conditions cannot be decided, and its location; `None` if it can be
+    /// decided.
     fn obstacle_of<'d>(&self, group: &'d [ConditionDraft]) -> Option<(String, &'d Location)> {
         group.iter().find_map(|condition| self.obstacle(condition))
     }
@@ -238,7 +238,7 @@ type Known<'a> = BTreeMap<&'a str, Vec<KnownElement<'a>>>;
 /// The kind of an element, its path of names and its position.
 type KnownElement<'a> = (&'static str, &'a [String], At);
 
-/// Returns all elements, left out or not, each after the element that holds it.
+/// Returns all elements, omitted or not, each after its parent element.
 fn elements<'a>(stories: &'a [StoryDraft], acts: &'a [ActDraft<'_>]) -> Vec<KnownElement<'a>> {
     let mut elements: Vec<KnownElement<'a>> = Vec::new();
     for (story, draft) in stories.iter().enumerate() {
@@ -259,8 +259,8 @@ fn elements<'a>(stories: &'a [StoryDraft], acts: &'a [ActDraft<'_>]) -> Vec<Know
     elements
 }
 
-/// Finds the element of a reference: its name, after as much of its path as is needed, as in `Act::Event`. An
-/// element of another kind is taken, as upstream does, and the kind listed.
+/// Finds the element of a reference: its name, preceded by as much of its path as needed, e.g. `Act::Event`.
+/// As in upstream, an element of another kind is accepted, and the kind is listed.
 fn find(
     reader: &mut ScenarioReader<'_>,
     known: &Known<'_>,
@@ -297,8 +297,8 @@ fn find(
     }
 }
 
-/// Returns the element that a name means whatever its kind: the only one that has it, or the event among
-/// elements that hold each other, which begins and ends with its actions.
+/// Returns the element with a name, regardless of its kind: the only one, or among nested elements the event,
+/// which begins and ends with its actions.
 fn of_any_kind<'k, 'a>(named: &[&'k KnownElement<'a>]) -> Option<&'k KnownElement<'a>> {
     if let [only] = named {
         return Some(only);
@@ -328,7 +328,7 @@ fn triggers<'a>(acts: &'a [ActDraft<'_>]) -> impl Iterator<Item = (At, &'a Trigg
 fn names(elements: &[KnownElement<'_>]) -> BTreeMap<At, String> {
     fn own<'a>((_, path, at): &KnownElement<'a>) -> &'a str {
         match at {
-            // No report shows these, so that they need not have their own names.
+            // Reports do not show these, so they need no names.
             At::Story(_) | At::Group { .. } => "",
             At::Act(_) | At::Event { .. } | At::Action { .. } => path.last().map_or("", String::as_str),
         }
@@ -358,7 +358,7 @@ impl Finish<'_> {
         self.names.get(&at).cloned().unwrap_or_default()
     }
 
-    /// Returns the positions of members when some are left out; `None` when one of them is.
+    /// Returns the positions of members after omissions; `None` if one of them is omitted.
     fn kept(&self, members: Range<usize>, at: impl Fn(usize) -> At) -> Option<Range<usize>> {
         let is_kept = |member: &usize| !self.board.is_left_out(at(*member));
         let before = (0..members.start).filter(is_kept).count();

@@ -60,7 +60,7 @@ impl Document<'_, '_> {
 
     fn event<'e>(&mut self, event: &'e Element, maneuver: &[String]) -> EventDraft<'e> {
         let path = self.below(maneuver, event);
-        // Light actions end in the frame they begin, so no event meets another that still runs.
+        // Light actions end in the frame in which they begin, so events never overlap.
         let _ = event.attribute("priority");
         let max_executions = self.max_executions(event);
         let start = self.trigger(event, "StartTrigger");

@@ -1,6 +1,6 @@
-//! YAML as elements, the way TIER IV writes OpenSCENARIO: a key with a single value is an attribute, and so
-//! is one in lower case without a value; a key with a table is a child element, a key with a list is that
-//! child several times.
+//! Converts TIER IV's YAML form of OpenSCENARIO to elements: a key with a single value is an attribute, and
+//! so is one in lower case without a value; a key with a table is a child element, and a key with a list is
+//! several such children.
 
 use std::cell::Cell;
 use std::rc::Rc;
@@ -12,7 +12,7 @@ use crate::config::reading::{
 /// Converts the table under the name of the root to the root element.
 ///
 /// # Errors
-/// Lists within lists, which are not elements.
+/// Fails for lists within lists, which are not elements.
 pub(in crate::config::scenario) fn from_values(text: &Text, root: &Entry) -> Result<Element, Problem> {
     let key = KeyPath::below(&KeyPath::root(), "/", &root.key);
     element(text, &root.key, Location { position: root.location.position, key }, &root.value)

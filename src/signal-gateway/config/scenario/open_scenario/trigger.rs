@@ -43,7 +43,7 @@ const KINDS: Keywords<&str> = &[
 ];
 
 impl Document<'_, '_> {
-    /// Reads the trigger of a name; `None` when there is none.
+    /// Reads the trigger with a name; `None` if there is none.
     pub(super) fn trigger(&mut self, parent: &Element, name: &str) -> Option<TriggerDraft> {
         let trigger = parent.child(name)?;
         let group = |group: &Element| group.all("Condition").filter_map(|it| self.condition(it)).collect();
@@ -82,8 +82,8 @@ impl Document<'_, '_> {
         Some(ConditionDraft { name, edge: edge?, delay: delay?, test: test? })
     }
 
-    /// Returns whether a condition is a criterion of CARLA's `scenario_runner`: it is named `criteria_…` and
-    /// compares a parameter that is not declared, or none.
+    /// Returns true if a condition is a criterion of CARLA's `scenario_runner`: it is named `criteria_…`, and
+    /// compares an undeclared parameter or none.
     fn is_criterion(&self, name: &str, test: &Element) -> bool {
         let reference = test.attribute("parameterRef").filter(|_| test.name == "ParameterCondition");
         let is_declared = |reference: &Attribute| {
@@ -174,7 +174,7 @@ fn undecidable(element: &Element) -> TestDraft {
     TestDraft::Undecidable { what: element.name.clone(), location: element.location.clone() }
 }
 
-/// Returns the comparison of a time with one before the start, which is always over.
+/// Returns the comparison of a time with a time before the start, which has always passed.
 fn since_ever(rule: Rule) -> Test {
     let rule = match rule {
         Rule::NotEqualTo | Rule::GreaterThan | Rule::GreaterOrEqual => Rule::GreaterOrEqual,

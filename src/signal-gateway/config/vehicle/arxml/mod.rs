@@ -1,8 +1,8 @@
 //! Reads the CAN messages of an AUTOSAR system description (ARXML).
 //!
-//! One cluster becomes a [`Database`] like that of a DBC: its frame triggerings are the messages, the signals
-//! of their PDUs the signals. What is not read (containers of PDUs, end-to-end protection, update bits) is a
-//! finding, never a guess.
+//! One cluster becomes a [`Database`] like that of a DBC: its frame triggerings are the messages, and the
+//! signals of their PDUs are the signals. Unread parts (containers of PDUs, end-to-end protection, update
+//! bits) are reported as findings, never guessed.
 
 mod signal;
 mod tree;
@@ -20,16 +20,15 @@ use can_signal::dbc::model::{
 use signal::{PlacedSignal, Scales, byte_order};
 use tree::{NamedElements, descend, listed, number, text_of, whole_of};
 
-/// The largest number of nodes (elements, texts and the like) of a small file. The parser takes some 90 bytes
-/// for each.
+/// Maximum number of nodes (elements, texts etc.) in a small file. The parser uses about 90 bytes for each.
 const MIN_NODES: usize = 1_000_000;
-/// Bytes of a file for each further node; real files have one in 21 bytes.
+/// Number of file bytes per further node; real files have one node in 21 bytes.
 const BYTES_FOR_NODE: usize = 16;
 const MAX_CLASSIC_DATA: usize = 8;
 /// The namespace of AUTOSAR 4, up to its minor version.
 const AUTOSAR_4: &str = "http://autosar.org/schema/r4";
 
-/// From a PDU to its period in seconds.
+/// Path from a PDU to its period in seconds.
 const PERIOD: [&str; 7] = [
     "I-PDU-TIMING-SPECIFICATIONS",
     "I-PDU-TIMING",
@@ -40,33 +39,33 @@ const PERIOD: [&str; 7] = [
     "VALUE",
 ];
 
-/// From a group of signals to its end-to-end protection.
+/// Path from a group of signals to its end-to-end protection.
 const PROTECTION: [&str; 2] = ["TRANSFORMATION-I-SIGNAL-PROPSS", "END-TO-END-TRANSFORMATION-I-SIGNAL-PROPS"];
 const UNREAD_PROTECTION: &str = "end-to-end protection is not read: give it with the key e2e of the message";
 
-/// The reason why a file gives no messages.
+/// Reason why no messages can be read from a file.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub(super) enum ArxmlError {
-    /// It is not XML that can be read; the reason of the parser.
+    /// The file is not readable XML; contains the parser's reason.
     #[error("not XML that can be read: {0}")]
     Xml(String),
-    /// It is not AUTOSAR 4; the namespace of its root.
+    /// The file is not AUTOSAR 4; contains the namespace of its root.
     #[error("{0:?} is not AUTOSAR 4, the only version that is read")]
     Version(String),
-    /// It has no CAN cluster, as the extract of one control unit.
+    /// The file has no CAN cluster, e.g. the extract of a single control unit.
     #[error(
         "it has no CAN cluster: only system descriptions with CAN-CLUSTER and CAN-FRAME-TRIGGERING are read"
     )]
     NoCluster,
-    /// It has several CAN clusters, and none of this name is chosen; their names.
+    /// The file has several CAN clusters, and none of them is chosen; contains their names.
     #[error("its CAN clusters are {}", .0.join(", "))]
     Choose(Vec<String>),
 }
 
-/// Reads the messages of the CAN cluster of this name, or of the only one.
+/// Reads the messages of the CAN cluster with this name, or of the only cluster.
 ///
 /// # Errors
-/// The reason why there are none.
+/// Returns the reason why there are none.
 pub(super) fn read(content: &[u8], cluster: Option<&str>) -> Result<Database, ArxmlError> {
     let text = str::from_utf8(content).map_err(|error| ArxmlError::Xml(format!("not UTF-8: {error}")))?;
     let text = text.trim_start_matches('\u{FEFF}');
@@ -412,7 +411,7 @@ impl<'d> ClusterReader<'d> {
     }
 }
 
-/// Returns a period in whole milliseconds; `None` for none, and for one that is not a time.
+/// Returns a period in whole milliseconds; `None` for zero or an invalid time.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // within the range of the filter
 fn milliseconds(seconds: f64) -> Option<u32> {
     let millis = (seconds * 1000.0).round();

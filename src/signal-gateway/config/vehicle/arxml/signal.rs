@@ -9,10 +9,10 @@ use super::tree::{NamedElements, child, descend, listed, number, text_of, whole,
 use can_signal::dbc::codec::{ByteOrder, Layout, SignalCodec};
 use can_signal::dbc::model::{Number, Signal};
 
-/// From the properties of a signal to those of its data.
+/// Path from the properties of a signal to the properties of its data.
 const DATA_PROPERTIES: [&str; 2] = ["SW-DATA-DEF-PROPS-VARIANTS", "SW-DATA-DEF-PROPS-CONDITIONAL"];
 
-/// A signal with its place in a frame, before it is compiled.
+/// A signal with its position in a frame, before compilation.
 pub(super) struct PlacedSignal<'d> {
     pub(super) element: Node<'d, 'd>,
     pub(super) name: &'d str,
@@ -22,7 +22,7 @@ pub(super) struct PlacedSignal<'d> {
     unit: String,
 }
 
-/// What a computation method says of raw values.
+/// The scaling and texts of a computation method.
 #[derive(Debug, Clone)]
 struct Scale {
     factor: f64,
@@ -40,7 +40,7 @@ pub(super) struct Scales {
     pub(super) texts: usize,
 }
 
-/// What is not read of a signal, which is used all the same.
+/// An unread property of a signal that is used nevertheless.
 pub(super) type Omission = &'static str;
 
 impl<'d> PlacedSignal<'d> {
@@ -48,7 +48,7 @@ impl<'d> PlacedSignal<'d> {
     /// signals.
     ///
     /// # Errors
-    /// The reason why it cannot be read.
+    /// Returns the reason why it cannot be read.
     pub(super) fn of_mapping(
         elements: &NamedElements<'d>,
         mapping: Node<'d, 'd>,
@@ -108,7 +108,7 @@ pub(super) fn byte_order(element: Node<'_, '_>, key: &str) -> Result<ByteOrder, 
     }
 }
 
-/// Returns whether a signal of this base type and length is signed, and its number format.
+/// Returns for this base type and length whether the signal is signed, and its number format.
 fn number_format(base_type: Option<Node<'_, '_>>, length: u16) -> Result<(bool, Number), String> {
     let encoding = base_type.map(|base_type| text_of(base_type, "BASE-TYPE-ENCODING"));
     match (encoding.flatten(), length) {

@@ -4,17 +4,17 @@ use std::collections::HashMap;
 
 use roxmltree::{Document, Node, NodeId};
 
-/// The number of children among which a single child is looked for. More are a list, which has names of its
-/// own.
+/// Maximum number of children among which a single child is searched for. More children form a list, with
+/// names of its own.
 const MAX_SINGLE: usize = 128;
 
-/// The longest reference that is followed, bytes.
+/// Maximum length of a reference, bytes.
 const MAX_PATH: usize = 8 << 10;
 
 /// The named elements of a document.
 pub(super) struct NamedElements<'d> {
     document: &'d Document<'d>,
-    /// Elements by the named element around them, the document itself at the top, and their names.
+    /// Elements by their enclosing named element (the document itself at the top) and their names.
     names: HashMap<(NodeId, &'d str), NodeId>,
     /// Offsets of the line ends.
     lines: Vec<usize>,
@@ -23,7 +23,7 @@ pub(super) struct NamedElements<'d> {
 impl<'d> NamedElements<'d> {
     pub(super) fn of(document: &'d Document<'d>) -> Self {
         let mut names = HashMap::new();
-        // Each element that is left to visit, with the named element around it.
+        // Elements still to visit, each with its enclosing named element.
         let mut rest = vec![(document.root_element(), document.root().id())];
         while let Some((element, around)) = rest.pop() {
             let mut inside = around;
@@ -47,8 +47,8 @@ impl<'d> NamedElements<'d> {
         1 + self.lines.partition_point(|end| *end < element.range().start)
     }
 
-    /// Returns the element that a reference below `element` leads to; `None` without the reference, or if it
-    /// leads nowhere.
+    /// Returns the target of a reference below `element`; `None` without the reference, or if it has no
+    /// target.
     pub(super) fn follow(&self, element: Node<'d, 'd>, reference: &str) -> Option<Node<'d, 'd>> {
         self.at(text_of(element, reference)?)
     }
@@ -62,7 +62,7 @@ impl<'d> NamedElements<'d> {
     }
 }
 
-/// Returns the first child with this name. Names have no namespace here, since it is one in the whole file.
+/// Returns the first child with this name. Names have no namespace here, since the whole file has only one.
 pub(super) fn child<'d>(element: Node<'d, 'd>, name: &str) -> Option<Node<'d, 'd>> {
     let mut children = element.children().filter(Node::is_element).take(MAX_SINGLE);
     children.find(|child| child.tag_name().name() == name)
@@ -93,7 +93,7 @@ pub(super) fn whole_of<T: TryFrom<i128>>(element: Node<'_, '_>, name: &str) -> O
     whole(text_of(element, name)?)?.try_into().ok()
 }
 
-/// Reads a whole number as AUTOSAR writes it: in C's notation, as `12.0`, or as a truth value.
+/// Reads a whole number in AUTOSAR notation: in C's notation, as `12.0`, or as a truth value.
 pub(super) fn whole(text: &str) -> Option<i128> {
     let (sign, digits) = text.strip_prefix('-').map_or((1, text), |digits| (-1, digits));
     let digits = match digits.split_once('.') {

@@ -1,4 +1,4 @@
-//! `[[command.driver]]` of a profile: signals that show that the driver has taken over.
+//! `[[command.driver]]` of a profile: signals that indicate that the driver has taken over.
 
 use super::super::binder::{Binder, NOT_AVAILABLE};
 use crate::config::reading::{Fields, Keywords};
@@ -12,7 +12,7 @@ const OVERRIDES: Keywords<Grants> = &[
     ("hazard", Grants { turn: false, hazard: true }),
 ];
 
-/// Reads a signal that shows that the driver has taken over, and the functions that he has taken.
+/// Reads a signal that indicates that the driver has taken over, and the affected functions.
 pub(super) fn driver_sign(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<DriverSign> {
     let role = binder.switch(&fields, ["on", "off"], NOT_AVAILABLE, "");
     let overrides = fields.keyword("overrides", OVERRIDES).unwrap_or(BOTH);

@@ -17,7 +17,7 @@ use gateway_core::command::push_button::PushButtonSettings;
 
 const IDLE: Keywords<Idle> = &[("neutral", Idle::Neutral), ("silent", Idle::Silent)];
 
-/// Slowest and fastest period of a command, ms.
+/// Range of the period of a command, ms.
 const PERIODS_MS: RangeInclusive<u64> = 10..=1000;
 const BURST_GAP_MS: u64 = 20;
 const MIN_GAP_MS: u64 = 10;
@@ -27,7 +27,7 @@ const WAIT_MS: u64 = 800;
 const MAX_PRESS_MS: u64 = 60_000;
 const ATTEMPTS: u8 = 3;
 
-/// Reads one message; `None` when a problem was noted.
+/// Reads one message; `None` if a problem was recorded.
 pub(super) fn command_message(
     binder: &Binder<'_>,
     allowed: &mut AllowList,
@@ -43,7 +43,7 @@ pub(super) fn command_message(
         fields.accept_rest();
         return None;
     };
-    // Admitted even if something else is refused, for the checks on messages that are both sent and received.
+    // Admitted even if another part is refused, for the checks on messages that are both sent and received.
     let permission = allowed.admit(binder.buses[bus].index, message.id, message.length, message.format);
     let remedy = "describe messages that can be sent, each once";
     let permission = binder.checker.accept(&name.location, permission, remedy);
@@ -90,7 +90,7 @@ pub(super) fn command_message(
 struct MessageParts<'b> {
     binder: &'b Binder<'b>,
     message: &'b Message,
-    /// Bits that are set together, once for each group.
+    /// Bits that are set together, per group.
     placed: Vec<Patch>,
     /// Names of the signals that have a value.
     named: Vec<String>,
@@ -119,7 +119,7 @@ impl MessageParts<'_> {
         Some(Enable { on, off })
     }
 
-    /// Reads a patch for each state of a group; the first state is "off". `None` when a problem was noted.
+    /// Reads a patch for each state of a group; the first state is "off". `None` if a problem was recorded.
     fn states<const N: usize, const M: usize>(
         &mut self,
         fields: &Fields<'_>,
@@ -204,7 +204,8 @@ impl MessageParts<'_> {
             self.placed.push(patch);
             self.named.push(signal.name.clone());
         }
-        // The header of an E2E profile has no signals of its own in many DBCs: those it covers need no value.
+        // The header of an E2E profile has no signals of its own in many DBCs: signals that it covers need no
+        // value.
         if let Some(Protection::E2e { profile, .. }) = protection {
             let (mut low, mut high) = ([0; MAX_DATA], [0xFF; MAX_DATA]);
             let length = self.message.length.min(MAX_DATA);
@@ -238,8 +239,7 @@ impl MessageParts<'_> {
 }
 
 /// Refuses states with the same values, which would request the wrong state, or request something without
-/// authority. The first state is "off", and with `has_none` the last one is "none", which may be the same as
-/// "off".
+/// authority. The first state is "off", and with `has_none` the last state is "none", which may equal "off".
 fn must_differ(binder: &Binder<'_>, states: &[&Value], patches: &[Patch], has_none: bool) {
     for (at, patch) in patches.iter().enumerate() {
         let is_none = has_none && at + 1 == patches.len();
@@ -260,7 +260,7 @@ fn timing(binder: &Binder<'_>, fields: &Fields<'_>, name: &LocatedText, message:
     }
     let period = within(fields, "period_ms", cycle.unwrap_or(*PERIODS_MS.end()), PERIODS_MS);
     let period_ms = millis(period);
-    // A gap as long as the period would make every delay a lasting one.
+    // With a gap as long as the period, every delay would be permanent.
     let default_gap = MIN_GAP_MS.min(period_ms / 2);
     let min_send_interval = within(fields, "min_send_interval_ms", default_gap, 1..=period_ms);
     let burst_gaps = millis(min_send_interval)..=period_ms;
@@ -274,7 +274,7 @@ fn timing(binder: &Binder<'_>, fields: &Fields<'_>, name: &LocatedText, message:
 
 /// Reads how a button that springs back is pressed.
 fn button_rules(fields: Fields<'_>, timing: SendTiming) -> PushButtonSettings {
-    // A press during which no frame is sent is not a press.
+    // Without a frame during the press there is no press.
     let range = millis(timing.period)..=MAX_PRESS_MS;
     let rules = PushButtonSettings {
         press: within(&fields, "press_ms", PRESS_MS, range.clone()),
@@ -285,13 +285,14 @@ fn button_rules(fields: Fields<'_>, timing: SendTiming) -> PushButtonSettings {
     rules
 }
 
-/// A time within a range of milliseconds; without one, the time in the range that is nearest to `default`.
+/// Reads a time within a range of milliseconds; if absent, returns the time in the range that is nearest to
+/// `default`.
 fn within(fields: &Fields<'_>, key: &'static str, default: u64, range: RangeInclusive<u64>) -> Duration {
     let default = Duration::from_millis(default.clamp(*range.start(), *range.end()));
     fields.millis(key, range).unwrap_or(default)
 }
 
-/// The counter of a command counts every frame.
+/// Refuses counters that count changes: the counter of a command counts every frame.
 fn refuse_counting_changes(fields: &Fields<'_>) {
     let Some(counter) = fields.table("counter") else { return };
     if counter.text("increments_on").is_some_and(|counts| counts.text == "changes") {
@@ -308,8 +309,8 @@ fn refuse_requests(fields: &Fields<'_>) {
     }
 }
 
-/// Refuses a message that requests nothing, or the hazard lights twice. Parts that share a message need a
-/// state `none` each, or a request for one would be one for both.
+/// Refuses a message that requests nothing, or the hazard lights twice. Parts that share a message each need
+/// a state `none`; otherwise a request for one would also be a request for the other.
 fn check_requests(
     binder: &Binder<'_>,
     name: &LocatedText,

@@ -1,4 +1,5 @@
-//! `[command]` of a profile: the messages that may be sent to the vehicle, and signals that show who drives.
+//! `[command]` of a profile: the messages that may be sent to the vehicle, and signals that show who is
+//! driving.
 
 mod control;
 mod message;
@@ -12,8 +13,8 @@ use gateway_core::command::settings::CommandBinding;
 use gateway_core::vehicle_lights::binding::HazardBinding;
 use message::command_message;
 
-/// Reads the section, if there is one, to a binding without received messages and signals; `None` when a
-/// problem was noted.
+/// Reads the section, if there is one, to a binding without received messages and signals; `None` if a
+/// problem was recorded.
 pub(super) fn command(
     binder: &mut Binder<'_>,
     fields: Option<Fields<'_>>,
@@ -44,7 +45,7 @@ pub(super) fn command(
     })
 }
 
-/// Reads what a user must know before frames are sent.
+/// Reads the warning that a user must consent to before frames are sent.
 fn needs_consent(fields: &Fields<'_>) -> Option<String> {
     let reason = fields.string("needs_consent")?.text;
     if reason.trim().is_empty() {
@@ -58,7 +59,7 @@ fn needs_consent(fields: &Fields<'_>) -> Option<String> {
 }
 
 /// Refuses profiles that do not request turn indicators and hazard lights by one message each. `files` are
-/// the tables of the messages, which may have been refused for something else.
+/// the tables of the messages, which may have been refused for other reasons.
 fn each_is_requested_once(fields: &Fields<'_>, files: &[Fields<'_>]) {
     let turns = |file: &&Fields<'_>| file.has("turn");
     let hazards = |file: &&Fields<'_>| file.has("hazard") || has_within(file, "turn", "hazard");
@@ -80,14 +81,15 @@ fn is_requested_once(fields: &Fields<'_>, messages: &[&Fields<'_>], what: &str, 
     }
 }
 
-/// True if a table of a table has a key.
+/// Returns true if a subtable of a table has a key.
 fn has_within(file: &Fields<'_>, table: &'static str, key: &str) -> bool {
     file.value(table)
         .and_then(|value| Fields::of_table(file.checker, value))
         .is_some_and(|table| table.has(key))
 }
 
-/// A button is pressed until the report shows it. `files` are the tables of the messages.
+/// Refuses a button without a report, since a button is pressed until the report shows the effect. `files`
+/// are the tables of the messages.
 fn buttons_need_a_report(files: &[Fields<'_>], hazard: Option<&HazardBinding>) {
     let is_reported = match hazard {
         Some(HazardBinding::From(_)) | None => true,
@@ -100,7 +102,7 @@ fn buttons_need_a_report(files: &[Fields<'_>], hazard: Option<&HazardBinding>) {
     }
 }
 
-/// A message that the gateway sends cannot be one that it receives.
+/// Refuses to receive messages that the gateway sends.
 fn refuse_received(binder: &Binder<'_>, allowed: &AllowList, file: &Fields<'_>) {
     let Some(given) = file.string("name") else { return };
     let (bus, name) = split_bus(&given.text);

@@ -16,7 +16,7 @@ const SEE: &str = "see [message.*] checksum in config/gateway.toml";
 const IDENTIFIER: Keywords<Extra> =
     &[("none", Extra::Nothing), ("before", Extra::IdentifierBefore), ("after", Extra::IdentifierAfter)];
 
-/// Kinds of checksum, with the reader of each; it reads no keys but its own.
+/// Kinds of checksum, with their readers; each reads only its own keys.
 const KINDS: Keywords<fn(&Fields<'_>, &Message) -> Option<ChecksumRule>> = &[
     ("honda", |_, _| Some(ChecksumRule::Honda)),
     ("toyota", |_, _| Some(ChecksumRule::Sum(Sum::TOYOTA))),
@@ -114,7 +114,7 @@ fn identifier(fields: &Fields<'_>) -> Extra {
     fields.keyword("identifier", IDENTIFIER).unwrap_or_default()
 }
 
-/// The number of data bytes in the checksum, from the first one; all when it is not given.
+/// Reads the number of data bytes in the checksum, from the first byte; all if absent.
 fn bytes(fields: &Fields<'_>) -> Option<usize> {
     fields.number("bytes", 0..=64, "bytes")
 }

@@ -7,7 +7,7 @@ use can_signal::validation::integrity::e2e::{DataIdMode, E2e, E2eProfile};
 
 const SEE: &str = "see [message.*] e2e in config/gateway.toml";
 
-/// AUTOSAR profiles and their variants, with the reader of each; it reads no keys but its own.
+/// AUTOSAR profiles and their variants, with their readers; each reads only its own keys.
 const PROFILES: Keywords<fn(&Fields<'_>) -> Option<E2eProfile>> = &[
     ("1A", |fields| profile_1(fields, DataIdMode::Both)),
     ("1B", |fields| profile_1(fields, DataIdMode::Alternating)),

@@ -17,7 +17,7 @@ use counter::counter;
 use e2e::e2e;
 use window::window;
 
-/// Reads the protection of a message by its fields or by an E2E profile; `None` when it has none, or when a
+/// Reads the protection of a message by its fields or by an E2E profile; `None` if it has none, or when a
 /// problem was noted.
 pub(super) fn protection(binder: &Binder<'_>, fields: &Fields<'_>, message: &Message) -> Option<Protection> {
     let checksum = fields.table("checksum").and_then(|section| checksum(binder, section, message));
@@ -32,7 +32,7 @@ pub(super) fn protection(binder: &Binder<'_>, fields: &Fields<'_>, message: &Mes
     if has_fields { Some(Protection::Fields { checksum, counter }) } else { e2e }
 }
 
-/// Reads the integrity checks of a received message; `None` when it has none, or when a problem was noted.
+/// Reads the integrity checks of a received message; `None` if it has none, or when a problem was noted.
 pub(super) fn integrity(
     binder: &Binder<'_>,
     fields: &Fields<'_>,

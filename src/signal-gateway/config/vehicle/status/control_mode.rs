@@ -6,10 +6,10 @@ use can_signal::validation::table::Role;
 use gateway_core::control_mode::ControlMode;
 use gateway_core::vehicle_status::control_mode::{Axes, ControlModeBinding, ControlModeSource};
 
-/// What is published while the mode is unknown; true for `NOT_READY`.
+/// Publication while the mode is unknown; true for `NOT_READY`.
 const ON_UNKNOWN: Keywords<bool> = &[("withhold", false), ("not_ready", true)];
 
-/// Reads the binding; `None` when a problem was noted.
+/// Reads the binding; `None` if a problem was recorded.
 pub(super) fn control_mode(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<ControlModeBinding> {
     let is_not_ready_while_unknown = fields.keyword("on_unknown", ON_UNKNOWN).unwrap_or_default();
     let source = if fields.has("signal") {

@@ -7,7 +7,7 @@ use crate::config::reading::{Fields, Keywords};
 use crate::config::vehicle::binder::{Binder, UNUSABLE};
 use gateway_core::vehicle_status::gear::{Gear, GearBinding, GearCode, GearSource};
 
-/// Default of the longest time between two gears.
+/// Default maximum time between two gears.
 const SHIFTING: Duration = Duration::from_secs(2);
 
 /// Keys of raw values, with the gear that they stand for.
@@ -22,10 +22,10 @@ const GEARS: &[(&str, Gear)] = &[
     ("drive_18", Gear::Drive18), ("low", Gear::Low), ("low_2", Gear::Low2),
 ];
 
-/// What is reported while a gearbox shows no more than that reverse is not engaged.
+/// Report while a gearbox only shows that reverse is not engaged.
 const OTHERWISE: Keywords<Gear> = &[("drive", Gear::Drive)];
 
-/// Reads the binding; `None` when a problem was noted.
+/// Reads the binding; `None` if a problem was recorded.
 pub(super) fn gear(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<GearBinding> {
     let shifting = fields.limit("shifting_ms").unwrap_or(SHIFTING);
     let sources = sources(binder, &fields, |binder, fields, name| {

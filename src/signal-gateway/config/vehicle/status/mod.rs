@@ -1,5 +1,5 @@
 //! `[velocity]`, `[steering]`, `[gear]`, `[control_mode]` and `[[doors.door]]` of a profile: the status of
-//! the vehicle beside its lights.
+//! the vehicle apart from its lights.
 
 mod control_mode;
 mod doors;
@@ -19,7 +19,7 @@ use gear::gear;
 use steering::steering;
 use velocity::velocity;
 
-/// Reads the sections to a binding without messages and signals; `None` when a problem was noted.
+/// Reads the sections to a binding without messages and signals; `None` if a problem was recorded.
 pub(super) fn status(binder: &mut Binder<'_>, top: &Fields<'_>) -> Option<StatusBinding> {
     let before = binder.checker.count();
     let binding = StatusBinding {

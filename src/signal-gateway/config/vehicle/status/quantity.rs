@@ -1,5 +1,5 @@
-//! A physical quantity of a profile: an inline table with a signal, its unit, its sign and the raw values
-//! that count.
+//! A physical quantity of a profile: an inline table with a signal, its unit, its sign and the valid raw
+//! values.
 
 use crate::config::reading::{Fields, Keywords};
 use crate::config::vehicle::binder::{Binder, Meanings, NOT_AVAILABLE, UNUSABLE, unusable_values};
@@ -13,7 +13,7 @@ use gateway_core::vehicle_status::quantity::{QualityFlag, Quantity, Term};
 pub(super) struct Unit {
     /// Factor to SI units.
     to_si: f64,
-    /// True for the rotation of a wheel in the place of a speed.
+    /// True for the rotation of a wheel instead of a speed.
     pub(super) is_rotation: bool,
 }
 
@@ -25,7 +25,7 @@ const fn rotation(to_radps: f64) -> Unit {
     Unit { to_si: to_radps, is_rotation: true }
 }
 
-/// The kind of a quantity, which has its units and the words for its sign.
+/// Kind of a quantity, with its units and the words for its sign.
 pub(super) struct QuantityKind {
     units: Keywords<Unit>,
     /// Words for the direction in which values grow; `true` = the sign of Autoware.
@@ -71,7 +71,7 @@ pub(super) const WHEEL_SPEED: QuantityKind = QuantityKind {
     has_sign: false,
 };
 
-/// A quantity as it was read.
+/// A quantity as read.
 pub(super) struct ReadQuantity {
     pub(super) quantity: Quantity,
     pub(super) unit: Unit,
@@ -79,7 +79,7 @@ pub(super) struct ReadQuantity {
     pub(super) has_sign: bool,
 }
 
-/// Reads a quantity; `None` when a problem was noted.
+/// Reads a quantity; `None` if a problem was recorded.
 pub(super) fn quantity(
     binder: &mut Binder<'_>,
     fields: Fields<'_>,
@@ -150,7 +150,7 @@ pub(super) fn quantity(
     Some(ReadQuantity { quantity, unit, has_sign })
 }
 
-/// Reads a quality flag; `None` when a problem was noted.
+/// Reads a quality flag; `None` if a problem was recorded.
 fn quality_flag(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<QualityFlag> {
     fields.require(&["text"], "say what is not good, for diagnostics");
     let text = fields.string("text");

@@ -1,10 +1,10 @@
-//! The sources of a quantity of the status, which a section describes one by one.
+//! The sources of a status quantity, described individually in a section.
 
 use crate::config::reading::Fields;
 use crate::config::vehicle::binder::Binder;
 
-/// Reads the sources of a section: the section itself as the only one, whose name is empty, or those in its
-/// `source`, the most trusted first.
+/// Reads the sources of a section: the section itself as the only source, with an empty name, or the sources
+/// in its `source`, most trusted first.
 pub(super) fn sources<S>(
     binder: &mut Binder<'_>,
     fields: &Fields<'_>,

@@ -11,13 +11,13 @@ use gateway_core::vehicle_status::velocity::binding::{
     DirectionSource, HeadingRateSource, SpeedSignal, SpeedSignals, SpeedSource, VelocityBinding, WheelsUsed,
 };
 
-/// Default of the longest time that a part may be older than the speed.
+/// Default maximum time by which a part may be older than the speed.
 const MAX_SKEW: Duration = Duration::from_millis(100);
 
-/// What is published while the heading rate is unknown; true for 0.
+/// Publication while the heading rate is unknown; true for 0.
 const HEADING_RATE_UNKNOWN: Keywords<bool> = &[("withhold", false), ("zero", true)];
 
-/// Zeros of a yaw rate sensor; true for one that is found at standstill.
+/// Zero offsets of a yaw rate sensor; true for an offset determined at standstill.
 const ZEROS: Keywords<bool> = &[("standstill", true), ("none", false)];
 
 const USED: Keywords<WheelsUsed> =
@@ -50,7 +50,7 @@ enum RateKind {
 const RATE_KINDS: Keywords<RateKind> =
     &[("yaw_rate", RateKind::YawRate), ("steering", RateKind::Steering), ("wheels", RateKind::Wheels)];
 
-/// Reads the binding; `None` when a problem was noted.
+/// Reads the binding; `None` if a problem was recorded.
 pub(super) fn velocity(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<VelocityBinding> {
     let before = binder.checker.count();
     let max_skew = fields.limit("max_skew_ms").unwrap_or(MAX_SKEW);

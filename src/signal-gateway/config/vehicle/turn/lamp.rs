@@ -1,4 +1,4 @@
-//! `lamp = { … }` of `[turn]`: the times of lamps, which flash.
+//! `lamp = { … }` of `[turn]`: the times of flashing lamps.
 
 use std::time::Duration;
 
@@ -9,22 +9,22 @@ use gateway_core::vehicle_lights::binding::{SidePair, TurnSource};
 use gateway_core::vehicle_lights::lamp::LampSettings;
 use gateway_core::vehicle_lights::lamp::timing::{Sampling, Unresolvable, resolvable};
 
-/// Default of the time from a change of a lamp to its frame.
+/// Default time from a change of a lamp to its frame.
 const DEFAULT_LATENCY: Duration = Duration::from_millis(100);
 
 /// Occasions at which a message is sent; true for each change of a lamp.
 const ON_CHANGE: Keywords<bool> = &[("cyclic", false), ("on_change", true)];
 
-/// The times that are given, each `None` when it is absent or was refused.
+/// The given times; each is `None` if it is absent or was refused.
 struct Given {
-    /// True for lamps that are sent at each change; `None` when it was refused.
+    /// True for lamps that are sent at each change; `None` if it was refused.
     on_change: Option<bool>,
     latency: Option<Duration>,
     period: Option<Duration>,
     jitter: Option<Duration>,
 }
 
-/// Reads when the lamps are sent, and the keys of that form.
+/// Reads the occasions at which the lamps are sent, and the corresponding keys.
 fn given(times: &Fields<'_>) -> Given {
     let on_change = times.keyword("sent", ON_CHANGE).or((!times.has("sent")).then_some(false));
     let (is_on_change, is_cyclic) = (on_change == Some(true), on_change == Some(false));

@@ -16,7 +16,7 @@ use stalk::stalk_settings;
 const FORMS: &str = "give `signal` with off, left and right, or `left_signal`, `right_signal` and `both_on`, \
                      or `kind`, or [[turn.source]], or `fitted = false`";
 
-/// A source whose signals show something else than the state.
+/// A source whose signals do not show the state directly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum TurnKind {
     /// Lamps, which flash while a side is on.
@@ -30,7 +30,7 @@ const BOTH_ON: Keywords<BothOn> = &[("hazard", BothOn::Hazard), ("undefined", Bo
 const WHILE_HAZARD: Keywords<TurnWhileHazard> =
     &[("disable", TurnWhileHazard::Disable), ("keep", TurnWhileHazard::Keep)];
 
-/// Reads the binding; `None` when a problem was noted.
+/// Reads the binding; `None` if a problem was recorded.
 pub(super) fn turn(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<TurnBinding> {
     if fields.flag("fitted") == Some(false) {
         fields.set_form("with fitted = false");
@@ -93,7 +93,7 @@ fn enumerated(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<TurnSource
 fn pair(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<SidePair> {
     let remedy = "a pair of turn signals needs left_signal, right_signal and both_on";
     fields.require(&["left_signal", "right_signal", "both_on"], remedy);
-    // Another value than these is refused by now, and hides nothing else that is wrong.
+    // Any other value is refused by now, and hides no other problems.
     let both = fields.keyword("both_on", BOTH_ON).or(fields.has("both_on").then_some(BothOn::Undefined));
     let [left, right] = ["left_signal", "right_signal"].map(|key| {
         let side = fields.table(key)?;
@@ -123,8 +123,8 @@ fn stalk(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<TurnSource> {
     Some(TurnSource::Stalk { role: role?, settings })
 }
 
-/// Reads what is reported of the turn indicators while the hazard lights are on; `both_sides` means that
-/// those are both turn sides on.
+/// Reads the report on turn indicators while the hazard lights are on; `both_sides` means that hazard lights
+/// are both turn sides on.
 pub(super) fn while_hazard(fields: &Fields<'_>, both_sides: bool) -> TurnWhileHazard {
     let policy = fields.keyword("while_hazard", WHILE_HAZARD).unwrap_or_default();
     if policy == TurnWhileHazard::Keep && both_sides && !fields.has("source") {

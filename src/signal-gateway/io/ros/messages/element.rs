@@ -1,5 +1,5 @@
-//! One lit bulb in the form shared by three messages, and its ROS numbers (docs/spec/traffic-lights.md,
-//! "Bulbs and their numbers").
+//! One lit bulb in the form shared by three messages, and its ROS numbers
+//! (docs/spec/traffic-lights.md, "Bulbs and their numbers").
 
 use ros_messages::autoware_perception_msgs::TrafficLightElement;
 use traffic_lights::bulb::{Bulb, BulbShape, BulbStatus, Color};
@@ -23,8 +23,8 @@ pub(super) fn group_elements(elements: &[GroupElement], compat: Compat) -> Vec<T
     elements.iter().map(|shown| element(shown.bulb, shown.confidence, compat)).collect()
 }
 
-/// Returns the bulb that an element shows; `None` when one of its numbers is not a constant of the type, or
-/// the confidence is not from 0 to 1.
+/// Returns the bulb that an element shows; `None` if one of its numbers is not a constant of the type, or the
+/// confidence is not from 0 to 1.
 pub(super) fn bulb(element: TrafficLightElement) -> Option<Bulb> {
     let color = Color::ALL.into_iter().find(|known| color(*known) == element.color)?;
     let shape = BulbShape::ALL.into_iter().find(|known| shape(*known, Compat::Improved) == element.shape)?;
