@@ -59,8 +59,8 @@ struct Notes {
     has_decided: bool,
 }
 
-/// Runs the decider over a recording, with settings and map of `file`. The names of the topics are those of a
-/// configuration, or Autoware's.
+/// Runs the decider over a recording, with settings and map of `file`. The topic names come from a
+/// configuration, or are Autoware's.
 pub(super) fn run(
     recording: &Path,
     file: &DriveFile,

@@ -172,7 +172,7 @@ pub fn listen(
 }
 
 /// Passes the inputs of one interface to `take`, until `take` breaks, a stop signal arrives, or `length` is
-/// over. The state of a link that is not up is passed as well.
+/// over. Also passes the state of a link that is not up.
 pub fn listen_to(
     interface: &str,
     length: Duration,

@@ -16,8 +16,8 @@ use crate::io::can::id_filter::IdFilter;
 use crate::io::can::transmit::Transmitter;
 use can_signal::can::{BusIndex, CanInput, IdMatch, LinkState};
 
-/// Number of batches between the receivers and the gateway. More frames wait in the kernel, which counts the
-/// ones that it drops.
+/// Number of batches between the receivers and the gateway. Further frames wait in the kernel, which counts
+/// dropped frames.
 const QUEUED_BATCHES: usize = 16;
 /// Default size of the receive buffer, bytes.
 const RECEIVE_BUFFER_BYTES: usize = 4 << 20;

@@ -59,7 +59,7 @@ pub fn request_stop() {
     let _ = kill_process(getpid(), Signal::INT);
 }
 
-/// Restores the terminal if it is taken. A panic does this as well.
+/// Restores the terminal if a view uses it. A panic does the same.
 pub fn restore() {
     let Some(TakenTerminal { queue, stderr }) = taken().take() else { return };
     let _ = disable_raw_mode();

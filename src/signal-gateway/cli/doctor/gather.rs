@@ -73,7 +73,7 @@ pub(super) fn gather(args: &DoctorArgs) -> Result<Option<Facts>, Failure> {
     let running = running(args, settings);
     let permissions = permissions(settings, configuration.as_ref(), &files, &examined);
     let interfaces = examined.into_iter().zip(heard).map(|(examined, survey)| InterfaceFacts {
-        // Queried again, since listening may have changed the counts.
+        // Queried again, since the state may have changed while listening.
         state: interface_state(&examined.name),
         bus: examined.bus,
         sends: examined.sends,

@@ -110,8 +110,8 @@ impl<'c> ScenarioReader<'c> {
         Some(target)
     }
 
-    /// Reads a target of which upstream takes a plain id only
-    /// (docs/spec/traffic-lights.md, "Signal ids"): so does upstream mode.
+    /// Reads a target. In upstream mode, as in upstream, only a plain id is accepted
+    /// (docs/spec/traffic-lights.md, "Signal ids").
     pub(super) fn upstream_plain_target(&mut self, given: &LocatedText) -> Option<SignalTarget> {
         match self.compat {
             Compat::Improved => self.target(given),

@@ -55,7 +55,7 @@ pub(super) const SEE: &str = "config/gateway.toml";
 /// A vehicle profile, bound to its DBCs; without any lights by default.
 #[derive(Debug, Default)]
 pub(super) struct Vehicle {
-    /// Name of the vehicle, for people.
+    /// Name of the vehicle, for texts.
     pub name: String,
     /// Every key of the profile with its value.
     pub keys: Vec<(String, String)>,

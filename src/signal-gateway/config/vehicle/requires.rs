@@ -14,7 +14,7 @@ use can_signal::validation::requirement::{Condition, Requirement};
 /// Default time for which a bus is observed for a message that must not occur.
 const OBSERVATION: Duration = Duration::from_secs(1);
 
-/// Reads the requirements; those with a problem, which is noted, are left out.
+/// Reads the requirements. Requirements with a problem, which is recorded, are omitted.
 pub(super) fn requires(
     binder: &Binder<'_>,
     top: &Fields<'_>,

@@ -116,7 +116,7 @@ impl ScenarioRun {
     }
 }
 
-/// Stamps count from the start of the scenario as well.
+/// Stamps also count from the start of the scenario.
 fn now(at: MonoTime) -> Now {
     Now { mono: at, wall: WallStamp::from_nanos(i64::try_from(at.as_nanos()).unwrap_or(i64::MAX)) }
 }

@@ -1,4 +1,4 @@
-//! Receives the frames of one interface, which may go away and come back.
+//! Receives the frames of one interface, which may disappear and return.
 
 use std::convert::Infallible;
 use std::io;
@@ -41,10 +41,10 @@ pub struct BusSocketSettings {
 /// 100 ms of an error frame or a change of any link.
 ///
 /// Frames are passed on at once, until three come within 10 ms; then they are passed on in batches 5 ms
-/// apart, until a batch is empty. If the channel is full, frames wait in the kernel, which counts the ones
-/// that it drops. An interface that went down or away is opened again by its name when it returns, and frames
-/// that were queued before are dropped. `ENETDOWN` and `ENODEV` are distinguished by asking for the name
-/// again. While the interface is open, the settings' transmitter can send.
+/// apart, until a batch is empty. If the channel is full, frames wait in the kernel, which counts dropped
+/// frames. An interface that went down or was removed is reopened by name when it returns; frames queued
+/// before are dropped. `ENETDOWN` and `ENODEV` are distinguished by looking up the name again. While the
+/// interface is open, the settings' transmitter can send.
 pub async fn receive(settings: BusSocketSettings, inputs: Sender<Vec<CanInput>>) {
     let consumer = inputs.clone();
     let reception = BusReception { settings, inputs, reported: None };

@@ -1,4 +1,4 @@
-//! `when = …`: one condition, a list of which all must hold, or `{ any = [ … ] }` of either.
+//! `when = …`: one condition, a list of conditions that must all hold, or `{ any = [ … ] }` for alternatives.
 
 use super::super::naming::listed;
 use super::super::reader::ScenarioReader;

@@ -1,8 +1,8 @@
 //! Reads the CAN messages of an AUTOSAR system description (ARXML).
 //!
-//! One cluster becomes a [`Database`] like that of a DBC: its frame triggerings are the messages, and the
-//! signals of their PDUs are the signals. Unread parts (containers of PDUs, end-to-end protection, update
-//! bits) are reported as findings, never guessed.
+//! One cluster becomes a [`Database`], like a DBC: its frame triggerings are the messages, and the signals of
+//! their PDUs are the signals. Unread parts (containers of PDUs, end-to-end protection, update bits) are
+//! reported as findings, never guessed.
 
 mod signal;
 mod tree;

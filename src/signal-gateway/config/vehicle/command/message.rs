@@ -138,7 +138,7 @@ impl MessageParts<'_> {
         Some((required.try_into().ok()?, optional))
     }
 
-    /// Reads the states of one group, which must all set the same signals; empty when a problem was noted.
+    /// Reads the states of one group, which must all set the same signals; empty if a problem was recorded.
     fn group(&mut self, states: &[&Value]) -> Vec<Patch> {
         let patches: Vec<_> = states.iter().filter_map(|state| self.patch(state)).collect();
         if patches.len() != states.len() {

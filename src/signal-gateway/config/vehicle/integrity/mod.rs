@@ -17,8 +17,8 @@ use counter::counter;
 use e2e::e2e;
 use window::window;
 
-/// Reads the protection of a message by its fields or by an E2E profile; `None` if it has none, or when a
-/// problem was noted.
+/// Reads the protection of a message by its fields or by an E2E profile; `None` if it has none, or if a
+/// problem was recorded.
 pub(super) fn protection(binder: &Binder<'_>, fields: &Fields<'_>, message: &Message) -> Option<Protection> {
     let checksum = fields.table("checksum").and_then(|section| checksum(binder, section, message));
     let counter = fields.table("counter").and_then(|section| counter(binder, section, message));
@@ -32,7 +32,7 @@ pub(super) fn protection(binder: &Binder<'_>, fields: &Fields<'_>, message: &Mes
     if has_fields { Some(Protection::Fields { checksum, counter }) } else { e2e }
 }
 
-/// Reads the integrity checks of a received message; `None` if it has none, or when a problem was noted.
+/// Reads the integrity checks of a received message; `None` if it has none, or if a problem was recorded.
 pub(super) fn integrity(
     binder: &Binder<'_>,
     fields: &Fields<'_>,

@@ -4,7 +4,7 @@ use crate::config::reading::Fields;
 use crate::config::vehicle::binder::{Binder, UNUSABLE};
 use gateway_core::vehicle_status::doors::{Door, DoorState, MAX_DOORS};
 
-/// Reads the doors; those with a problem are left out.
+/// Reads the doors; omits doors with a problem.
 pub(super) fn doors(binder: &mut Binder<'_>, fields: Fields<'_>) -> Vec<Door> {
     let mut names: Vec<String> = Vec::new();
     let mut doors = Vec::new();

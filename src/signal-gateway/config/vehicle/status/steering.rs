@@ -6,7 +6,7 @@ use crate::config::reading::Fields;
 use crate::config::vehicle::binder::Binder;
 use gateway_core::vehicle_status::steering::{AngleOf, SteeringSource};
 
-/// Reads the sources, the most trusted first; those with a problem are left out.
+/// Reads the sources, most trusted first; omits sources with a problem.
 pub(super) fn steering(binder: &mut Binder<'_>, fields: Fields<'_>) -> Vec<SteeringSource> {
     let sources = sources(binder, &fields, |binder, fields, name| {
         let (angle_of, angle) = match (fields.table("wheel"), fields.table("tire")) {

@@ -92,7 +92,7 @@ impl Outgoing {
         matches!(topic.row().flow, TopicFlow::VehicleLights | TopicFlow::VehicleStatus)
     }
 
-    /// Returns a short name for people.
+    /// Returns a short name for texts.
     pub(in crate::io) fn label(&self) -> &'static str {
         match self.source {
             OutgoingSource::Topic(topic) => topic.row().label,

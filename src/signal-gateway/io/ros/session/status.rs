@@ -36,7 +36,7 @@ pub struct RosStatus {
 /// State of a published topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OutgoingStatus {
-    /// Short name for people, e.g. `turn`, `hazard`, `V2I lights`.
+    /// Short name for texts, e.g. `turn`, `hazard`, `V2I lights`.
     pub label: &'static str,
     /// Absolute name of the topic.
     pub name: Arc<str>,
