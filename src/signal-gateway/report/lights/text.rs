@@ -9,7 +9,7 @@ use gateway_base::time::MonoTime;
 use traffic_lights::emission::Groups;
 use traffic_lights::target::StoreId;
 
-/// Returns one line of text: `seconds subject what`.
+/// Returns one line of text: `seconds  subject  what`.
 pub(super) fn line(at: MonoTime, subject: &str, what: &str) -> String {
     format!("{:>9}  {subject:<21}  {what}", display::seconds(at))
 }
