@@ -179,8 +179,8 @@ impl Gateway {
     /// Continues with other settings, at the time of the last call for perception or later. Values, decisions
     /// and counts are kept as far as both settings include them, and all statuses are published.
     ///
-    /// Node, buses and their interfaces, the running flows and the commands must be the same; whoever reads the
-    /// other configuration checks that.
+    /// Node, buses and their interfaces, the running flows and the commands must be the same, which the
+    /// reader of the other configuration checks.
     pub fn reconfigure(&mut self, settings: GatewaySettings, now: Now) {
         self.perception.reconfigure(settings, now);
         let changed = self.perceive(now);
