@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::Level;
+use super::level::Level;
 
 /// A message of a status, or a reason within a message.
 #[derive(Debug, PartialEq, Eq)]

@@ -18,24 +18,22 @@ pub struct FeedbackLimits {
     pub error: Duration,
 }
 
-/// A state of lights that can be compared with a report.
-pub trait Lights: Copy + Eq {
+/// A state of lights that can be compared with a report; by default no light is on.
+pub trait Lights: Copy + Default + Eq {
+    /// True for hazard lights, whose request for on is obeyed regardless of its stamp.
+    const IS_HAZARD: bool;
+
     /// Returns true if a light is on.
-    fn is_lit(self) -> bool;
-    /// Returns true for hazard lights on; this request is obeyed regardless of its stamp.
-    fn is_hazard_on(self) -> bool;
+    fn is_lit(self) -> bool {
+        self != Self::default()
+    }
+
     /// Returns the name used in texts.
     fn name(self) -> &'static str;
 }
 
 impl Lights for Turn {
-    fn is_lit(self) -> bool {
-        self != Self::Off
-    }
-
-    fn is_hazard_on(self) -> bool {
-        false
-    }
+    const IS_HAZARD: bool = false;
 
     fn name(self) -> &'static str {
         self.name()
@@ -44,13 +42,7 @@ impl Lights for Turn {
 
 /// Hazard lights: `true` = on.
 impl Lights for bool {
-    fn is_lit(self) -> bool {
-        self
-    }
-
-    fn is_hazard_on(self) -> bool {
-        self
-    }
+    const IS_HAZARD: bool = true;
 
     fn name(self) -> &'static str {
         if self { "on" } else { "off" }
@@ -197,12 +189,8 @@ impl<T: Lights> FeedbackMonitor<T> {
         if requested.is_some_and(Lights::is_lit) {
             self.own_lights = self.own_lights.at_least_one();
         }
-        let is_driver_override = driver && requested.is_some();
-        self.set_compliance(if is_driver_override {
-            Compliance::DriverOverride
-        } else {
-            Compliance::NotRequested
-        });
+        let is_override = driver && requested.is_some();
+        self.set_compliance(if is_override { Compliance::DriverOverride } else { Compliance::NotRequested });
     }
 
     /// Returns true if the driver has taken over this function.
@@ -231,14 +219,11 @@ impl<T: Lights> FeedbackMonitor<T> {
 
     fn judge(&mut self, reported: Option<T>, driver: bool, now: MonoTime) -> Compliance {
         let Some(requested) = self.requested else {
-            self.mismatch_since = None;
-            self.driver_light = None;
+            (self.mismatch_since, self.driver_light) = (None, None);
             return Compliance::NotRequested;
         };
         if reported == Some(requested) && !driver {
-            self.mismatch_since = None;
-            self.driver_light = None;
-            self.complied_once = true;
+            (self.mismatch_since, self.driver_light, self.complied_once) = (None, None, true);
             return Compliance::Compliant;
         }
         if let Some(shown) = reported {

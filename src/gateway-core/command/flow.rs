@@ -11,7 +11,7 @@ use super::arbitration::{CommandDecision, Situation, arbitrate};
 use super::control_mode::{Grants, ModeState};
 use super::feedback_monitor::{Compliance, FeedbackMonitor};
 use super::input::CommandInput;
-use super::intake::{CommandState, Intake, merged_hazard};
+use super::intake::{CommandState, Intake, hazard_request, merged_hazard, turn_request};
 use super::message::{CommandMessage, FrameContents};
 use super::origin::{CommandOrigin, SampleId};
 use super::output::CommandOutput;
@@ -160,15 +160,15 @@ impl CommandFlow {
         match input {
             CommandInput::Turn { origin, command, stamp } => {
                 if CommandSource::from(origin) == self.settings.source {
-                    self.turn.handle_command(command, origin, stamp, now);
+                    self.turn.handle_command(turn_request(command), origin, stamp, now);
                 }
             }
             CommandInput::Hazard { origin: origin @ CommandOrigin::Topic(_), command, stamp } => {
-                self.hazard.handle_command(command, origin, stamp, now);
+                self.hazard.handle_command(hazard_request(command), origin, stamp, now);
             }
             CommandInput::Hazard { origin: origin @ CommandOrigin::Decider, command, stamp } => {
                 if self.settings.source == CommandSource::Decider {
-                    self.decider_hazard.handle_command(command, origin, stamp, now);
+                    self.decider_hazard.handle_command(hazard_request(command), origin, stamp, now);
                 }
             }
             CommandInput::ControlMode { sample, mode, stamp } => {

@@ -17,39 +17,28 @@ const UNDEFINED_SHOWN: Duration = Duration::from_secs(1);
 /// Number of changes within a time span that indicates more than one sender.
 const OSCILLATION: (usize, Duration) = (5, Duration::from_secs(1));
 
-/// A command as encoded in its message.
-pub trait CommandMessage {
-    /// State that the command may request.
-    type Request;
+/// State that a command requests; `None` for `NO_COMMAND`. The error is the number of an undefined command.
+pub type ReceivedRequest<T> = Result<Option<T>, u8>;
 
-    /// Returns the requested state; `None` for `NO_COMMAND`.
-    fn request(self) -> Option<Self::Request>;
+/// Returns the request of a turn command.
+pub fn turn_request(command: EnumOrUnknown<TurnCommand>) -> ReceivedRequest<Turn> {
+    Ok(match command {
+        EnumOrUnknown::Known(TurnCommand::NoCommand) => None,
+        EnumOrUnknown::Known(TurnCommand::Disable) => Some(Turn::Off),
+        EnumOrUnknown::Known(TurnCommand::Left) => Some(Turn::Left),
+        EnumOrUnknown::Known(TurnCommand::Right) => Some(Turn::Right),
+        EnumOrUnknown::Unknown(number) => return Err(number),
+    })
 }
 
-impl CommandMessage for TurnCommand {
-    type Request = Turn;
-
-    fn request(self) -> Option<Turn> {
-        match self {
-            TurnCommand::NoCommand => None,
-            TurnCommand::Disable => Some(Turn::Off),
-            TurnCommand::Left => Some(Turn::Left),
-            TurnCommand::Right => Some(Turn::Right),
-        }
-    }
-}
-
-impl CommandMessage for HazardCommand {
-    /// `true` = on.
-    type Request = bool;
-
-    fn request(self) -> Option<bool> {
-        match self {
-            HazardCommand::NoCommand => None,
-            HazardCommand::Disable => Some(false),
-            HazardCommand::Enable => Some(true),
-        }
-    }
+/// Returns the request of a hazard command, `true` = on.
+pub fn hazard_request(command: EnumOrUnknown<HazardCommand>) -> ReceivedRequest<bool> {
+    Ok(match command {
+        EnumOrUnknown::Known(HazardCommand::NoCommand) => None,
+        EnumOrUnknown::Known(HazardCommand::Disable) => Some(false),
+        EnumOrUnknown::Known(HazardCommand::Enable) => Some(true),
+        EnumOrUnknown::Unknown(number) => return Err(number),
+    })
 }
 
 /// Current command of a sender.
@@ -133,33 +122,29 @@ impl<T: Lights> Intake<T> {
     /// message is only counted; for hazard lights on, stamps are ignored.
     pub fn handle_command(
         &mut self,
-        command: EnumOrUnknown<impl CommandMessage<Request = T>>,
+        request: ReceivedRequest<T>,
         origin: CommandOrigin,
         stamp: WallStamp,
         now: Now,
     ) {
         let mono = now.mono;
         self.counts.received += 1;
-        let request: Option<T> = match command {
-            EnumOrUnknown::Known(command) => command.request(),
-            EnumOrUnknown::Unknown(number) => {
+        let request = match request {
+            Ok(request) => request,
+            Err(number) => {
                 self.counts.undefined += 1;
                 self.undefined = Some((number, mono));
                 return;
             }
         };
         if let CommandOrigin::Topic(sample) = origin {
-            let ignores_stamp = request.is_some_and(Lights::is_hazard_on);
-            match self.stale_filter.check(sample, stamp, ignores_stamp, now) {
-                Ok(()) => {}
-                Err(Untimely::Overtaken) => {
-                    self.counts.overtaken += 1;
-                    return;
+            let ignores_stamp = T::IS_HAZARD && request.is_some_and(Lights::is_lit);
+            if let Err(untimely) = self.stale_filter.check(sample, stamp, ignores_stamp, now) {
+                match untimely {
+                    Untimely::Overtaken => self.counts.overtaken += 1,
+                    Untimely::Stale => self.counts.stale += 1,
                 }
-                Err(Untimely::Stale) => {
-                    self.counts.stale += 1;
-                    return;
-                }
+                return;
             }
         }
         self.last_used = Some(mono);
@@ -258,7 +243,7 @@ mod tests {
     fn take(turns: &mut Intake<Turn>, number: u8, stamp_ms: i64, ms: u64) {
         let sample = SampleId { writer: WriterId::default(), sequence: i64::try_from(ms).unwrap() };
         let command = EnumOrUnknown::<TurnCommand>::from(number);
-        turns.handle_command(command, CommandOrigin::Topic(sample), stamp(stamp_ms), now(ms));
+        turns.handle_command(turn_request(command), CommandOrigin::Topic(sample), stamp(stamp_ms), now(ms));
     }
 
     #[test]
@@ -315,7 +300,7 @@ mod tests {
         take(&mut turns, 2, 0, 100);
         let sample = SampleId { writer: WriterId::default(), sequence: 99 };
         let command = EnumOrUnknown::Known(TurnCommand::Right);
-        turns.handle_command(command, CommandOrigin::Topic(sample), stamp(0), now(110));
+        turns.handle_command(turn_request(command), CommandOrigin::Topic(sample), stamp(0), now(110));
         assert_eq!(turns.command_state(at(110)), CommandState::Requested(Turn::Left));
         assert_eq!(turns.counts.overtaken, 1);
     }
@@ -328,7 +313,12 @@ mod tests {
         {
             let sample = SampleId { writer: WriterId([writer; 16]), sequence: 1 };
             let command = EnumOrUnknown::Known(command);
-            hazard.handle_command(command, CommandOrigin::Topic(sample), stamp(stamp_ms), now(10));
+            hazard.handle_command(
+                hazard_request(command),
+                CommandOrigin::Topic(sample),
+                stamp(stamp_ms),
+                now(10),
+            );
             let state = requested.map_or(CommandState::NeverReceived, CommandState::Requested);
             assert_eq!(hazard.command_state(at(10)), state);
         }

@@ -4,6 +4,9 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::allow_list::{CommandFrame, SendPermission};
 use super::message::{CommandMessage, FrameContents};
 use can_signal::can::{Frame, MAX_DATA};
@@ -37,17 +40,17 @@ pub enum FrameOrigin {
 }
 
 /// Number of frames of one message since start.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct SendCounts {
-    /// Frames submitted for sending that did not fail.
+    /// Given out to be sent and not failed.
     pub sent: u64,
-    /// Submitted frames that request something from the vehicle.
+    /// Number of them that request something of the vehicle.
     pub with_authority: u64,
-    /// Frames not sent because the queue was full.
+    /// Not sent because the queue was full.
     pub queue_full: u64,
-    /// Frames not sent because the socket refused them.
+    /// Not sent because the socket refused them.
     pub refused: u64,
-    /// Frames received back by loopback.
+    /// Received back by loopback.
     pub echoed: u64,
     /// Frames of this message from another sender.
     pub foreign: u64,

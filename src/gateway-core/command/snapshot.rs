@@ -8,6 +8,7 @@ use super::control_mode::ModeState;
 use super::feedback_monitor::{Compliance, Lights};
 use super::flow::CommandFlow;
 use super::intake::LatestCommand;
+use super::sender::SendCounts;
 use super::settings::CommandSource;
 use super::status::FunctionView;
 use crate::control_mode::ControlMode;
@@ -85,18 +86,9 @@ pub struct SentMessageSnapshot {
     pub name: String,
     /// Bus that carries it, by its name in the vehicle profile.
     pub bus: String,
-    /// Given out to be sent and not failed.
-    pub sent: u64,
-    /// Number of them that request something of the vehicle.
-    pub with_authority: u64,
-    /// Not sent because the queue was full.
-    pub queue_full: u64,
-    /// Not sent because the socket refused them.
-    pub refused: u64,
-    /// Received back by loopback.
-    pub echoed: u64,
-    /// Frames of this message from another sender.
-    pub foreign: u64,
+    /// Number of its frames, by outcome.
+    #[serde(flatten)]
+    pub counts: SendCounts,
 }
 
 impl CommandFlow {
@@ -115,19 +107,11 @@ impl CommandFlow {
             SentMessageSnapshot {
                 name: name.to_owned(),
                 bus: bus.map_or_else(String::new, |bus| bus.settings().name.clone()),
-                sent: counts.sent,
-                with_authority: counts.with_authority,
-                queue_full: counts.queue_full,
-                refused: counts.refused,
-                echoed: counts.echoed,
-                foreign: counts.foreign,
+                counts,
             }
         });
         let mode = self.finding.mode;
-        let control_mode = match mode {
-            ModeState::Known(mode) => Some(mode),
-            ModeState::Undefined(_) | ModeState::Unusable(_) | ModeState::Unknown => None,
-        };
+        let control_mode = if let ModeState::Known(mode) = mode { Some(mode) } else { None };
         CommandSnapshot {
             is_transmitting: self.is_live(),
             source: self.settings.source,

@@ -93,18 +93,12 @@ impl StaleMessageFilter {
     fn writer(&mut self, id: WriterId, now: MonoTime) -> &mut WriterHistory {
         let known = self.writers.iter().position(|writer| writer.id == id);
         let at = known.unwrap_or_else(|| {
-            let new = WriterHistory { id, last_received: now, last_used: None, suspected_at: None };
             let oldest = self.writers.iter().enumerate().min_by_key(|(_, writer)| writer.last_received);
-            match oldest.map(|(at, _)| at).filter(|_| self.writers.len() >= MAX_WRITERS) {
-                Some(at) => {
-                    self.writers[at] = new;
-                    at
-                }
-                None => {
-                    self.writers.push(new);
-                    self.writers.len() - 1
-                }
+            if let Some((at, _)) = oldest.filter(|_| self.writers.len() >= MAX_WRITERS) {
+                self.writers.remove(at);
             }
+            self.writers.push(WriterHistory { id, last_received: now, last_used: None, suspected_at: None });
+            self.writers.len() - 1
         });
         let writer = &mut self.writers[at];
         writer.last_received = now;

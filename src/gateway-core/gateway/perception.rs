@@ -4,14 +4,14 @@
 
 use std::time::Duration;
 
-use super::GatewaySettings;
+use super::settings::GatewaySettings;
 use super::traffic_lights_with_unit::TrafficLightsWithUnit;
 use crate::control_mode::ControlMode;
 use crate::gateway::event::Output;
-use crate::vehicle_lights::{Task, VehicleLights};
+use crate::vehicle_lights::VehicleLights;
+use crate::vehicle_status::VehicleStatus;
 use crate::vehicle_status::doors::DoorStates;
 use crate::vehicle_status::gear::Gear;
-use crate::vehicle_status::{PublishedStatus, VehicleStatus};
 use can_signal::can::bus_status;
 use can_signal::can::{Bus, BusFinding, BusIndex, BusSnapshot, CanInput, Frame, IdMatch, IdTable, LinkState};
 use can_signal::validation::observation::{Arrival, Interruption};
@@ -87,13 +87,13 @@ pub(super) enum Effect {
 
 /// Returns the state of the vehicle for the decider.
 fn vehicle_state(status: &VehicleStatus) -> VehicleState {
-    let PublishedStatus { velocity, gear, control_mode, doors } = status.published();
+    let gear = status.gear.value();
     VehicleState {
-        speed_mps: velocity.map(|velocity| velocity.longitudinal_mps),
+        speed_mps: status.velocity.value().map(|velocity| velocity.longitudinal_mps),
         is_parked: gear.map(|gear| gear == Gear::Park),
         is_in_reverse: gear.map(|gear| matches!(gear, Gear::Reverse | Gear::Reverse2)),
-        has_open_door: doors.as_ref().and_then(DoorStates::has_open),
-        is_manual: control_mode.map(|mode| mode == ControlMode::Manual),
+        has_open_door: status.doors.value().as_ref().and_then(DoorStates::has_open),
+        is_manual: status.control_mode.value().map(|mode| mode == ControlMode::Manual),
     }
 }
 
@@ -264,15 +264,12 @@ impl Perception {
     }
 
     fn settle_lights(&mut self, now: Now, emit: &mut impl FnMut(Output), changed: &mut Vec<Status>) {
-        let steps = self.lights.settle(&self.buses, now);
-        steps.outputs().map(Output::VehicleLights).for_each(emit);
+        let mut tasks = Vec::new();
+        let output = |output| emit(Output::VehicleLights(output));
+        self.lights.settle(&self.buses, now, output, |task| tasks.push(task));
         self.timers.set(Timer::VehicleLights, self.lights.next_deadline(now.mono));
-        let is_changed = |task: &Task| match task {
-            Task::TurnIndicators => steps.turn_changed,
-            Task::HazardLights => steps.hazard_changed,
-        };
-        let tasks = self.lights.tasks().filter(is_changed);
-        changed.extend(tasks.map(|task| self.lights_status(task, now.mono)));
+        let described = self.lights.tasks().filter(|task| tasks.contains(task));
+        changed.extend(described.map(|task| self.lights.status(task, &self.buses, now.mono)));
     }
 
     fn settle_status(&mut self, now: Now, emit: &mut impl FnMut(Output), changed: &mut Vec<Status>) {
@@ -286,8 +283,8 @@ impl Perception {
             |report| reports.push(report),
         );
         self.timers.set(Timer::VehicleStatus, self.status.next_deadline(now.mono));
-        let statuses = reports.into_iter();
-        changed.extend(statuses.filter_map(|report| self.status.status(report, &self.buses, now.mono)));
+        let status = |report| self.status.status(report, &self.buses, now.mono);
+        changed.extend(reports.into_iter().filter_map(status));
     }
 
     /// Returns the statuses of buses whose finding has changed.
@@ -308,8 +305,8 @@ impl Perception {
             return false;
         }
         self.timers.set(Timer::Diagnostics, now.after(self.diagnostics_period));
-        self.lights.sample_rates(now);
-        self.status.sample_rates(now);
+        self.lights.sample_rates(&self.buses, now);
+        self.status.sample_rates(&self.buses, now);
         for (bus, rate) in self.buses.iter().zip(&mut self.bus_rates) {
             rate.sample(bus.counts.frames, now);
         }
@@ -318,7 +315,8 @@ impl Perception {
 
     /// Returns all statuses of the flows.
     pub(super) fn flow_statuses(&self, now: MonoTime) -> Vec<Status> {
-        let mut statuses: Vec<_> = self.lights.tasks().map(|task| self.lights_status(task, now)).collect();
+        let lights = self.lights.tasks().map(|task| self.lights.status(task, &self.buses, now));
+        let mut statuses: Vec<_> = lights.collect();
         statuses.extend(self.status.statuses(&self.buses, now));
         if let Some(lights) = &self.traffic_lights {
             statuses.extend(lights.statuses(&self.buses, now));
@@ -338,10 +336,6 @@ impl Perception {
             .iter()
             .zip(&self.bus_rates)
             .map(move |(bus, rate)| BusSnapshot::of(bus, rate.rate_hz(bus.counts.frames, now), now))
-    }
-
-    fn lights_status(&self, task: Task, now: MonoTime) -> Status {
-        self.lights.status(task, &self.buses, now)
     }
 
     fn bus_status(&self, index: usize, now: MonoTime) -> Status {

@@ -21,15 +21,6 @@ pub struct SourceSettings {
     pub fallback: bool,
 }
 
-/// Result of a fusion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Fused<T, D> {
-    /// The state, or the reason why it is unavailable.
-    pub state: Result<T, D>,
-    /// Position of the deciding source in the profile.
-    pub source: usize,
-}
-
 /// Two sources that have contradicted each other for longer than the limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Disagreement<T> {
@@ -41,8 +32,6 @@ pub struct Disagreement<T> {
     pub other: usize,
     /// Value of the contradicting source.
     pub other_value: T,
-    /// Start of the contradiction.
-    pub since: MonoTime,
 }
 
 /// Sources of one state with their contradictions.
@@ -80,19 +69,19 @@ impl<T: Copy + PartialEq> Fusion<T> {
         Self { limit, agree, sources, chosen: None, now: MonoTime::ZERO }
     }
 
-    /// Fuses the current states of all sources in the order of the profile. The state is `None` for a source
-    /// that does not apply; surplus states are ignored. Returns `None` if no source applies. A `now` before
-    /// the previous one counts as the previous one.
+    /// Fuses the current states of all sources in the order of the profile, and returns the position of the
+    /// deciding source. The state is `None` for a source that does not apply; surplus states are ignored.
+    /// Returns `None` if no source applies. A `now` before the previous one counts as the previous one.
     pub fn update<D>(
         &mut self,
         states: impl IntoIterator<Item = Option<Result<T, D>>, IntoIter: Clone>,
         now: MonoTime,
-    ) -> Option<Fused<T, D>> {
+    ) -> Option<usize> {
         self.now = self.now.max(now);
         let mut states = states.into_iter().take(self.sources.len());
-        let fused =
-            self.choose(states.clone().enumerate().filter_map(|(source, state)| Some((source, state?))));
-        let chosen = fused.as_ref().and_then(|fused| Some((fused.source, *fused.state.as_ref().ok()?)));
+        let applicable = states.clone().enumerate();
+        let deciding = self.choose(applicable.filter_map(|(source, state)| Some((source, state?.is_ok()))));
+        let chosen = deciding.and_then(|source| Some((source, states.clone().nth(source)??.ok()?)));
         let same_source = chosen.map(|(source, _)| source) == self.chosen.map(|(source, _)| source);
         self.chosen = chosen;
         for source in &mut self.sources {
@@ -104,7 +93,7 @@ impl<T: Copy + PartialEq> Fusion<T> {
                 _ => None,
             };
         }
-        fused
+        deciding
     }
 
     /// Returns the sources that have contradicted the chosen source for longer than the limit, most trusted
@@ -113,7 +102,7 @@ impl<T: Copy + PartialEq> Fusion<T> {
         let disagreement = |(other, source): (usize, &Source<T>)| {
             let ((chosen, chosen_value), (other_value, since)) = (self.chosen?, source.contradicts?);
             let lasting = self.now.since(since) > self.limit;
-            lasting.then_some(Disagreement { chosen, chosen_value, other, other_value, since })
+            lasting.then_some(Disagreement { chosen, chosen_value, other, other_value })
         };
         self.sources.iter().enumerate().filter_map(disagreement)
     }
@@ -125,16 +114,14 @@ impl<T: Copy + PartialEq> Fusion<T> {
         self.sources.iter().filter_map(due).filter(|at| *at > self.now).min()
     }
 
-    /// Fuses the states of some sources, each with its position, in the order of the profile, without
-    /// changing the contradictions. Returns `None` without any source.
-    pub fn choose<D>(&self, states: impl IntoIterator<Item = (usize, Result<T, D>)>) -> Option<Fused<T, D>> {
-        let mut states = states.into_iter().map(|(source, state)| Fused { state, source });
-        let first = states.next()?;
-        if first.state.is_ok() {
-            return Some(first);
-        }
-        let is_fallback =
-            |other: &Fused<T, D>| other.state.is_ok() && self.sources[other.source].settings.fallback;
-        Some(states.find(is_fallback).unwrap_or(first))
+    /// Returns which of some sources decides; they are given in the order of the profile, each by its position
+    /// and whether it has a state. Returns `None` without any source.
+    pub fn choose(&self, sources: impl IntoIterator<Item = (usize, bool)>) -> Option<usize> {
+        let mut sources = sources.into_iter();
+        let (first, is_known) = sources.next()?;
+        let mut fallbacks =
+            sources.filter(|(other, is_known)| *is_known && self.sources[*other].settings.fallback);
+        let fallback = if is_known { None } else { fallbacks.next() };
+        Some(fallback.map_or(first, |(other, _)| other))
     }
 }

@@ -17,7 +17,7 @@ mod cases;
 mod properties;
 
 use super::state::{Sides, StateMachine, TurnCode};
-use flashing::{FlashRate, Flashes, Lit};
+use flashing::Flashes;
 use gateway_base::time::{MonoTime, deadline_after};
 pub use timing::LampSettings;
 
@@ -94,18 +94,23 @@ impl Lamp {
         self.findings
     }
 
-    fn frame(&mut self, left: bool, right: bool) {
+    fn frame(&mut self, lamps: Sides) {
+        let lit = TurnCode::from_sides(lamps);
         self.known_since.get_or_insert(self.now);
-        self.left.frame(left, self.now);
-        self.right.frame(right, self.now);
-        match (left, right) {
-            (true, true) => self.both_lit(),
-            (true, false) => self.one_lit(TurnCode::Left),
-            (false, true) => self.one_lit(TurnCode::Right),
-            (false, false) => {}
+        self.left.frame(lamps.left, self.now);
+        self.right.frame(lamps.right, self.now);
+        match lit {
+            TurnCode::Both => self.both_lit(),
+            TurnCode::Left | TurnCode::Right => self.one_lit(lit),
+            TurnCode::Off => {}
         }
-        if let Some((lit, rate)) = self.flashes.frame(left, right, self.now, self.settings.fast_period) {
-            self.evaluate_rate(lit, rate);
+        if let Some((lit, is_fast)) = self.flashes.frame(lit, self.now, self.settings.fast_period) {
+            match lit {
+                TurnCode::Left => self.findings.bulb_failure.left = is_fast,
+                TurnCode::Right => self.findings.bulb_failure.right = is_fast,
+                TurnCode::Both => self.findings.emergency_flashing = is_fast,
+                TurnCode::Off => {}
+            }
         }
     }
 
@@ -175,10 +180,7 @@ impl Lamp {
 
     fn confirm_by_time(&mut self) {
         if self.run_by_time().is_some_and(|run| self.is_confirmed(run)) {
-            self.state = match self.alone {
-                Some((side, _)) => side,
-                None => TurnCode::Both,
-            };
+            self.state = self.alone.map_or(TurnCode::Both, |(side, _)| side);
         }
     }
 
@@ -215,19 +217,6 @@ impl Lamp {
         };
         self.findings.does_not_flash = Sides { left: stuck_on(self.left), right: stuck_on(self.right) };
     }
-
-    fn evaluate_rate(&mut self, lit: Lit, rate: FlashRate) {
-        let fast = match rate {
-            FlashRate::Fast => true,
-            FlashRate::Ordinary => false,
-            FlashRate::Unknown => return,
-        };
-        match lit {
-            Lit::Left => self.findings.bulb_failure.left = fast,
-            Lit::Right => self.findings.bulb_failure.right = fast,
-            Lit::Both => self.findings.emergency_flashing = fast,
-        }
-    }
 }
 
 impl StateMachine for Lamp {
@@ -241,7 +230,7 @@ impl StateMachine for Lamp {
             self.extend_lit();
         }
         match lamps {
-            Some(Sides { left, right }) => self.frame(left, right),
+            Some(lamps) => self.frame(lamps),
             None => self.unknown_frame(),
         }
         self.update_state();

@@ -15,10 +15,11 @@ pub mod sources;
 pub mod stalk;
 pub mod state;
 mod status;
+mod task;
 pub mod verdict;
 pub mod warning;
 
-use crate::vehicle_report::{Publish, ReportFlow, Step};
+use crate::vehicle_report::{Publish, ReportFlow};
 use binding::{HazardBinding, HazardSource, LightsBinding, NamedSource, TurnBinding, TurnSource};
 use can_signal::can::{Bus, BusIndex, Frame};
 use can_signal::validation::observation::{Arrival, Interruption, Observations};
@@ -27,10 +28,10 @@ use can_signal::validation::table::{MessageIndex, SignalIndex};
 use gateway_base::time::{MonoTime, Now, WallStamp};
 use output::VehicleLightsOutput;
 use sources::{LightsContext, SourceMemory};
-use status::LightsTask;
-use verdict::{HazardLights, TurnIndicators, Verdict, judge};
+use task::LightsTask;
+use verdict::{HazardLights, TurnIndicators, judge};
 
-pub use status::{LightsFinding, Task};
+pub use task::Task;
 
 /// State machine of both reports.
 #[derive(Debug, Clone)]
@@ -43,28 +44,6 @@ pub struct VehicleLights {
     hazard: ReportFlow<HazardLights>,
     turn_task: LightsTask,
     hazard_task: LightsTask,
-}
-
-/// Actions and changes resulting from an evaluation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Steps {
-    /// Action on the turn topic; `None` = no action.
-    pub turn: Option<Step<TurnIndicators>>,
-    /// Action on the hazard topic; `None` = no action.
-    pub hazard: Option<Step<HazardLights>>,
-    /// True if the turn finding changed.
-    pub turn_changed: bool,
-    /// True if the hazard finding changed.
-    pub hazard_changed: bool,
-}
-
-impl Steps {
-    /// Returns the outputs of the actions, the turn report first.
-    pub fn outputs(&self) -> impl Iterator<Item = VehicleLightsOutput> + use<> {
-        let turn = self.turn.map(VehicleLightsOutput::TurnIndicators);
-        let hazard = self.hazard.map(VehicleLightsOutput::HazardLights);
-        turn.into_iter().chain(hazard)
-    }
 }
 
 impl VehicleLights {
@@ -107,7 +86,7 @@ impl VehicleLights {
         self.observations = self.observations.carried_over(&before.table, table);
         self.requirements = self.requirements.carried_over(&before.requirements, &binding.requirements);
         for task in [&mut self.turn_task, &mut self.hazard_task] {
-            task.reconfigure(signals_of(&binding, task.task()));
+            task.report.reconfigure(signals_of(&binding, task.task));
         }
         self.turn.reconfigure(publish, now);
         self.hazard.reconfigure(publish, now);
@@ -167,22 +146,33 @@ impl VehicleLights {
         }
     }
 
-    /// Evaluates both reports and returns the actions.
-    pub fn settle(&mut self, buses: &[Bus], now: Now) -> Steps {
+    /// Evaluates both reports, passes the actions to `emit`, and calls `changed` with each task whose finding
+    /// has changed.
+    pub fn settle(
+        &mut self,
+        buses: &[Bus],
+        now: Now,
+        emit: impl FnMut(VehicleLightsOutput),
+        mut changed: impl FnMut(Task),
+    ) {
         let (binding, observations, unmet) = (&self.binding, &self.observations, self.requirements.unmet());
         let context = LightsContext { binding, observations, unmet: unmet.as_ref(), buses, now };
         let verdicts = judge(&mut self.memory, context);
-        Steps {
-            turn: self.turn.update(published(&verdicts.turn), now.mono),
-            hazard: self.hazard.update(published(&verdicts.hazard), now.mono),
-            turn_changed: self.turn_task.update(&verdicts.turn, context),
-            hazard_changed: self.hazard_task.update(&verdicts.hazard, context),
+        let turn = self.turn.update(verdicts.turn.publish, now.mono);
+        let hazard = self.hazard.update(verdicts.hazard.publish, now.mono);
+        let turn = turn.map(VehicleLightsOutput::TurnIndicators);
+        turn.into_iter().chain(hazard.map(VehicleLightsOutput::HazardLights)).for_each(emit);
+        if self.turn_task.update(&verdicts.turn, context) {
+            changed(Task::TurnIndicators);
+        }
+        if self.hazard_task.update(&verdicts.hazard, context) {
+            changed(Task::HazardLights);
         }
     }
 
     /// Returns the currently published reports; `None` = withheld.
     pub fn reports(&self) -> (Option<TurnIndicators>, Option<HazardLights>) {
-        (self.turn.current().map(|(turn, _)| turn), self.hazard.current().map(|(hazard, _)| hazard))
+        (self.turn.value(), self.hazard.value())
     }
 
     /// Returns the next instant at which [`Self::settle`] is due without an event.
@@ -194,10 +184,6 @@ impl VehicleLights {
             .flatten()
             .min()
     }
-}
-
-fn published<T: Copy>(verdict: &Verdict<T>) -> Option<(T, WallStamp)> {
-    verdict.publish.map(|(value, received)| (value, received.stamp))
 }
 
 /// Returns the signals on which the state of a task depends, without fault signals.

@@ -1,8 +1,7 @@
 //! State of the lights shown by a raw value of a bound signal, for pictures and pages; its texts are in
 //! [`role_texts`](super::role_texts).
 
-use super::binding::{FaultBinding, HazardSource, LightsBinding, TurnSource};
-use super::stalk::StalkPosition;
+use super::binding::{HazardSource, LightsBinding, TurnSource};
 use super::state::TurnCode;
 use can_signal::validation::meaning::Meaning;
 use can_signal::validation::table::{Role, SignalIndex};
@@ -26,78 +25,66 @@ pub enum RawState {
     Other,
 }
 
+impl From<TurnCode> for RawState {
+    fn from(code: TurnCode) -> Self {
+        match code {
+            TurnCode::Off => Self::Off,
+            TurnCode::Left => Self::Left,
+            TurnCode::Right => Self::Right,
+            TurnCode::Both => Self::Hazard,
+        }
+    }
+}
+
 /// Returns the state shown by a raw value, over all uses of its signal.
 pub fn raw_state(binding: &LightsBinding, signal: SignalIndex, raw: i128) -> RawState {
-    let mut states = Vec::new();
-    let mut use_of = UseOf { signal, raw, states: &mut states };
+    let mut uses = Uses { signal, raw, state: RawState::Other };
     for named in binding.turn.sources() {
-        use_of.turn(&named.source);
-        use_of.condition(named.condition.as_ref());
+        match &named.source {
+            TurnSource::Enumerated { role, .. } => uses.add(role, RawState::from),
+            TurnSource::Pair { pair, .. } | TurnSource::Lamps { pair, .. } => {
+                uses.switch(&pair.left, RawState::Left);
+                uses.switch(&pair.right, RawState::Right);
+            }
+            TurnSource::Stalk { role, .. } => uses.add(role, |position| position.side().into()),
+        }
+        named.condition.iter().for_each(|role| uses.add(role, |_| RawState::Other));
     }
     for named in binding.hazard.sources() {
-        use_of.hazard(&named.source);
-        use_of.condition(named.condition.as_ref());
-    }
-    for FaultBinding { signals, .. } in [&binding.turn_faults, &binding.hazard_faults] {
-        for fault in signals {
-            use_of.role(&fault.role, |is_faulty| if is_faulty { RawState::Faulty } else { RawState::Off });
-        }
-    }
-    states.into_iter().min().unwrap_or(RawState::Other)
-}
-
-/// Uses of one signal, with the state that its value shows in each.
-struct UseOf<'a> {
-    signal: SignalIndex,
-    raw: i128,
-    states: &'a mut Vec<RawState>,
-}
-
-impl UseOf<'_> {
-    fn role<T: Copy>(&mut self, role: &Role<T>, defined: impl Fn(T) -> RawState) {
-        if role.signal != self.signal {
-            return;
-        }
-        self.states.push(match role.values.meaning(self.raw) {
-            Meaning::Defined(value) => defined(value),
-            Meaning::NotAvailable => RawState::NotAvailable,
-            Meaning::Fault | Meaning::Undefined => RawState::Faulty,
-        });
-    }
-
-    fn turn(&mut self, source: &TurnSource) {
-        match source {
-            TurnSource::Enumerated { role, .. } => self.role(role, |code| match code {
-                TurnCode::Off => RawState::Off,
-                TurnCode::Left => RawState::Left,
-                TurnCode::Right => RawState::Right,
-                TurnCode::Both => RawState::Hazard,
-            }),
-            TurnSource::Pair { pair, .. } | TurnSource::Lamps { pair, .. } => {
-                self.role(&pair.left, |is_on| if is_on { RawState::Left } else { RawState::Off });
-                self.role(&pair.right, |is_on| if is_on { RawState::Right } else { RawState::Off });
-            }
-            TurnSource::Stalk { role, .. } => self.role(role, |position| match position {
-                StalkPosition::Idle => RawState::Off,
-                StalkPosition::LeftHalf | StalkPosition::LeftFull => RawState::Left,
-                StalkPosition::RightHalf | StalkPosition::RightFull => RawState::Right,
-            }),
-        }
-    }
-
-    fn hazard(&mut self, source: &HazardSource) {
-        match source {
+        match &named.source {
             HazardSource::BothSides => {}
             HazardSource::Signal { role, .. } => {
-                self.role(role, |code| if code.active { RawState::Hazard } else { RawState::Off });
+                uses.add(role, |code| if code.active { RawState::Hazard } else { RawState::Off });
             }
-            HazardSource::Button { role, .. } => self.role(role, |_| RawState::Other),
+            HazardSource::Button { role, .. } => uses.add(role, |_| RawState::Other),
+        }
+        named.condition.iter().for_each(|role| uses.add(role, |_| RawState::Other));
+    }
+    for fault in binding.turn_faults.signals.iter().chain(&binding.hazard_faults.signals) {
+        uses.switch(&fault.role, RawState::Faulty);
+    }
+    uses.state
+}
+
+/// Uses of one signal, with the first state that its value shows in any of them.
+struct Uses {
+    signal: SignalIndex,
+    raw: i128,
+    state: RawState,
+}
+
+impl Uses {
+    fn add<T: Copy>(&mut self, role: &Role<T>, defined: impl Fn(T) -> RawState) {
+        if role.signal == self.signal {
+            self.state = self.state.min(match role.values.meaning(self.raw) {
+                Meaning::Defined(value) => defined(value),
+                Meaning::NotAvailable => RawState::NotAvailable,
+                Meaning::Fault | Meaning::Undefined => RawState::Faulty,
+            });
         }
     }
 
-    fn condition(&mut self, condition: Option<&Role<bool>>) {
-        if let Some(role) = condition {
-            self.role(role, |_| RawState::Other);
-        }
+    fn switch(&mut self, role: &Role<bool>, on: RawState) {
+        self.add(role, |is_on| if is_on { on } else { RawState::Off });
     }
 }

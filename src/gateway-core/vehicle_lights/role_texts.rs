@@ -5,6 +5,7 @@ use super::stalk::StalkPosition;
 use super::state::TurnCode;
 use can_signal::validation::display::{RoleTexts, ValueText, role_texts};
 use can_signal::validation::table::SignalIndex;
+use gateway_base::names::words;
 
 /// Returns the meanings of `raw`, one for each role of `signal`.
 pub fn texts(binding: &LightsBinding, signal: SignalIndex, raw: i128) -> Vec<ValueText> {
@@ -34,16 +35,7 @@ fn on_off(on: bool) -> String {
 
 fn turn_roles(source: &TurnSource, roles: &mut Vec<RoleTexts>) {
     let code = |code: TurnCode| code.name().to_owned();
-    let position = |position| {
-        match position {
-            StalkPosition::Idle => "idle",
-            StalkPosition::LeftHalf => "left half",
-            StalkPosition::LeftFull => "left full",
-            StalkPosition::RightHalf => "right half",
-            StalkPosition::RightFull => "right full",
-        }
-        .to_owned()
-    };
+    let position = |position: StalkPosition| words(&position);
     match source {
         TurnSource::Enumerated { role, .. } => roles.push(role_texts(role, "turn".into(), code)),
         TurnSource::Pair { pair, .. } => {

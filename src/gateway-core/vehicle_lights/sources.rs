@@ -10,7 +10,7 @@ use super::stalk::button::HazardToggle;
 use super::stalk::tap::TapHold;
 use super::stalk::{MomentaryStalk, StalkPosition};
 use super::state::{HazardCode, Judged, Sides, StateMachine, TurnCode, UnavailableReason};
-use super::warning::{Contradiction, Fallback, LampWarning, Warnings};
+use super::warning::{Fallback, LampWarning, Warnings};
 use can_signal::can::{Bus, ReceiveTime};
 use can_signal::validation::observation::{MissingReason, Observations};
 use can_signal::validation::requirement::Unmet;
@@ -186,7 +186,7 @@ impl SourceMemory {
                 let mut turn = group.evaluate(context, TurnCode::name, TurnReader::evaluate);
                 turn.warnings.lamps =
                     group.applicable().find_map(|(source, _)| group.readers[source].warning());
-                (turn, group.choose(|reader| reader.shows_both).0)
+                (turn, group.state_of(|reader| reader.shows_both))
             }
             None if matches!(context.binding.turn, TurnBinding::NotFitted) => {
                 let off = context.not_fitted(TurnCode::Off);
@@ -293,21 +293,22 @@ impl<R, T: Copy + PartialEq> SourceGroup<R, T> {
         }
         let values =
             self.states.iter().map(|state| applicable(*state).map(|state| state.map(|(value, _)| value)));
-        self.fusion.update(values, context.now.mono);
-        let disagreement = self.fusion.disagreements().next();
-        let disagreement =
-            disagreement.map(|Disagreement { chosen, chosen_value, other, other_value, .. }| Contradiction {
-                chosen,
-                chosen_value: name(chosen_value),
-                other,
-                other_value: name(other_value),
-            });
-        let (state, source) = self.choose(|_| true);
+        let deciding = self.fusion.update(values, context.now.mono);
+        let names = |found: Disagreement<T>| Disagreement {
+            chosen: found.chosen,
+            chosen_value: name(found.chosen_value),
+            other: found.other,
+            other_value: name(found.other_value),
+        };
+        let disagreement = self.fusion.disagreements().next().map(names);
+        // If no source applies, the first gives the reason.
+        let source = deciding.unwrap_or(0);
         let fallback = match self.applicable().next() {
             Some((first, Err(reason))) if source > first => Some(Fallback { by: source, reason }),
             Some(_) | None => None,
         };
-        FusedState { state, source, warnings: Warnings { lamps: None, fallback, disagreement } }
+        let warnings = Warnings { lamps: None, fallback, disagreement };
+        FusedState { state: self.states[source], source, warnings }
     }
 
     /// Returns the sources that apply, with their states.
@@ -315,17 +316,14 @@ impl<R, T: Copy + PartialEq> SourceGroup<R, T> {
         self.states.iter().enumerate().filter_map(|(source, state)| Some((source, applicable(*state)?)))
     }
 
-    /// Fuses the sources for which `is_included` holds; returns the state and the deciding source. If none of
-    /// them applies, the first source gives the reason.
-    fn choose(&self, is_included: impl Fn(&R) -> bool) -> (Judged<T>, usize) {
+    /// Returns the state of the sources for which `is_included` holds. If none of them applies, the first gives
+    /// the reason.
+    fn state_of(&self, is_included: impl Fn(&R) -> bool) -> Judged<T> {
         let is_included = |source: usize| is_included(&self.readers[source]);
         let states = self.applicable().filter(|(source, _)| is_included(*source));
-        let values = states.map(|(source, state)| (source, state.map(|(value, _)| value)));
-        let chosen = self.fusion.choose(values).map(|fused| fused.source);
-        match chosen.or_else(|| (0..self.states.len()).find(|source| is_included(*source))) {
-            Some(source) => (self.states[source], source),
-            None => (Err(UnavailableReason::NotVisible), 0),
-        }
+        let chosen = self.fusion.choose(states.map(|(source, state)| (source, state.is_ok())));
+        let source = chosen.or_else(|| (0..self.states.len()).find(|source| is_included(*source)));
+        source.map_or(Err(UnavailableReason::NotVisible), |source| self.states[source])
     }
 
     fn deadlines(&self, deadline: fn(&R) -> Option<MonoTime>) -> impl Iterator<Item = MonoTime> {

@@ -19,12 +19,15 @@ mod properties;
 
 use std::time::Duration;
 
+use serde::Serialize;
+
 use super::state::{StateMachine, TurnCode};
 use gateway_base::time::{MonoTime, deadline_after};
-use visibility::{Gap, Visibility};
+use visibility::Visibility;
 
 /// Position of a stalk.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum StalkPosition {
     /// The lever is in its middle position.
     Idle,
@@ -39,6 +42,11 @@ pub enum StalkPosition {
 }
 
 impl StalkPosition {
+    /// Returns the side to which the stalk is pressed.
+    pub fn side(self) -> TurnCode {
+        self.detent().map_or(TurnCode::Off, |(side, _)| side.code())
+    }
+
     fn detent(self) -> Option<(Side, Detent)> {
         match self {
             Self::Idle => None,
@@ -258,7 +266,7 @@ impl StateMachine for MomentaryStalk {
             self.visibility.unknown_frame();
             return;
         };
-        if self.visibility.known_frame() == Gap::CouldHideAPress {
+        if self.visibility.known_frame() {
             self.press = None;
             self.requested = None;
         }

@@ -1,135 +1,34 @@
-//! Diagnostic status of the lights reports.
+//! Diagnostic statuses and snapshots of the lights reports, for people and programs that monitor the gateway.
 
-pub(super) mod snapshot;
 #[cfg(test)]
 mod tests;
 
-use serde::Serialize;
-
 use super::VehicleLights;
-use super::binding::{FaultBinding, HazardSource, LightsBinding};
-use super::catalogue::{self, SECTION};
-use super::sources::LightsContext;
+use super::binding::LightsBinding;
+use super::catalogue::SECTION;
+use super::role_texts;
 use super::state::UnavailableReason;
-use super::verdict::{ActiveFault, Reason, Verdict};
-use super::warning::Warnings;
-use crate::vehicle_report::{FailureHistory, ReceivedSignals, ReportSignals, catalogue as report};
+use super::task::{LightsTask, Task, message, reason_text, source_name};
+use super::verdict::{HazardLights, TurnIndicators};
+use crate::vehicle_report::{ReportFinding, ReportSnapshot};
 use can_signal::can::Bus;
-use can_signal::validation::display::raw_text;
-use can_signal::validation::table::SignalIndex;
+use can_signal::validation::observation::Observations;
+use can_signal::validation::snapshot::{Received, ReceivedSnapshot, UsedBy};
 use can_signal::validation::unusable::FaultKind;
-use gateway_base::diagnostics::{MessagePart, Status, texts};
-use gateway_base::names::named_by_variant;
-use gateway_base::time::MonoTime;
-
-/// Diagnostic task of a report.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Task {
-    /// Report on turn indicators.
-    TurnIndicators,
-    /// Report on hazard lights.
-    HazardLights,
-}
-
-named_by_variant!(Task);
-
-/// Condition of a report for diagnostics: unavailable, faulty or both, with irregularities.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct LightsFinding {
-    reason: Option<UnavailableReason>,
-    fault: Option<ActiveFault>,
-    withheld: bool,
-    warnings: Warnings,
-    /// True if lamps or a stalk are observed again after a permitted sleep of the bus, which is not a
-    /// failure.
-    waking_up: bool,
-}
-
-impl LightsFinding {
-    /// Returns the finding of a verdict.
-    pub fn of<T>(verdict: &Verdict<T>) -> Self {
-        Self {
-            reason: verdict.state.as_ref().err().copied(),
-            fault: verdict.fault,
-            withheld: verdict.publish.is_none(),
-            warnings: verdict.warnings,
-            waking_up: false,
-        }
-    }
-
-    /// Returns this finding as the successor of `before`.
-    fn after(self, before: Option<&Self>) -> Self {
-        let observes = |reason: UnavailableReason| {
-            matches!(reason, UnavailableReason::WatchingLamps(_) | UnavailableReason::Settling(_))
-        };
-        let slept = before
-            .is_some_and(|before| before.waking_up || before.reason.is_some_and(UnavailableReason::is_sleep));
-        Self { waking_up: slept && self.reason.is_some_and(observes), ..self }
-    }
-
-    /// Returns the kind of failure; `None` without a failure, see [`UnavailableReason::is_failure`].
-    fn kind(&self) -> Option<FaultKind> {
-        let reason = self.reason.filter(|reason| reason.is_failure() && !self.waking_up);
-        let reason = reason.map(UnavailableReason::kind);
-        if self.fault.is_some() { Some(FaultKind::HardwareFault) } else { reason }
-    }
-}
-
-/// Finding of a task, with its history.
-#[derive(Debug, Clone)]
-pub(super) struct LightsTask {
-    task: Task,
-    signals: ReportSignals,
-    finding: Option<LightsFinding>,
-    reason: Option<Reason>,
-    source: usize,
-    failures: FailureHistory,
-}
-
-impl LightsTask {
-    pub(super) fn new(task: Task, signals: Vec<SignalIndex>) -> Self {
-        let signals = ReportSignals::new(signals);
-        Self { task, signals, finding: None, reason: None, source: 0, failures: FailureHistory::default() }
-    }
-
-    pub(super) fn task(&self) -> Task {
-        self.task
-    }
-
-    /// Replaces the signals on which the state depends; the history is kept.
-    pub(super) fn reconfigure(&mut self, signals: Vec<SignalIndex>) {
-        self.signals.reconfigure(signals);
-    }
-
-    /// Updates the finding from the current verdict and returns whether it has changed.
-    pub(super) fn update<T>(&mut self, verdict: &Verdict<T>, context: LightsContext<'_>) -> bool {
-        let finding = LightsFinding::of(verdict).after(self.finding.as_ref());
-        self.reason = verdict.reason;
-        self.source = verdict.source;
-        if self.finding.as_ref() == Some(&finding) {
-            return false;
-        }
-        let before = self.finding.replace(finding).as_ref().and_then(LightsFinding::kind);
-        let text = || texts(&message(context.binding, context.buses, self.task, &finding));
-        self.failures.changed(before, finding.kind(), text, context.now.mono);
-        true
-    }
-}
+use gateway_base::diagnostics::Status;
+use gateway_base::time::{MonoTime, WallStamp};
 
 impl VehicleLights {
     /// Returns the diagnostic status of a task.
     pub fn status(&self, which: Task, buses: &[Bus], now: MonoTime) -> Status {
         let (task, report) = match which {
-            Task::TurnIndicators => (&self.turn_task, self.turn.current().map(|(value, _)| value.name())),
-            Task::HazardLights => (&self.hazard_task, self.hazard.current().map(|(value, _)| value.name())),
+            Task::TurnIndicators => (&self.turn_task, self.turn.value().map(TurnIndicators::name)),
+            Task::HazardLights => (&self.hazard_task, self.hazard.value().map(HazardLights::name)),
         };
-        let finding = task.finding.unwrap_or_default();
-        let is_bad = finding.kind().is_some();
-        let is_accepted =
-            finding.reason == Some(UnavailableReason::NotVisible) && self.binding.is_acknowledged();
+        let finding = task.report.finding.unwrap_or_default();
         let mut values = vec![("report", report.unwrap_or("not published").to_owned())];
         if finding.reason == Some(UnavailableReason::NotVisible) {
+            let is_accepted = self.binding.is_acknowledged();
             let text = if is_accepted { "not visible, acknowledged" } else { "not visible" };
             values.push(("hazard", text.to_owned()));
         }
@@ -140,120 +39,65 @@ impl VehicleLights {
         if let Some(reason) = task.reason {
             values.push(("reason", reason_text(&self.binding, reason).to_owned()));
         }
-        values.extend(task.signals.status_values(self.received(), now));
-        values.extend(task.failures.status_values(is_bad, now));
         let message = message(&self.binding, buses, which, &finding);
-        let signals = task.signals.names(&self.binding.table);
-        Status { signals, ..Status::new(&SECTION, which.name(), &message, values) }
+        let mut status = Status::new(&SECTION, which.name(), &message, values);
+        task.report.add_to(&mut status, received(&self.binding, &self.observations, buses), now);
+        status
     }
 
     /// Returns the kind of failure of a report (`None` = no failure), and whether the report is still
     /// published.
     pub fn failure(&self, which: Task) -> (Option<FaultKind>, bool) {
         let (task, published) = match which {
-            Task::TurnIndicators => (&self.turn_task, self.turn.current().is_some()),
-            Task::HazardLights => (&self.hazard_task, self.hazard.current().is_some()),
+            Task::TurnIndicators => (&self.turn_task, self.turn.value().is_some()),
+            Task::HazardLights => (&self.hazard_task, self.hazard.value().is_some()),
         };
-        (task.finding.as_ref().and_then(LightsFinding::kind), published)
+        (task.report.finding.and_then(|finding| finding.failure()), published)
     }
 
     /// Samples the frame counts from which rates are computed; call it at every refresh.
-    pub fn sample_rates(&mut self, now: MonoTime) {
-        let received = ReceivedSignals { table: &self.binding.table, observations: &self.observations };
+    pub fn sample_rates(&mut self, buses: &[Bus], now: MonoTime) {
+        let received = received(&self.binding, &self.observations, buses);
         for task in [&mut self.turn_task, &mut self.hazard_task] {
-            task.signals.sample_rate(received, now);
+            task.report.sample_rate(received, now);
         }
     }
 
-    fn received(&self) -> ReceivedSignals<'_> {
-        ReceivedSignals { table: &self.binding.table, observations: &self.observations }
+    /// Returns the report on turn indicators; `None` if the profile does not mention them.
+    pub fn turn_snapshot(&self, buses: &[Bus], now: MonoTime) -> Option<ReportSnapshot<TurnIndicators>> {
+        self.report_snapshot(&self.turn_task, self.turn.current(), buses, now)
+    }
+
+    /// Returns the report on hazard lights; `None` if the profile does not mention them.
+    pub fn hazard_snapshot(&self, buses: &[Bus], now: MonoTime) -> Option<ReportSnapshot<HazardLights>> {
+        self.report_snapshot(&self.hazard_task, self.hazard.current(), buses, now)
+    }
+
+    /// Returns the signals and messages of the lights.
+    pub fn received_snapshot(&self, buses: &[Bus], now: MonoTime) -> ReceivedSnapshot {
+        received(&self.binding, &self.observations, buses)
+            .snapshot(now, |signal, raw| role_texts::texts(&self.binding, signal, raw))
+    }
+
+    fn report_snapshot<T>(
+        &self,
+        task: &LightsTask,
+        current: Option<(T, WallStamp)>,
+        buses: &[Bus],
+        now: MonoTime,
+    ) -> Option<ReportSnapshot<T>> {
+        let which = self.tasks().find(|which| *which == task.task)?;
+        let source = source_name(&self.binding, which, task.source);
+        let reason = task.reason.map(|reason| reason_text(&self.binding, reason).to_owned());
+        let status = self.status(which, buses, now);
+        Some(ReportSnapshot { reason, ..task.report.snapshot(current, status, source, now) })
     }
 }
 
-fn message(binding: &LightsBinding, buses: &[Bus], task: Task, finding: &LightsFinding) -> Vec<MessagePart> {
-    let faults = match task {
-        Task::TurnIndicators => &binding.turn_faults,
-        Task::HazardLights => &binding.hazard_faults,
-    };
-    let unavailable = |reason| unavailable_message(binding, buses, reason);
-    let reason = finding.reason.map(|reason| {
-        if finding.waking_up {
-            cause(binding, buses, reason).within(catalogue::waking_up)
-        } else {
-            unavailable(reason)
-        }
-    });
-    let fault = finding.fault.map(|fault| fault_message(binding, faults, fault, finding));
-    let source = |position| source_name(binding, task, position);
-    let warnings = finding.warnings.messages(binding, source, unavailable);
-    let parts: Vec<_> = fault.into_iter().chain(reason).chain(warnings).collect();
-    if parts.is_empty() { vec![report::publishing()] } else { parts }
-}
-
-fn source_name(binding: &LightsBinding, task: Task, position: usize) -> &str {
-    let name = match task {
-        Task::TurnIndicators => binding.turn.sources().get(position).map(|named| &named.name),
-        Task::HazardLights => binding.hazard.sources().get(position).map(|named| &named.name),
-    };
-    name.map_or("", String::as_str)
-}
-
-fn reason_text(binding: &LightsBinding, reason: Reason) -> &str {
-    match binding.hazard.sources().get(reason.source).map(|named| &named.source) {
-        Some(HazardSource::Signal { reasons, .. }) => {
-            reasons.get(usize::from(reason.index)).map_or("", String::as_str)
-        }
-        Some(HazardSource::BothSides | HazardSource::Button { .. }) | None => "",
-    }
-}
-
-fn fault_message(
-    binding: &LightsBinding,
-    faults: &FaultBinding,
-    fault: ActiveFault,
-    finding: &LightsFinding,
-) -> MessagePart {
-    let device = faults.signals.get(fault.index).map_or("", |signal| signal.text.as_str());
-    let (signal, raw) = (&binding.table.signals[fault.signal.0].name, raw_text(fault.raw));
-    if finding.withheld {
-        catalogue::fault_not_published(device, signal, raw)
-    } else {
-        catalogue::fault_published(device, signal, raw)
-    }
-}
-
-/// Returns the message for an unavailable state: the kind of failure and the cause.
-fn unavailable_message(binding: &LightsBinding, buses: &[Bus], reason: UnavailableReason) -> MessagePart {
-    if reason == UnavailableReason::NotVisible && binding.is_acknowledged() {
-        return catalogue::acknowledged();
-    }
-    let cause = cause(binding, buses, reason);
-    if reason.is_sleep() {
-        return cause.within(report::asleep);
-    }
-    match (reason, reason.kind()) {
-        (UnavailableReason::NotVisible, _) => cause.within(catalogue::not_visible),
-        (_, FaultKind::Unknown) => cause.within(report::unknown),
-        (_, FaultKind::Invalid) => cause.within(report::invalid),
-        (_, FaultKind::HardwareFault) => cause.within(report::hardware_fault),
-    }
-}
-
-fn cause(binding: &LightsBinding, buses: &[Bus], reason: UnavailableReason) -> MessagePart {
-    let name = |signal: SignalIndex| binding.table.signals[signal.0].name.as_str();
-    match reason {
-        UnavailableReason::NotVisible => catalogue::hazard_not_visible(),
-        UnavailableReason::OtherVehicle(unmet) => binding.requirements[unmet.index].message(unmet),
-        UnavailableReason::NotSelected(signal, raw) => {
-            catalogue::no_source_applies(name(signal), raw_text(raw))
-        }
-        UnavailableReason::Signal(reason) => reason.message(&binding.table, buses),
-        UnavailableReason::BothOn([(left, left_raw), (right, right_raw)]) => {
-            catalogue::both_on(name(left), raw_text(left_raw), name(right), raw_text(right_raw))
-        }
-        UnavailableReason::WatchingLamps([left, right]) => {
-            catalogue::observing_lamps(name(left), name(right))
-        }
-        UnavailableReason::Settling(signal) => catalogue::observing_stalk(name(signal)),
-    }
+fn received<'a>(
+    binding: &'a LightsBinding,
+    observations: &'a Observations,
+    buses: &'a [Bus],
+) -> Received<'a> {
+    Received { used_by: UsedBy::VehicleLights, table: &binding.table, observations, buses }
 }

@@ -2,6 +2,7 @@
 
 use super::binding::LightsBinding;
 use super::catalogue;
+use super::fusion::Disagreement;
 use super::lamp::LampFindings;
 use super::state::UnavailableReason;
 use crate::vehicle_report::catalogue as report;
@@ -15,8 +16,9 @@ pub struct Warnings {
     pub lamps: Option<LampWarning>,
     /// Fallback in use and the reason for it.
     pub fallback: Option<Fallback>,
-    /// The most trusted source that has contradicted the deciding source for too long.
-    pub disagreement: Option<Contradiction>,
+    /// The most trusted source that has contradicted the deciding source for too long, with the names of the
+    /// values.
+    pub disagreement: Option<Disagreement<&'static str>>,
 }
 
 /// A fallback in use.
@@ -37,19 +39,6 @@ pub struct LampWarning {
     pub findings: LampFindings,
 }
 
-/// Two sources with contradictory values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Contradiction {
-    /// Position of the deciding source.
-    pub chosen: usize,
-    /// Name of the deciding source's value.
-    pub chosen_value: &'static str,
-    /// Position of the contradicting source.
-    pub other: usize,
-    /// Name of the contradicting source's value.
-    pub other_value: &'static str,
-}
-
 impl Warnings {
     /// Returns the message of each warning; `source_name` returns the name of the source at a position,
     /// `unavailable` describes the reason why a source is unavailable.
@@ -61,7 +50,7 @@ impl Warnings {
     ) -> impl Iterator<Item = MessagePart> {
         let lamps = self.lamps.map_or_else(Vec::new, |warning| lamp_messages(binding, warning));
         let disagreement =
-            self.disagreement.map(|Contradiction { chosen, chosen_value, other, other_value }| {
+            self.disagreement.map(|Disagreement { chosen, chosen_value, other, other_value }| {
                 let (chosen, other) = (source_name(chosen), source_name(other));
                 catalogue::sources_disagree(chosen, chosen_value, other, other_value)
             });

@@ -30,8 +30,8 @@ pub struct LastFailure {
 
 /// Failures of a report since start.
 #[derive(Debug, Clone, Default)]
-pub struct FailureHistory {
-    counts: FailureCounts,
+pub(super) struct FailureHistory {
+    pub(super) counts: FailureCounts,
     last: Option<Failure>,
 }
 
@@ -45,7 +45,7 @@ struct Failure {
 
 impl FailureHistory {
     /// Records a change of the report's failure from kind `before` to `kind`.
-    pub fn changed(
+    pub(super) fn changed(
         &mut self,
         before: Option<FaultKind>,
         kind: Option<FaultKind>,
@@ -64,22 +64,14 @@ impl FailureHistory {
         self.last = Some(Failure { kind, text: text(), at });
     }
 
-    /// Returns the number of failures since start.
-    pub fn counts(&self) -> FailureCounts {
-        self.counts
-    }
-
     /// Returns the last failure; `None` before the first.
-    pub fn last(&self, now: MonoTime) -> Option<LastFailure> {
-        self.last.as_ref().map(|failure| LastFailure {
-            kind: failure.kind,
-            text: failure.text.clone(),
-            age_ms: millis(now.since(failure.at)),
-        })
+    pub(super) fn last(&self, now: MonoTime) -> Option<LastFailure> {
+        let Failure { kind, text, at } = self.last.clone()?;
+        Some(LastFailure { kind, text, age_ms: millis(now.since(at)) })
     }
 
     /// Returns the values for a diagnostic status; `is_bad` is true while the last failure persists.
-    pub fn status_values(&self, is_bad: bool, now: MonoTime) -> [(&'static str, String); 4] {
+    pub(super) fn status_values(&self, is_bad: bool, now: MonoTime) -> [(&'static str, String); 4] {
         let last = match &self.last {
             Some(failure) if is_bad => failure.text.clone(),
             Some(Failure { text, at, .. }) => format!("{text} ({} s ago)", now.since(*at).as_secs()),

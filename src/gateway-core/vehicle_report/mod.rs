@@ -3,12 +3,12 @@
 pub mod catalogue;
 mod failure;
 mod report_flow;
-mod signals;
 mod snapshot;
 mod stream_flow;
+mod task;
 
-pub use failure::{FailureCounts, FailureHistory, LastFailure};
+pub use failure::{FailureCounts, LastFailure};
 pub use report_flow::{Publish, ReportFlow, Step};
-pub use signals::{ReceivedSignals, ReportSignals};
 pub use snapshot::ReportSnapshot;
 pub use stream_flow::StreamFlow;
+pub use task::{ReportFinding, ReportTask};

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use can_signal::can::ReceiveTime;
 use gateway_base::time::{MonoTime, WallStamp};
 
 /// Publication scheme of reports.
@@ -59,8 +60,10 @@ impl<T: Copy + PartialEq> ReportFlow<T> {
         };
     }
 
-    /// Updates the current value and stamp (`None` = withheld) and returns the action; `None` = no action.
-    pub fn update(&mut self, state: Option<(T, WallStamp)>, now: MonoTime) -> Option<Step<T>> {
+    /// Updates the current value and its receive time (`None` = withheld) and returns the action; `None` = no
+    /// action.
+    pub fn update(&mut self, state: Option<(T, ReceiveTime)>, now: MonoTime) -> Option<Step<T>> {
+        let state = state.map(|(value, received)| (value, received.stamp));
         let before = std::mem::replace(&mut self.current, state);
         let Some((value, stamp)) = state else {
             self.due = None;
@@ -85,6 +88,11 @@ impl<T: Copy + PartialEq> ReportFlow<T> {
         self.current
     }
 
+    /// Returns the currently published value; `None` = withheld.
+    pub fn value(&self) -> Option<T> {
+        self.current.map(|(value, _)| value)
+    }
+
     /// Returns the next instant at which a periodic report is due; `None` if no report is due.
     pub fn next_deadline(&self) -> Option<MonoTime> {
         self.due
@@ -101,16 +109,19 @@ mod tests {
     fn stamp(millis: i64) -> WallStamp {
         WallStamp::from_nanos(millis * 1_000_000)
     }
+    fn received(value: char, millis: i64) -> Option<(char, ReceiveTime)> {
+        Some((value, ReceiveTime { at: MonoTime::ZERO, stamp: stamp(millis) }))
+    }
 
     #[test]
     fn periodic_report_has_newest_stamp_and_change_is_published_immediately() {
         let mut flow = ReportFlow::new(Publish::Periodic(Duration::from_millis(100)));
-        assert_eq!(flow.update(Some(('L', stamp(0))), at(0)), Some(Step::Publish('L', stamp(0))));
-        assert_eq!(flow.update(Some(('L', stamp(60))), at(60)), None);
+        assert_eq!(flow.update(received('L', 0), at(0)), Some(Step::Publish('L', stamp(0))));
+        assert_eq!(flow.update(received('L', 60), at(60)), None);
         assert_eq!(flow.next_deadline(), Some(at(100)));
-        assert_eq!(flow.update(Some(('L', stamp(60))), at(104)), Some(Step::Publish('L', stamp(60))));
+        assert_eq!(flow.update(received('L', 60), at(104)), Some(Step::Publish('L', stamp(60))));
         assert_eq!(flow.next_deadline(), Some(at(200)), "a late call does not shift the period");
-        assert_eq!(flow.update(Some(('R', stamp(130))), at(130)), Some(Step::Publish('R', stamp(130))));
+        assert_eq!(flow.update(received('R', 130), at(130)), Some(Step::Publish('R', stamp(130))));
         assert_eq!(flow.next_deadline(), Some(at(230)));
     }
 
@@ -119,11 +130,11 @@ mod tests {
         for publish in [Publish::OnChange, Publish::Periodic(Duration::from_millis(100))] {
             let mut flow = ReportFlow::new(publish);
             assert_eq!(flow.update(None, at(0)), None, "nothing to withdraw yet");
-            flow.update(Some(('L', stamp(1))), at(1));
+            flow.update(received('L', 1), at(1));
             assert_eq!(flow.update(None, at(2)), Some(Step::Withdraw));
             assert_eq!(flow.update(None, at(3)), None);
             assert_eq!(flow.next_deadline(), None);
-            assert_eq!(flow.update(Some(('L', stamp(4))), at(4)), Some(Step::Publish('L', stamp(4))));
+            assert_eq!(flow.update(received('L', 4), at(4)), Some(Step::Publish('L', stamp(4))));
         }
     }
 
@@ -131,12 +142,12 @@ mod tests {
     fn another_scheme_keeps_what_is_published_and_takes_up_its_period() {
         let [fast, slow] = [100, 500].map(|millis| Publish::Periodic(Duration::from_millis(millis)));
         let mut flow = ReportFlow::new(slow);
-        flow.update(Some(('L', stamp(0))), at(0));
+        flow.update(received('L', 0), at(0));
         flow.reconfigure(slow, at(10));
         assert_eq!(flow.next_deadline(), Some(at(500)), "the same");
         flow.reconfigure(fast, at(20));
         assert_eq!((flow.current(), flow.next_deadline()), (Some(('L', stamp(0))), Some(at(120))));
-        assert_eq!(flow.update(Some(('L', stamp(0))), at(120)), Some(Step::Publish('L', stamp(0))));
+        assert_eq!(flow.update(received('L', 0), at(120)), Some(Step::Publish('L', stamp(0))));
         flow.reconfigure(Publish::OnChange, at(130));
         assert_eq!(flow.next_deadline(), None);
         flow.reconfigure(slow, at(140));
@@ -149,8 +160,8 @@ mod tests {
     #[test]
     fn on_change_publishes_nothing_without_change() {
         let mut flow = ReportFlow::new(Publish::OnChange);
-        flow.update(Some(('L', stamp(0))), at(0));
-        assert_eq!(flow.update(Some(('L', stamp(500))), at(500)), None);
+        flow.update(received('L', 0), at(0));
+        assert_eq!(flow.update(received('L', 500), at(500)), None);
         assert_eq!(flow.next_deadline(), None);
     }
 }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::Step;
+use super::report_flow::Step;
 use can_signal::can::ReceiveTime;
 use gateway_base::time::MonoTime;
 
@@ -50,6 +50,11 @@ impl<T: Copy> StreamFlow<T> {
     /// Returns the current value and receive time; `None` = withheld.
     pub fn current(&self) -> Option<(T, ReceiveTime)> {
         self.current
+    }
+
+    /// Returns the current value; `None` = withheld.
+    pub fn value(&self) -> Option<T> {
+        self.current.map(|(value, _)| value)
     }
 }
 

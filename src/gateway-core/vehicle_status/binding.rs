@@ -6,6 +6,7 @@
 use super::control_mode::ControlModeBinding;
 use super::doors::Door;
 use super::gear::GearBinding;
+use super::measure::StatusReport;
 use super::quantity::Quantity;
 use super::steering::SteeringSource;
 use super::velocity::binding::VelocityBinding;
@@ -41,5 +42,55 @@ impl StatusBinding {
     pub fn flag_text(&self, signal: SignalIndex) -> &str {
         let mut flags = self.quantities().flat_map(|quantity| &quantity.flags);
         flags.find(|flag| flag.role.signal == signal).map_or("", |flag| &flag.text)
+    }
+
+    /// Returns the reports that a profile describes, in their order.
+    pub fn reports(&self) -> impl Iterator<Item = StatusReport> + use<> {
+        let described = [
+            (StatusReport::Velocity, self.velocity.is_some()),
+            (StatusReport::Steering, !self.steering.is_empty()),
+            (StatusReport::Gear, self.gear.is_some()),
+            (StatusReport::ControlMode, self.control_mode.is_some()),
+            (StatusReport::Doors, !self.doors.is_empty()),
+        ];
+        described.into_iter().filter_map(|(report, is_described)| is_described.then_some(report))
+    }
+
+    /// Returns the signals on which a report depends.
+    pub(super) fn signals(&self, report: StatusReport) -> Vec<SignalIndex> {
+        let mut signals: Vec<_> = match report {
+            StatusReport::Velocity => self.velocity.iter().flat_map(VelocityBinding::signals).collect(),
+            StatusReport::Steering => {
+                self.steering.iter().flat_map(|source| source.angle.signals()).collect()
+            }
+            StatusReport::Gear => self.gear.iter().flat_map(GearBinding::signals).collect(),
+            StatusReport::ControlMode => {
+                self.control_mode.iter().flat_map(ControlModeBinding::signals).collect()
+            }
+            StatusReport::Doors => self.doors.iter().map(|door| door.role.signal).collect(),
+        };
+        let mut seen = Vec::new();
+        signals.retain(|signal| {
+            let is_new = !seen.contains(signal);
+            seen.push(*signal);
+            is_new
+        });
+        signals
+    }
+
+    /// Returns the name of the source of a report at a position; empty for the only source.
+    pub(super) fn source_name(&self, report: StatusReport, position: usize) -> &str {
+        let Self { velocity, steering, gear, .. } = self;
+        let name = match report {
+            StatusReport::Velocity => {
+                velocity.iter().flat_map(|of| &of.speeds).nth(position).map(|source| &source.name)
+            }
+            StatusReport::Steering => steering.get(position).map(|source| &source.name),
+            StatusReport::Gear => {
+                gear.iter().flat_map(|of| &of.sources).nth(position).map(|source| &source.name)
+            }
+            StatusReport::ControlMode | StatusReport::Doors => None,
+        };
+        name.map_or("", String::as_str)
     }
 }

@@ -66,7 +66,7 @@ named_by_variant!(Gear);
 
 impl Gear {
     /// Returns all gears.
-    pub fn all() -> impl Iterator<Item = Self> {
+    pub fn all() -> impl Iterator<Item = Self> + Clone {
         const FORWARD: [Gear; 18] = [
             Gear::Drive,
             Gear::Drive2,

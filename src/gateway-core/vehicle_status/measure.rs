@@ -1,6 +1,39 @@
 //! Reports and their measured values for display: headings, names, units and texts.
 
-use super::StatusReport;
+use serde::Serialize;
+
+use gateway_base::names::named_by_variant;
+
+/// A report on the vehicle's status, named like its diagnostic task.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StatusReport {
+    /// Speed and heading rate.
+    Velocity,
+    /// Angle of the front wheels.
+    Steering,
+    /// Engaged gear.
+    Gear,
+    /// Control mode: who is in control.
+    ControlMode,
+    /// States of the doors.
+    Doors,
+}
+
+named_by_variant!(StatusReport);
+
+impl StatusReport {
+    /// Returns the heading of the report for display.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Velocity => "Velocity",
+            Self::Steering => "Steering",
+            Self::Gear => "Gear",
+            Self::ControlMode => "Control mode",
+            Self::Doors => "Doors",
+        }
+    }
+}
 
 /// A measured value of a report, in SI units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -34,57 +67,41 @@ pub struct MeasureRow {
 
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
-const SPEED: MeasureRow = MeasureRow {
-    name: "speed",
-    unit: " m/s",
-    factor: 1.0,
-    decimals: 2,
-    metric: "velocity_longitudinal",
-    metric_unit: "meters_per_second",
-    metric_help: "Published speed, forward positive",
-};
-
-const HEADING_RATE: MeasureRow = MeasureRow {
-    name: "heading rate",
-    unit: "°/s",
-    factor: DEGREES,
-    decimals: 2,
-    metric: "velocity_heading_rate",
-    metric_unit: "radians_per_second",
-    metric_help: "Published heading rate, counter-clockwise positive",
-};
-
-const TIRE_ANGLE: MeasureRow = MeasureRow {
-    name: "front wheels",
-    unit: "°",
-    factor: DEGREES,
-    decimals: 2,
-    metric: "steering_tire_angle",
-    metric_unit: "radians",
-    metric_help: "Published angle of the front wheels, left positive",
-};
-
-impl StatusReport {
-    /// Returns the heading of the report for display.
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Velocity => "Velocity",
-            Self::Steering => "Steering",
-            Self::Gear => "Gear",
-            Self::ControlMode => "Control mode",
-            Self::Doors => "Doors",
-        }
-    }
-}
+/// Rows in the order of [`Measure`].
+const ROWS: [MeasureRow; 3] = [
+    MeasureRow {
+        name: "speed",
+        unit: " m/s",
+        factor: 1.0,
+        decimals: 2,
+        metric: "velocity_longitudinal",
+        metric_unit: "meters_per_second",
+        metric_help: "Published speed, forward positive",
+    },
+    MeasureRow {
+        name: "heading rate",
+        unit: "°/s",
+        factor: DEGREES,
+        decimals: 2,
+        metric: "velocity_heading_rate",
+        metric_unit: "radians_per_second",
+        metric_help: "Published heading rate, counter-clockwise positive",
+    },
+    MeasureRow {
+        name: "front wheels",
+        unit: "°",
+        factor: DEGREES,
+        decimals: 2,
+        metric: "steering_tire_angle",
+        metric_unit: "radians",
+        metric_help: "Published angle of the front wheels, left positive",
+    },
+];
 
 impl Measure {
     /// Returns the presentation of the measure.
     pub const fn row(self) -> &'static MeasureRow {
-        match self {
-            Self::Speed => &SPEED,
-            Self::HeadingRate => &HEADING_RATE,
-            Self::TireAngle => &TIRE_ANGLE,
-        }
+        &ROWS[self as usize]
     }
 
     /// Returns the report that contains the measure.

@@ -1,7 +1,7 @@
 //! Dimensions of the car that a report needs but the configuration lacks.
 
-use super::StatusReport;
 use super::binding::StatusBinding;
+use super::measure::StatusReport;
 use super::settings::{GeometryKey, VehicleGeometry};
 use super::steering::AngleOf;
 use super::velocity::binding::HeadingRateSource;

@@ -7,6 +7,7 @@ pub mod binding;
 pub mod catalogue;
 pub mod control_mode;
 pub mod doors;
+mod finding;
 pub mod gear;
 pub mod kinematics;
 pub mod measure;
@@ -16,20 +17,22 @@ pub mod plausibility;
 pub mod quantity;
 pub mod role_texts;
 pub mod settings;
+mod snapshot;
 pub mod state;
 mod status;
 pub mod steering;
 pub mod velocity;
 
 use crate::control_mode::ControlMode;
-use crate::vehicle_report::{Publish, ReportFlow, StreamFlow};
+use crate::vehicle_report::{Publish, ReportFlow, ReportTask, StreamFlow};
 use binding::StatusBinding;
 use can_signal::can::{Bus, BusIndex, Frame, ReceiveTime};
 use can_signal::validation::observation::{Arrival, Interruption, Observations};
 use can_signal::validation::requirement::Unmet;
 use can_signal::validation::table::MessageIndex;
-use control_mode::ControlModeBinding;
-use doors::{Door, DoorStates};
+use doors::DoorStates;
+use finding::{HeadingFinding, StatusFinding, message};
+use gateway_base::diagnostics::texts;
 use gateway_base::time::{MonoTime, Now, WallStamp};
 use gear::{Gear, GearBinding, Shifting};
 use output::VehicleStatusOutput;
@@ -37,14 +40,13 @@ use plausibility::alarm::{Alarm, AlarmSet, Effect};
 use plausibility::{Motion, Plausibility};
 use settings::StatusSettings;
 use state::{Chosen, Judged, StatusContext, StatusReason};
-use status::{HeadingFinding, StatusFinding, StatusTask};
-use steering::TireAngle;
+use steering::{SteeringSource, TireAngle};
 use velocity::binding::VelocityBinding;
 use velocity::speed::{self, SpeedReading};
 use velocity::{Velocity, VelocityInputs, VelocityMemory};
 
-pub use status::StatusReport;
-pub use status::snapshot::{DoorSnapshot, VehicleStatusSnapshot};
+pub use measure::StatusReport;
+pub use snapshot::{DoorSnapshot, VehicleStatusSnapshot};
 
 /// State machine of all reports.
 #[derive(Debug, Clone)]
@@ -57,28 +59,37 @@ pub struct VehicleStatus {
     shifting: Shifting,
     memory: VelocityMemory,
     plausibility: Plausibility,
-    velocity: StreamFlow<Velocity>,
+    pub(crate) velocity: StreamFlow<Velocity>,
     steering: StreamFlow<TireAngle>,
-    gear: ReportFlow<Gear>,
-    control_mode: ReportFlow<ControlMode>,
-    doors: ReportFlow<DoorStates>,
-    tasks: Vec<StatusTask>,
+    pub(crate) gear: ReportFlow<Gear>,
+    pub(crate) control_mode: ReportFlow<ControlMode>,
+    pub(crate) doors: ReportFlow<DoorStates>,
+    /// Reports that the profile describes, in their order.
+    tasks: Vec<(StatusReport, ReportTask<StatusFinding>)>,
 }
 
-/// Currently published values of the reports.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[allow(missing_docs)] // the field names are sufficient
-pub struct PublishedStatus {
-    pub velocity: Option<Velocity>,
-    pub gear: Option<Gear>,
-    pub control_mode: Option<ControlMode>,
-    pub doors: Option<DoorStates>,
-}
-
-/// A value, the source that decided, and its finding.
+/// A value and its finding.
 struct Verdict<T> {
     state: Judged<T>,
     finding: StatusFinding,
+}
+
+impl<T> Verdict<T> {
+    /// Withholds the value while a requirement of the profile is not met, and adds the reason to the finding. A
+    /// contradicted requirement replaces any other reason; an open requirement replaces no reason.
+    fn new(state: Judged<T>, finding: StatusFinding, context: StatusContext<'_>) -> Self {
+        Self::with_reason(
+            match context.unmet {
+                Some(unmet) if state.is_ok() || unmet.is_contradicted => Err(unmet.into()),
+                Some(_) | None => state,
+            },
+            finding,
+        )
+    }
+
+    fn with_reason(state: Judged<T>, finding: StatusFinding) -> Self {
+        Self { finding: StatusFinding { reason: state.as_ref().err().copied(), ..finding }, state }
+    }
 }
 
 impl VehicleStatus {
@@ -95,7 +106,10 @@ impl VehicleStatus {
             gear: ReportFlow::new(publish),
             control_mode: ReportFlow::new(publish),
             doors: ReportFlow::new(publish),
-            tasks: StatusReport::of(&binding).map(|report| StatusTask::new(report, &binding)).collect(),
+            tasks: binding
+                .reports()
+                .map(|report| (report, ReportTask::new(binding.signals(report))))
+                .collect(),
             binding,
             settings,
         }
@@ -119,11 +133,16 @@ impl VehicleStatus {
         self.control_mode.reconfigure(publish, now);
         self.doors.reconfigure(publish, now);
         let mut known = std::mem::take(&mut self.tasks);
-        let task_of = |report| match known.iter().position(|task| task.report() == report) {
-            Some(position) => known.swap_remove(position).reconfigured(&binding),
-            None => StatusTask::new(report, &binding),
+        let task_of = |report: StatusReport| {
+            let signals = binding.signals(report);
+            let Some(position) = known.iter().position(|(known, _)| *known == report) else {
+                return (report, ReportTask::new(signals));
+            };
+            let mut task = known.swap_remove(position);
+            task.1.reconfigure(signals);
+            task
         };
-        self.tasks = StatusReport::of(&binding).map(task_of).collect();
+        self.tasks = binding.reports().map(task_of).collect();
         (self.binding, self.settings) = (binding, settings);
     }
 
@@ -151,16 +170,6 @@ impl VehicleStatus {
             unmet: None,
             buses,
             now,
-        }
-    }
-
-    /// Returns the currently published values; `None` = withheld.
-    pub fn published(&self) -> PublishedStatus {
-        PublishedStatus {
-            velocity: self.velocity.current().map(|(velocity, _)| velocity),
-            gear: self.gear.current().map(|(gear, _)| gear),
-            control_mode: self.control_mode.current().map(|(mode, _)| mode),
-            doors: self.doors.current().map(|(doors, _)| doors),
         }
     }
 
@@ -214,8 +223,7 @@ impl VehicleStatus {
             context,
         );
         let tire = plausible_tire(binding, tire, self.plausibility.alarms(), context);
-        for task in &mut self.tasks {
-            let report = task.report();
+        for (report, task) in &mut self.tasks {
             let (output, finding) = match report {
                 StatusReport::Velocity => {
                     let step = self.velocity.update(velocity.state.ok(), now.mono);
@@ -226,23 +234,28 @@ impl VehicleStatus {
                     (step.map(VehicleStatusOutput::Steering), tire.finding)
                 }
                 StatusReport::Gear => {
-                    let step = self.gear.update(stamped(gear.state), now.mono);
+                    let step = self.gear.update(gear.state.ok(), now.mono);
                     (step.map(VehicleStatusOutput::Gear), gear.finding)
                 }
                 StatusReport::ControlMode => {
-                    let mode = control_mode_verdict(binding.control_mode.as_ref(), context);
-                    let step = self.control_mode.update(stamped(mode.state), now.mono);
+                    let mode = control_mode_verdict(binding, context);
+                    let step = self.control_mode.update(mode.state.ok(), now.mono);
                     (step.map(VehicleStatusOutput::ControlMode), mode.finding)
                 }
                 StatusReport::Doors => {
-                    let doors = doors_verdict(&binding.doors, context);
-                    let step = self.doors.update(stamped(doors.state), now.mono);
+                    let (state, fallback) = doors::judge(&binding.doors, context);
+                    let finding = StatusFinding { fallback, ..StatusFinding::default() };
+                    let doors = Verdict::new(state, finding, context);
+                    let step = self.doors.update(doors.state.ok(), now.mono);
                     (step.map(VehicleStatusOutput::Doors), doors.finding)
                 }
             };
             output.into_iter().for_each(&mut emit);
-            if task.update(finding, binding, context) {
-                changed(report);
+            let geometry = &context.settings.geometry;
+            let finding = finding.as_configured(geometry);
+            let text = || texts(&message(binding, geometry, buses, *report, finding));
+            if task.update(finding, text, now.mono) {
+                changed(*report);
             }
         }
     }
@@ -271,19 +284,6 @@ fn streamed(binding: &StatusBinding) -> Vec<MessageIndex> {
     messages
 }
 
-fn stamped<T>(state: Judged<T>) -> Option<(T, WallStamp)> {
-    state.ok().map(|(value, received)| (value, received.stamp))
-}
-
-/// Withholds a state while a requirement of the profile is not met. A contradicted requirement replaces any
-/// other reason; an open requirement replaces no reason.
-fn required<T>(state: Judged<T>, context: StatusContext<'_>) -> Judged<T> {
-    match context.unmet {
-        Some(unmet) if state.is_ok() || unmet.is_contradicted => Err(StatusReason::OtherVehicle(unmet)),
-        Some(_) | None => state,
-    }
-}
-
 /// Returns the value of the first source that has one, with its position; if none has, the reason of the
 /// first.
 fn first_usable<S, T>(
@@ -292,9 +292,7 @@ fn first_usable<S, T>(
     read: impl FnMut(usize, &S) -> Judged<T>,
 ) -> Verdict<T> {
     let Chosen { state, source, fallback } = Chosen::first(sources, read);
-    let state = required(state, context);
-    let reason = state.as_ref().err().copied();
-    Verdict { state, finding: StatusFinding { reason, source, fallback, ..StatusFinding::default() } }
+    Verdict::new(state, StatusFinding { source, fallback, ..StatusFinding::default() }, context)
 }
 
 /// Returns the speed without its sign, and the angle of the front wheels. Either the steering ratio may
@@ -306,9 +304,12 @@ fn speed_and_tire(
 ) -> (Option<Chosen<SpeedReading>>, Verdict<TireAngle>) {
     let velocity = binding.velocity.as_ref();
     let speed = |tire| velocity.map(|velocity| speed::judge(velocity, tire, alarms, context));
-    let known = speed(Err(StatusReason::NoSpeedForSteering));
+    let geometry = &context.settings.geometry;
+    let needs_speed = binding.steering.iter().any(|source| source.depends_on_speed(geometry));
+    let known = if needs_speed { speed(Err(StatusReason::NoSpeedForSteering)) } else { None };
     let speed_mps = known.and_then(|chosen| chosen.state.ok()).map(|(reading, _)| reading.speed_mps);
-    let tire = steering_verdict(binding, speed_mps, context);
+    let read = |_, source: &SteeringSource| steering::judge(source, speed_mps, context);
+    let tire = first_usable(&binding.steering, context, read);
     (speed(tire.state), tire)
 }
 
@@ -327,9 +328,7 @@ fn velocity_verdict(
     };
     let assembled = memory.assemble(binding, speed, inputs, plausibility.alarms(), context);
     let alarms = plausibility.update(assembled.motion, context.now.mono).of_steering(false);
-    let state = required(assembled.state, context);
     let finding = StatusFinding {
-        reason: state.as_ref().err().copied(),
         part: assembled.part,
         source: assembled.speed.source,
         fallback: assembled.speed.fallback,
@@ -340,7 +339,8 @@ fn velocity_verdict(
         },
         ..StatusFinding::default()
     };
-    plausible(Verdict { state, finding }, alarms, &[Effect::WithholdBoth, Effect::WithholdVelocity])
+    let verdict = Verdict::new(assembled.state, finding, context);
+    plausible(verdict, alarms, &[Effect::WithholdBoth, Effect::WithholdVelocity])
 }
 
 /// Adds alarms to a verdict; one of the `effects` withholds its value.
@@ -350,8 +350,7 @@ fn plausible<T>(verdict: Verdict<T>, alarms: AlarmSet, effects: &[Effect]) -> Ve
         Some(alarm) if state.is_ok() => Err(StatusReason::Implausible(alarm)),
         Some(_) | None => state,
     };
-    let reason = state.as_ref().err().copied();
-    Verdict { state, finding: StatusFinding { reason, alarms, ..finding } }
+    Verdict::with_reason(state, StatusFinding { alarms, ..finding })
 }
 
 /// Like [`plausible`], but for the steering, which is also withheld while its ratio depends on a speed that
@@ -365,20 +364,11 @@ fn plausible_tire(
     let source = binding.steering.get(tire.finding.source);
     let depends = source.is_some_and(|source| source.depends_on_speed(&context.settings.geometry));
     let effects = &[Effect::WithholdBoth, Effect::WithholdSteering];
-    let Verdict { state, finding } = plausible(tire, alarms.of_steering(true), effects);
-    if state.is_ok() && depends && Alarm::OF_SPEED.into_iter().any(|alarm| alarms.has(alarm)) {
-        let reason = StatusReason::NoSpeedForSteering;
-        return Verdict { state: Err(reason), finding: StatusFinding { reason: Some(reason), ..finding } };
+    let tire = plausible(tire, alarms.of_steering(true), effects);
+    if tire.state.is_ok() && depends && Alarm::OF_SPEED.into_iter().any(|alarm| alarms.has(alarm)) {
+        return Verdict::with_reason(Err(StatusReason::NoSpeedForSteering), tire.finding);
     }
-    Verdict { state, finding }
-}
-
-fn steering_verdict(
-    binding: &StatusBinding,
-    speed_mps: Option<f64>,
-    context: StatusContext<'_>,
-) -> Verdict<TireAngle> {
-    first_usable(&binding.steering, context, |_, source| steering::judge(source, speed_mps, context))
+    tire
 }
 
 fn gear_verdict(
@@ -398,22 +388,12 @@ fn gear_verdict(
     })
 }
 
-fn control_mode_verdict(
-    binding: Option<&ControlModeBinding>,
-    context: StatusContext<'_>,
-) -> Verdict<ControlMode> {
+fn control_mode_verdict(binding: &StatusBinding, context: StatusContext<'_>) -> Verdict<ControlMode> {
+    let binding = binding.control_mode.as_ref();
     let state = binding.map_or(Err(StatusReason::NoSource), |binding| binding.judge(context));
-    let state = required(state, context);
-    let reason = state.as_ref().err().copied();
+    let Verdict { state, finding } = Verdict::new(state, StatusFinding::default(), context);
     let is_not_ready = binding.is_some_and(|binding| binding.is_not_ready_while_unknown);
     let unknown = ReceiveTime { at: context.now.mono, stamp: context.now.wall };
     let state = if is_not_ready { state.or(Ok((ControlMode::NotReady, unknown))) } else { state };
-    Verdict { state, finding: StatusFinding { reason, ..StatusFinding::default() } }
-}
-
-fn doors_verdict(doors: &[Door], context: StatusContext<'_>) -> Verdict<DoorStates> {
-    let (state, unknown) = doors::judge(doors, context);
-    let state = required(state, context);
-    let reason = state.as_ref().err().copied();
-    Verdict { state, finding: StatusFinding { reason, fallback: unknown, ..StatusFinding::default() } }
+    Verdict { state, finding }
 }

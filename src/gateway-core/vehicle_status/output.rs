@@ -2,10 +2,9 @@
 
 use std::fmt;
 
-use super::StatusReport;
 use super::doors::DoorStates;
 use super::gear::Gear;
-use super::measure::Measure;
+use super::measure::{Measure, StatusReport};
 use super::steering::TireAngle;
 use super::velocity::Velocity;
 use super::velocity::binding::Motion;

@@ -42,7 +42,7 @@ pub(super) fn report_names(settings: &Settings) -> Vec<&'static str> {
     let is_hazard_shown = matches!(lights.hazard, HazardBinding::From(_) | HazardBinding::NotFitted);
     let of_lights = [(Task::TurnIndicators, is_turn_shown), (Task::HazardLights, is_hazard_shown)];
     let of_lights = of_lights.into_iter().filter(|(_, is_shown)| *is_shown).map(|(task, _)| task.name());
-    of_lights.chain(StatusReport::of(&settings.gateway.status).map(StatusReport::name)).collect()
+    of_lights.chain(settings.gateway.status.reports().map(StatusReport::name)).collect()
 }
 
 /// Lists the meanings of all values and the sources of each report, and reports missing configuration.
@@ -50,7 +50,7 @@ pub(super) fn reports(settings: &Settings, report: &mut CheckReport) {
     let (status, geometry) = (&settings.gateway.status, &settings.gateway.status_settings.geometry);
     let roles: Vec<_> = StatusTexts::of(status).roles().collect();
     names::roles(settings, &status.table, &roles, report);
-    for of in StatusReport::of(status) {
+    for of in status.reports() {
         // `control_mode` is wider than the column.
         let heading = if of == StatusReport::ControlMode { "mode" } else { of.name() };
         report.line(heading, sources(of, settings));
@@ -144,7 +144,7 @@ impl StatusSurvey {
             reasons: BTreeMap::new(),
             was_published: false,
         };
-        Self(StatusReport::of(status).map(survey).collect())
+        Self(status.reports().map(survey).collect())
     }
 
     /// Adds the time of one step to the states before it.

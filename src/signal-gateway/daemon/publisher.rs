@@ -243,7 +243,7 @@ fn configured_topics(settings: &Settings) -> Topics {
     if matches!(lights.hazard, HazardBinding::LeftOut) {
         topics = topics.with(OutgoingTopic::HazardLightsReport, "");
     }
-    let described: Vec<_> = StatusReport::of(&settings.gateway.status).map(status_topic).collect();
+    let described: Vec<_> = settings.gateway.status.reports().map(status_topic).collect();
     let is_left_out =
         |row: &&OutgoingRow| row.flow == TopicFlow::VehicleStatus && !described.contains(&row.topic);
     for row in OUTGOING.iter().filter(is_left_out) {

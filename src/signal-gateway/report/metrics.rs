@@ -257,12 +257,15 @@ impl Writer<'_> {
             let samples = functions.map(|(name, function)| ([("function", name)], value(function)));
             self.counters(metric, help, samples)?;
         }
-        let sent =
-            commands.messages.iter().map(|message| ([("message", message.name.as_str())], message.sent));
+        let sent = commands
+            .messages
+            .iter()
+            .map(|message| ([("message", message.name.as_str())], message.counts.sent));
         self.counters("command_sent_frames", "Frames sent to the vehicle", sent)?;
         let failed = commands.messages.iter();
-        let failed = failed
-            .map(|message| ([("message", message.name.as_str())], message.queue_full + message.refused));
+        let failed = failed.map(|message| {
+            ([("message", message.name.as_str())], message.counts.queue_full + message.counts.refused)
+        });
         self.counters("command_failed_frames", "Frames to the vehicle that could not be sent", failed)
     }
 

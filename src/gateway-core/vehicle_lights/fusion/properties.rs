@@ -11,7 +11,6 @@ type State = Result<TurnCode, &'static str>;
 struct Case {
     fallbacks: [bool; 3],
     states: [Option<State>; 3],
-    state: State,
     source: usize,
 }
 
@@ -30,25 +29,20 @@ fn first_source_decides_unless_fallback_replaces_it() {
     const NONE: [bool; 3] = [false, false, false];
     const THIRD: [bool; 3] = [false, false, true];
     const FIRST: [bool; 3] = [true, false, false];
-    let case = |fallbacks, states: [State; 3], state, source| Case {
-        fallbacks,
-        states: states.map(Some),
-        state,
-        source,
-    };
+    let case = |fallbacks, states: [State; 3], source| Case { fallbacks, states: states.map(Some), source };
     let without_first = |case: Case| Case { states: [None, case.states[1], case.states[2]], ..case };
-    for Case { fallbacks, states, state, source } in [
-        case(NONE, [Ok(Left), Ok(Off), Err("z")], Ok(Left), 0),
-        case(NONE, [Err("x"), Ok(Off), Ok(Right)], Err("x"), 0),
-        case(THIRD, [Err("x"), Ok(Off), Ok(Right)], Ok(Right), 2),
-        case(THIRD, [Err("x"), Err("y"), Err("z")], Err("x"), 0),
-        case(FIRST, [Err("x"), Ok(Off), Err("z")], Err("x"), 0),
-        without_first(case(NONE, [Ok(Left), Ok(Off), Ok(Right)], Ok(Off), 1)),
-        without_first(case(THIRD, [Err("x"), Err("y"), Ok(Right)], Ok(Right), 2)),
-        without_first(case(NONE, [Ok(Left), Err("y"), Ok(Right)], Err("y"), 1)),
+    for Case { fallbacks, states, source } in [
+        case(NONE, [Ok(Left), Ok(Off), Err("z")], 0),
+        case(NONE, [Err("x"), Ok(Off), Ok(Right)], 0),
+        case(THIRD, [Err("x"), Ok(Off), Ok(Right)], 2),
+        case(THIRD, [Err("x"), Err("y"), Err("z")], 0),
+        case(FIRST, [Err("x"), Ok(Off), Err("z")], 0),
+        without_first(case(NONE, [Ok(Left), Ok(Off), Ok(Right)], 1)),
+        without_first(case(THIRD, [Err("x"), Err("y"), Ok(Right)], 2)),
+        without_first(case(NONE, [Ok(Left), Err("y"), Ok(Right)], 1)),
     ] {
-        let fused = fusion(&fallbacks).update(states, at(0));
-        assert_eq!(fused, Some(Fused { state, source }), "{fallbacks:?} {states:?}");
+        let deciding = fusion(&fallbacks).update(states, at(0));
+        assert_eq!(deciding, Some(source), "{fallbacks:?} {states:?}");
     }
     assert_eq!(fusion(&NONE).update::<()>([], at(0)), None, "without any state");
     assert_eq!(fusion(&NONE).update::<()>([None; 3], at(0)), None, "no source applies");
@@ -66,7 +60,7 @@ fn contradiction_becomes_disagreement_after_limit() {
     fusion.update(states, at(4000));
     assert_eq!(fusion.disagreements().count(), 0, "as long as the limit");
     fusion.update(states, due);
-    let found = Disagreement { chosen: 0, chosen_value: Left, other: 2, other_value: Off, since: at(1000) };
+    let found = Disagreement { chosen: 0, chosen_value: Left, other: 2, other_value: Off };
     assert_eq!(fusion.disagreements().collect::<Vec<_>>(), [found]);
     assert_eq!(fusion.next_deadline(), None);
     fusion.update::<()>([Some(Ok(Left)); 3], at(5000));
@@ -132,8 +126,7 @@ proptest! {
             now = now.after(Duration::from_millis(step));
             history.push((now, states));
             let choice = model_choice(fallbacks, states);
-            let expected = choice.map(|(source, state)| Fused { state, source });
-            prop_assert_eq!(fusion.update(states, now), expected);
+            prop_assert_eq!(fusion.update(states, now), choice.map(|(source, _)| source));
 
             let contradicts = |other: usize| move |(_, states): &&(MonoTime, [Option<State>; 4])| {
                 match (model_choice(fallbacks, *states), states[other]) {
@@ -145,10 +138,9 @@ proptest! {
             };
             let since = |other| history.iter().rev().take_while(contradicts(other)).last().map(|(at, _)| *at);
             let lasting: Vec<_> = (0..4)
-                .filter_map(|other| Some((other, since(other)?)))
-                .filter(|(_, since)| now.since(*since) > LIMIT)
+                .filter(|other| since(*other).is_some_and(|since| now.since(since) > LIMIT))
                 .collect();
-            let found: Vec<_> = fusion.disagreements().map(|found| (found.other, found.since)).collect();
+            let found: Vec<_> = fusion.disagreements().map(|found| found.other).collect();
             prop_assert_eq!(&found, &lasting);
             for found in fusion.disagreements() {
                 prop_assert_eq!(Some(Ok(found.chosen_value)), states[found.chosen]);

@@ -2,26 +2,8 @@
 
 use std::time::Duration;
 
+use crate::vehicle_lights::state::TurnCode;
 use gateway_base::time::MonoTime;
-
-/// Lamps that were lit during a flash.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Lit {
-    Left,
-    Right,
-    Both,
-}
-
-/// Flash rate proven by four successive flashes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum FlashRate {
-    /// Certainly above the limit.
-    Fast,
-    /// Certainly not above the limit.
-    Ordinary,
-    /// Unknown, because frames are too far apart.
-    Unknown,
-}
 
 /// Frames between which a flash began.
 #[derive(Debug, Clone, Copy)]
@@ -33,7 +15,7 @@ struct Start {
 #[derive(Debug, Clone, Copy)]
 struct Flash {
     start: Start,
-    lit: Lit,
+    lit: TurnCode,
 }
 
 /// Starts of the latest flashes of the same lamps.
@@ -42,34 +24,23 @@ pub(super) struct Flashes {
     last_dark: Option<MonoTime>,
     current: Option<Flash>,
     starts: [Option<Start>; STARTS],
-    lit: Option<Lit>,
+    lit: Option<TurnCode>,
 }
 
 /// Number of starts compared, which span three whole cycles.
 const STARTS: usize = 4;
 
 impl Flashes {
-    /// Processes a frame. At the end of a flash, returns the lamps and their rate; `None` with too few
-    /// starts.
-    pub(super) fn frame(
-        &mut self,
-        left: bool,
-        right: bool,
-        now: MonoTime,
-        fast: Duration,
-    ) -> Option<(Lit, FlashRate)> {
-        let lit = match (left, right) {
-            (false, false) => {
-                self.last_dark = Some(now);
-                return self.current.take().and_then(|flash| self.ended(flash, fast));
-            }
-            (true, false) => Lit::Left,
-            (false, true) => Lit::Right,
-            (true, true) => Lit::Both,
-        };
+    /// Processes a frame. At the end of a flash, returns its lamps, and whether four successive flashes are
+    /// certainly above the limit rather than certainly not; `None` if neither is certain.
+    pub(super) fn frame(&mut self, lit: TurnCode, now: MonoTime, fast: Duration) -> Option<(TurnCode, bool)> {
+        if lit == TurnCode::Off {
+            self.last_dark = Some(now);
+            return self.current.take().and_then(|flash| self.ended(flash, fast));
+        }
         if let Some(flash) = &mut self.current {
             if flash.lit != lit {
-                flash.lit = Lit::Both;
+                flash.lit = TurnCode::Both;
             }
         } else if let Some(last_dark) = self.last_dark {
             self.current = Some(Flash { start: Start { last_dark, first_lit: now }, lit });
@@ -77,7 +48,7 @@ impl Flashes {
         None
     }
 
-    fn ended(&mut self, flash: Flash, fast: Duration) -> Option<(Lit, FlashRate)> {
+    fn ended(&mut self, flash: Flash, fast: Duration) -> Option<(TurnCode, bool)> {
         if self.lit != Some(flash.lit) {
             self.lit = Some(flash.lit);
             self.starts = [None; STARTS];
@@ -87,14 +58,9 @@ impl Flashes {
         let [Some(first), .., Some(last)] = self.starts else { return None };
         let three_fast = fast.saturating_mul(3);
         // The cycles began after the dark frame before the first start and ended after the last dark frame.
-        let rate = if last.first_lit.since(first.last_dark) < three_fast {
-            FlashRate::Fast
-        } else if last.last_dark.since(first.first_lit) >= three_fast {
-            FlashRate::Ordinary
-        } else {
-            FlashRate::Unknown
-        };
-        Some((flash.lit, rate))
+        let is_fast = last.first_lit.since(first.last_dark) < three_fast;
+        let is_ordinary = last.last_dark.since(first.first_lit) >= three_fast;
+        (is_fast || is_ordinary).then_some((flash.lit, is_fast))
     }
 
     /// Ends the series, so that the next flash starts a new series.

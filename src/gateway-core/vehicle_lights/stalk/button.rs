@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::super::state::StateMachine;
-use super::visibility::{Gap, Visibility};
+use super::visibility::Visibility;
 use gateway_base::time::MonoTime;
 
 /// State machine of a hazard button. Its state is whether the lights are on; they are assumed off at
@@ -33,7 +33,7 @@ impl StateMachine for HazardToggle {
             self.visibility.unknown_frame();
             return;
         };
-        if self.visibility.known_frame() == Gap::CouldHideAPress {
+        if self.visibility.known_frame() {
             // A button already pressed in the first frame was pressed earlier.
             (self.pressed, self.on) = (pressed, false);
         }

@@ -22,13 +22,6 @@ enum ControlState {
     LostAt(MonoTime),
 }
 
-/// Gap before a known position of the control.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Gap {
-    TooShortForAPress,
-    CouldHideAPress,
-}
-
 impl Visibility {
     pub(super) fn new(max_gap: Duration, startup_delay: Duration) -> Self {
         Self {
@@ -57,18 +50,17 @@ impl Visibility {
         }
     }
 
-    /// Processes a frame with a known position and returns the gap before it.
-    pub(super) fn known_frame(&mut self) -> Gap {
+    /// Processes a frame with a known position. Returns true if the gap before it could hide a press.
+    pub(super) fn known_frame(&mut self) -> bool {
         let could_hide_press = match std::mem::replace(&mut self.state, ControlState::Observed) {
             ControlState::Observed => false,
             ControlState::NeverObserved => true,
             ControlState::LostAt(at) => self.now.since(at) > self.max_gap,
         };
-        if !could_hide_press {
-            return Gap::TooShortForAPress;
+        if could_hide_press {
+            self.since = self.now;
         }
-        self.since = self.now;
-        Gap::CouldHideAPress
+        could_hide_press
     }
 
     /// Returns true if the control has been observed for the startup delay without a missed press.

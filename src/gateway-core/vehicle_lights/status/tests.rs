@@ -5,11 +5,14 @@ use std::time::Duration;
 use super::super::binding::{HazardBinding, Sources, TurnBinding, TurnSource};
 use super::super::state::TurnCode;
 use super::*;
+use crate::vehicle_lights::binding::{FaultBinding, LightsBinding};
 use crate::vehicle_report::Publish;
 use can_signal::can::{BusIndex, BusSettings, CanId, Frame, LinkState};
 use can_signal::dbc::codec::{Layout, SignalCodec};
 use can_signal::validation::meaning::{Meaning, RawRange, ValueMap};
-use can_signal::validation::table::{BoundMessage, BoundSignal, MessageIndex, Role, SignalTable, Timing};
+use can_signal::validation::table::{
+    BoundMessage, BoundSignal, MessageIndex, Role, SignalIndex, SignalTable, Timing,
+};
 use gateway_base::diagnostics::Level;
 use gateway_base::time::{Now, WallStamp};
 
@@ -79,7 +82,7 @@ impl Bench {
             let frame = Frame::classic(CanId::Standard(0x123), data).unwrap();
             self.lights.frame_arrived(MessageIndex(0), &frame, now.wall, now);
         }
-        self.lights.settle(&self.buses, now);
+        self.lights.settle(&self.buses, now, |_| {}, |_| {});
         self.lights.status(TURN, &self.buses, now.mono)
     }
 }

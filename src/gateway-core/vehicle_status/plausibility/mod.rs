@@ -5,6 +5,7 @@
 //! "Plausibility").
 
 pub mod alarm;
+pub mod limits;
 mod observer;
 mod wheels;
 
@@ -13,26 +14,12 @@ use std::time::Duration;
 use super::gear::Gear;
 use alarm::{Alarm, AlarmSet};
 use gateway_base::time::MonoTime;
-use observer::{AGREEMENT, Change, Doubt, Frozen, Lasting};
+use limits::{
+    FROZEN, FROZEN_STEERING, MOVING_MPS, ONE_SECOND, ROLLING_MPS, THREE_SECONDS, TURNING_MPS, TURNING_RADPS,
+    TWO_SECONDS,
+};
+use observer::{Change, Doubt, Frozen, Lasting};
 use wheels::WheelChecks;
-
-const ONE_SECOND: Duration = Duration::from_secs(1);
-const TWO_SECONDS: Duration = Duration::from_secs(2);
-const THREE_SECONDS: Duration = Duration::from_secs(3);
-/// Time for which a yaw rate or a wheel speed must stay constant to count as frozen.
-const FROZEN: Duration = THREE_SECONDS;
-/// Like [`FROZEN`], but for the steering, which drivers hold still on straight roads.
-const FROZEN_STEERING: Duration = Duration::from_secs(10);
-/// Speed above which a constant value is suspect, m/s.
-const MOVING_MPS: f64 = 3.0;
-/// Speed above which yaw rate and steering are compared, m/s.
-const TURNING_MPS: f64 = 2.0;
-/// Speed above which direction and gear are compared, m/s.
-const ROLLING_MPS: f64 = 1.0;
-/// Speed below which Autoware regards a vehicle or a wheel as standing still, m/s.
-pub const STANDING_MPS: f64 = 0.1;
-/// Minimum of both heading rates for comparing their signs, rad/s.
-const TURNING_RADPS: f64 = 0.05;
 
 /// Motion at one instant, as far as it is known.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

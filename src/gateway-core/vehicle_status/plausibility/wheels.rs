@@ -3,8 +3,8 @@
 //! "Wheels that contradict each other").
 
 use super::alarm::{Alarm, AlarmSet};
-use super::observer::{Doubt, Frozen};
-use super::{AGREEMENT, FROZEN, MOVING_MPS, ONE_SECOND, STANDING_MPS};
+use super::limits::{FROZEN, MOVING_MPS, ONE_SECOND, STANDING_MPS};
+use super::observer::{AGREEMENT, Doubt, Frozen};
 use gateway_base::time::MonoTime;
 
 /// Share by which wheels may differ on a straight road, due to tyres and slip.

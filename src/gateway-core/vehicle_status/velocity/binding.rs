@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use crate::vehicle_status::plausibility::STANDING_MPS;
+use crate::vehicle_status::plausibility::limits::STANDING_MPS;
 use crate::vehicle_status::quantity::Quantity;
 use can_signal::validation::table::{Role, SignalIndex};
 use gateway_base::names::named_by_variant;

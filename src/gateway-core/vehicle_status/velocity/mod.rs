@@ -1,10 +1,14 @@
-//! Speed and heading rate at the middle of the rear axle, assembled from speed, direction and heading rate.
+//! Speed and heading rate at the middle of the rear axle, assembled from speed, direction and heading rate. The
+//! lateral speed is 0 in the model of a car whose rear wheels do not steer.
 
 pub mod binding;
 pub mod direction;
 pub mod heading_rate;
 pub mod parts;
 pub mod speed;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::gear::Gear;
 use super::measure::Measure;
@@ -21,9 +25,9 @@ use speed::{SpeedReading, WheelSpeeds};
 /// slightly more than 0 at standstill.
 const OTHER_MOVES_MPS: f64 = 0.5;
 
-/// Motion of the middle of the rear axle. The lateral speed is 0 in the model of a car whose rear wheels do
-/// not steer.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Motion of the middle of the rear axle.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "VelocitySnapshot")]
 pub struct Velocity {
     /// Speed, m/s, forward positive.
     pub longitudinal_mps: f64,

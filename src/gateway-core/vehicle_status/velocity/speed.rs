@@ -2,8 +2,8 @@
 
 use super::binding::{SpeedSignal, SpeedSignals, SpeedSource, VelocityBinding, WheelsUsed};
 use super::parts::{configured, in_step};
-use crate::vehicle_status::plausibility::STANDING_MPS;
 use crate::vehicle_status::plausibility::alarm::{Alarm, AlarmSet};
+use crate::vehicle_status::plausibility::limits::STANDING_MPS;
 use crate::vehicle_status::settings::GeometryKey;
 use crate::vehicle_status::state::{Chosen, Judged, StatusContext, StatusReason};
 use crate::vehicle_status::steering::TireAngle;

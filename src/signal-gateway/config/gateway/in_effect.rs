@@ -54,7 +54,7 @@ pub(super) fn in_effect(
     fix("vehicle profile: has [turn]", (!matches!(lights.turn, TurnBinding::LeftOut)).to_string());
     fix("vehicle profile: has [hazard]", (!matches!(lights.hazard, HazardBinding::LeftOut)).to_string());
     // Their topics, and the layout of the doors, are fixed at the start.
-    let reports: Vec<_> = StatusReport::of(&gateway.status).map(StatusReport::name).collect();
+    let reports: Vec<_> = gateway.status.reports().map(StatusReport::name).collect();
     fix("vehicle profile: reports on the status", reports.join(", "));
     let doors: Vec<_> = gateway.status.doors.iter().map(Door::layout_text).collect();
     fix("vehicle profile: doors", doors.join(", "));

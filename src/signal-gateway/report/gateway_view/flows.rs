@@ -141,10 +141,10 @@ pub(super) fn commands(commands: &CommandSnapshot) -> Section {
         Fact::new(name, format!("requested: {text}; {}", lines.join("; ")))
     });
     let messages = commands.messages.iter().map(|message| {
-        let failed = message.queue_full + message.refused;
+        let failed = message.counts.queue_full + message.counts.refused;
         Fact::new(
             &message.name,
-            format!("{} sent, {failed} failed, {} foreign", message.sent, message.foreign),
+            format!("{} sent, {failed} failed, {} foreign", message.counts.sent, message.counts.foreign),
         )
     });
     Section {
