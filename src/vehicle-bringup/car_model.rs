@@ -118,11 +118,10 @@ impl ModelSearch<'_> {
     pub fn profiles(&self) -> Vec<&str> {
         let mut names = Vec::new();
         for model in &self.models {
-            match &model.profile {
-                ModelProfile::Shipped { profile, .. } if !names.contains(&profile.as_str()) => {
-                    names.push(profile);
-                }
-                ModelProfile::Shipped { .. } | ModelProfile::Missing { .. } => {}
+            if let ModelProfile::Shipped { profile, .. } = &model.profile
+                && !names.contains(&profile.as_str())
+            {
+                names.push(profile.as_str());
             }
         }
         names
@@ -137,11 +136,10 @@ impl CarModel {
 
     /// Returns the years; empty if unknown.
     pub fn years_text(&self) -> String {
-        let spans = self
-            .years
-            .iter()
-            .map(|(first, last)| if first == last { first.to_string() } else { format!("{first}–{last}") });
-        spans.collect::<Vec<_>>().join(", ")
+        let span = |(first, last): &(u16, u16)| {
+            if first == last { first.to_string() } else { format!("{first}–{last}") }
+        };
+        self.years.iter().map(span).collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -163,14 +161,13 @@ const MAX_LENGTH: usize = 200;
 pub fn find<'a>(models: &'a [CarModel], text: &str) -> ModelSearch<'a> {
     let words = if text.len() < MAX_LENGTH { words(text) } else { Vec::new() };
     let fits: Vec<_> = models.iter().map(|model| (model, ModelFit::new(model, &words))).collect();
+    let larger = |one, other| if other > one { other } else { one };
     let best = fits.iter().map(|(_, fit)| fit.rank()).fold((0.0, false, 0), larger);
     let (mean, names_model, _) = best;
     if mean < SMALLEST_MEAN || !names_model {
         let of_make = fits.into_iter().filter(|(_, fit)| fit.make.is_some());
-        return ModelSearch {
-            verdict: ModelVerdict::Unknown,
-            models: of_make.map(|(model, _)| model).collect(),
-        };
+        let models = of_make.map(|(model, _)| model).collect();
+        return ModelSearch { verdict: ModelVerdict::Unknown, models };
     }
     let best: Vec<_> = fits.into_iter().filter(|(_, fit)| fit.rank() == best).collect();
     // An answer for the requested year takes precedence over answers for other years.
@@ -199,10 +196,6 @@ struct ModelFit<'a> {
 /// Similarity of all words, whether the model is named, and the number of its words that are missing,
 /// negated.
 type Rank = (f64, bool, isize);
-
-fn larger(one: Rank, other: Rank) -> Rank {
-    if other > one { other } else { one }
-}
 
 impl<'a> ModelFit<'a> {
     fn new(model: &CarModel, words: &'a [String]) -> Self {

@@ -67,7 +67,8 @@ impl RecordedSession {
 
     /// Returns the requests that the marks represent.
     pub fn timeline(&self) -> ActionTimeline {
-        ActionTimeline::new(&self.marks, self.capture.span().unwrap_or_default())
+        let (start, end) = self.capture.span().unwrap_or_default();
+        ActionTimeline::new(&self.marks, start..end)
     }
 
     /// Returns the signals that follow the marks.

@@ -7,18 +7,31 @@ use super::timeline::ActionTimeline;
 use can_signal::can::MAX_DATA;
 use gateway_base::time::MonoTime;
 
+/// Bits of a frame, numbered as in a DBC, or a mask of them.
+pub(super) type FrameBits = [u8; MAX_DATA];
+
+pub(super) fn is_set(data: &FrameBits, bit: impl Into<usize>) -> bool {
+    let bit = bit.into();
+    data[bit / 8] >> (bit % 8) & 1 == 1
+}
+
+fn set(mask: &mut FrameBits, bit: impl Into<usize>) {
+    let bit = bit.into();
+    mask[bit / 8] |= 1 << (bit % 8);
+}
+
 /// Contents of a message, reduced to the bits that may belong to an indicator signal.
 #[derive(Debug, Clone)]
 pub(super) struct QuietBits<'a> {
     /// Numbers of the bits as in a DBC, ascending.
     pub(super) bits: Vec<u16>,
-    pub(super) idle: [u8; MAX_DATA],
+    pub(super) idle: FrameBits,
     /// Contents from each time on, with all other bits cleared unless they are constant.
-    pub(super) contents: Vec<(MonoTime, [u8; MAX_DATA])>,
+    pub(super) contents: Vec<(MonoTime, FrameBits)>,
     pub(super) end: MonoTime,
     pub(super) timeline: &'a ActionTimeline,
     /// Mask of the bits that change by themselves.
-    pub(super) noise: [u8; MAX_DATA],
+    pub(super) noise: FrameBits,
     changed: Vec<bool>,
 }
 
@@ -28,21 +41,18 @@ impl QuietBits<'_> {
         self.changed.get(usize::from(bit)).copied().unwrap_or(false)
     }
 
-    pub(super) fn is_idle_set(&self, bit: u16) -> bool {
-        self.idle[usize::from(bit / 8)] >> (bit % 8) & 1 == 1
+    /// Returns true if `data` has another value of the bit than at rest.
+    pub(super) fn is_on(&self, data: &FrameBits, bit: u16) -> bool {
+        is_set(data, bit) != is_set(&self.idle, bit)
     }
 
     /// Returns true if two bits are at rest at the same times.
     pub(super) fn change_together(&self, bit: u16, other: u16) -> bool {
-        let is_on = |data: &[u8; MAX_DATA], bit: u16| {
-            let byte = usize::from(bit / 8);
-            (data[byte] ^ self.idle[byte]) >> (bit % 8) & 1 == 1
-        };
-        self.contents.iter().all(|(_, data)| is_on(data, bit) == is_on(data, other))
+        self.contents.iter().all(|(_, data)| self.is_on(data, bit) == self.is_on(data, other))
     }
 
     /// Returns a mask of the bits that changed between two times.
-    pub(super) fn changed_in(&self, from: MonoTime, until: MonoTime) -> [u8; MAX_DATA] {
+    pub(super) fn changed_in(&self, from: MonoTime, until: MonoTime) -> FrameBits {
         let mut mask = [0; MAX_DATA];
         for pair in self.contents.windows(2).filter(|pair| from <= pair[1].0 && pair[1].0 < until) {
             let different = pair[0].1.iter().zip(pair[1].1).map(|(before, after)| before ^ after);
@@ -79,8 +89,8 @@ pub(super) fn quiet_bits<'a>(
         mask[usize::from(bit / 8)] &= !(1 << (bit % 8));
     }
     let mut changes = vec![BitChanges::default(); length * 8];
-    let mut contents: Vec<(MonoTime, [u8; MAX_DATA])> = Vec::new();
-    let mut before: Option<&[u8; MAX_DATA]> = None;
+    let mut contents: Vec<(MonoTime, FrameBits)> = Vec::new();
+    let mut before: Option<&FrameBits> = None;
     for (at, frame) in track.changes() {
         let data = frame.padded();
         let last = before.replace(data);
@@ -94,11 +104,10 @@ pub(super) fn quiet_bits<'a>(
     }
     let limit = MAX_CHANGES * u32::try_from(timeline.windows.len() + 1).unwrap_or(u32::MAX);
     let bits = u16::try_from(length * 8).unwrap_or(0);
-    let is_noise = |bit: usize| noise[bit / 8] >> (bit % 8) & 1 == 1;
     let may_matter = |bit: &u16| {
         let changed = changes[usize::from(*bit)];
         let is_often = |below: usize| {
-            is_noise(below) || changes.get(below).is_some_and(|below| below.all >= changed.all * 3 / 2)
+            is_set(&noise, below) || changes.get(below).is_some_and(|below| below.all >= changed.all * 3 / 2)
         };
         changed.all > 0 && changed.all <= limit && !changed.is_carry(below(usize::from(*bit)), is_often)
     };
@@ -106,17 +115,15 @@ pub(super) fn quiet_bits<'a>(
     if bits.is_empty() {
         return None;
     }
-    let changed = (0..length * 8).map(|bit| is_noise(bit) || changes[bit].all > 0).collect();
+    let changed = (0..length * 8).map(|bit| is_set(&noise, bit) || changes[bit].all > 0).collect();
     // A bit that is always set counts in the values of a signal around it, as in the DBC. Noise and excluded
     // bits are 0 in the contents.
     let mut constant = [0; MAX_DATA];
     for bit in (0..length * 8).filter(|bit| changes[*bit].all == 0) {
-        constant[bit / 8] |= 1 << (bit % 8);
+        set(&mut constant, bit);
     }
     let mut mask = constant;
-    for bit in &bits {
-        mask[usize::from(bit / 8)] |= 1 << (bit % 8);
-    }
+    bits.iter().for_each(|bit| set(&mut mask, *bit));
     for (_, data) in &mut contents {
         *data = masked(data, &mask);
     }
@@ -129,10 +136,10 @@ pub(super) fn quiet_bits<'a>(
 }
 
 /// Returns a mask of the bits that change by themselves.
-fn noise(track: &FrameTrack, timeline: &ActionTimeline, length: usize) -> [u8; MAX_DATA] {
+fn noise(track: &FrameTrack, timeline: &ActionTimeline, length: usize) -> FrameBits {
     let mut quiet = vec![QuietChanges::default(); length * 8];
     for (from, until) in &timeline.quiet {
-        let mut before: Option<&[u8; MAX_DATA]> = None;
+        let mut before: Option<&FrameBits> = None;
         for (at, frame) in track.changes_from(*from).take_while(|(at, _)| at <= until) {
             let data = frame.padded();
             let last = before.replace(data).filter(|_| at >= *from).unwrap_or(data);
@@ -143,14 +150,14 @@ fn noise(track: &FrameTrack, timeline: &ActionTimeline, length: usize) -> [u8; M
     }
     let mut noise = [0; MAX_DATA];
     for (bit, _) in quiet.iter().enumerate().filter(|(_, changes)| !changes.is_quiet()) {
-        noise[bit / 8] |= 1 << (bit % 8);
+        set(&mut noise, bit);
     }
     noise
 }
 
 fn different_bits<'a>(
-    before: &'a [u8; MAX_DATA],
-    data: &'a [u8; MAX_DATA],
+    before: &'a FrameBits,
+    data: &'a FrameBits,
     length: usize,
 ) -> impl Iterator<Item = usize> + 'a {
     let bytes = before.iter().zip(data).take(length).enumerate().filter(|(_, (old, new))| old != new);
@@ -160,31 +167,26 @@ fn different_bits<'a>(
 }
 
 /// Returns true if two contents differ in the bits of a mask.
-fn differs(a: &[u8; MAX_DATA], b: &[u8; MAX_DATA], mask: &[u8; MAX_DATA], length: usize) -> bool {
-    let word = |data: &[u8; MAX_DATA], at: usize| {
+fn differs(a: &FrameBits, b: &FrameBits, mask: &FrameBits, length: usize) -> bool {
+    let word = |data: &FrameBits, at: usize| {
         data.get(at..).and_then(<[u8]>::first_chunk).map_or(0, |chunk| u64::from_le_bytes(*chunk))
     };
     (0..length).step_by(8).any(|at| (word(a, at) ^ word(b, at)) & word(mask, at) != 0)
 }
 
-fn masked(data: &[u8; MAX_DATA], mask: &[u8; MAX_DATA]) -> [u8; MAX_DATA] {
+fn masked(data: &FrameBits, mask: &FrameBits) -> FrameBits {
     let mut masked = *data;
     masked.iter_mut().zip(mask).for_each(|(byte, mask)| *byte &= mask);
     masked
 }
 
-fn count_changes(
-    changes: &mut [BitChanges],
-    before: &[u8; MAX_DATA],
-    data: &[u8; MAX_DATA],
-    mask: &[u8; MAX_DATA],
-) {
+fn count_changes(changes: &mut [BitChanges], before: &FrameBits, data: &FrameBits, mask: &FrameBits) {
     let length = changes.len() / 8;
-    for bit in different_bits(before, data, length).filter(|bit| mask[bit / 8] >> (bit % 8) & 1 == 1) {
+    for bit in different_bits(before, data, length).filter(|bit| is_set(mask, *bit)) {
         changes[bit].all += 1;
         for (carries, below) in changes[bit].carries.iter_mut().zip(below(bit)) {
-            let fell = |bit: usize| (before[bit / 8] & !data[bit / 8]) >> (bit % 8) & 1 == 1;
-            let rose = |bit: usize| (data[bit / 8] & !before[bit / 8]) >> (bit % 8) & 1 == 1;
+            let fell = |bit: usize| is_set(before, bit) && !is_set(data, bit);
+            let rose = |bit: usize| is_set(data, bit) && !is_set(before, bit);
             *carries += u32::from(below.is_some_and(|below| fell(below) || (fell(bit) && rose(below))));
         }
     }
@@ -222,12 +224,10 @@ impl BitChanges {
     /// Returns true for an upper bit of a number that counts or varies by itself: each of its changes is a
     /// carry of the bit below it, which changes more often.
     fn is_carry(&self, below: [Option<usize>; 2], is_often: impl Fn(usize) -> bool) -> bool {
-        self.all >= MIN_CARRIES
-            && self
-                .carries
-                .into_iter()
-                .zip(below)
-                .any(|(carries, below)| carries == self.all && below.is_some_and(&is_often))
+        let mut carries = self.carries.into_iter().zip(below);
+        let is_carried =
+            |(carries, below): (u32, Option<usize>)| carries == self.all && below.is_some_and(&is_often);
+        self.all >= MIN_CARRIES && carries.any(is_carried)
     }
 }
 
@@ -242,11 +242,11 @@ fn below(bit: usize) -> [Option<usize>; 2] {
 /// Returns the value that each bit has for most of the time at rest, or for most of the whole time if the
 /// message is not sent at rest.
 fn idle(
-    contents: &[(MonoTime, [u8; MAX_DATA])],
+    contents: &[(MonoTime, FrameBits)],
     bits: &[u16],
     timeline: &ActionTimeline,
     end: MonoTime,
-) -> [u8; MAX_DATA] {
+) -> FrameBits {
     let mut weights = vec![0_i64; bits.len()];
     for (index, (from, data)) in contents.iter().enumerate() {
         let until = contents.get(index + 1).map_or(end, |(next, _)| *next);
@@ -254,13 +254,12 @@ fn idle(
             timeline.rests().map(|(start, stop)| until.min(stop).since((*from).max(start)).as_millis()).sum();
         let weight = i64::try_from(rest * 1000 + until.since(*from).as_millis()).unwrap_or(i64::MAX / 2);
         for (bit, sum) in bits.iter().zip(&mut weights) {
-            let is_set = data[usize::from(bit / 8)] >> (bit % 8) & 1 == 1;
-            *sum = sum.saturating_add(if is_set { weight } else { -weight });
+            *sum = sum.saturating_add(if is_set(data, *bit) { weight } else { -weight });
         }
     }
     let mut idle = [0; MAX_DATA];
     for (bit, _) in bits.iter().zip(weights).filter(|(_, weight)| *weight > 0) {
-        idle[usize::from(bit / 8)] |= 1 << (bit % 8);
+        set(&mut idle, *bit);
     }
     idle
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use derive_more::Display;
 
 use super::capture::MessageKey;
-use super::response::ResponseShape;
+use super::response::{Followed, ResponseShape};
 use super::timeline::DriverAction;
 use can_signal::dbc::codec::{ByteOrder, Layout};
 use gateway_base::time::MonoTime;
@@ -261,9 +261,8 @@ pub struct SignalCandidate<F> {
     pub form: F,
     /// Way in which it shows the action.
     pub shape: ResponseShape,
-    /// Number of requests that it followed, and of all requests, for each of
-    /// [`DriverAction::ALL`](super::timeline::DriverAction::ALL).
-    pub followed: [(usize, usize); 3],
+    /// Requests of each of [`DriverAction::ALL`](super::timeline::DriverAction::ALL).
+    pub followed: [Followed; 3],
     /// All evidence against it.
     pub drawbacks: Vec<Drawback>,
     /// Times of the response and of its end for each request, with their largest delays.
@@ -272,7 +271,7 @@ pub struct SignalCandidate<F> {
 
 impl<F> SignalCandidate<F> {
     pub(super) fn missed(&self) -> usize {
-        self.followed.iter().map(|(count, of)| of - count).sum()
+        self.followed.iter().map(|followed| followed.missed()).sum()
     }
 
     /// Returns true if its bits may be part of something else.
@@ -289,7 +288,7 @@ impl<F> SignalCandidate<F> {
 
     /// Returns the number of requests for either side that it did not follow.
     pub(super) fn missed_sides(&self) -> usize {
-        self.followed[..2].iter().map(|(count, of)| of - count).sum()
+        self.followed[..2].iter().map(|followed| followed.missed()).sum()
     }
 
     /// Returns true if the other candidate also follows the requests, but at other times, so that one of them
@@ -359,7 +358,7 @@ impl fmt::Display for TurnForm {
 impl<F> SignalCandidate<F> {
     /// Returns the number of followed requests of an action, e.g. `2 of 2`.
     pub fn followed_text(&self, action: DriverAction) -> String {
-        let (count, of) = self.followed[action as usize];
+        let Followed { count, of } = self.followed[action as usize];
         format!("{count} of {of}")
     }
 

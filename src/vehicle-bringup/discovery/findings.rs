@@ -189,13 +189,12 @@ fn turn_certainty(turn: &SignalCandidate<TurnForm>, side: DriverAction, is_dispu
     let is_weak =
         is_disputed || turn.is_suspect() || (turn.shape == ResponseShape::Momentary && turn.missed() > 0);
     let [left, right, _] = turn.followed;
-    let (count, _) = turn.followed[side as usize];
+    let count = turn.followed[side as usize].count;
     if turn.drawbacks.contains(&Drawback::TwoMessages) {
         // Among all pairs of bits on a bus, some follow by chance.
         return certainty(count, ENOUGH_IF_WEAK + 1 + turn.missed());
     }
-    let missed = left.1 - left.0 + right.1 - right.0;
-    let of_both = certainty(left.0 + right.0, 2 * enough(is_weak) + missed);
+    let of_both = certainty(left.count + right.count, 2 * enough(is_weak) + turn.missed_sides());
     certainty(count, enough(is_weak)).max(of_both)
 }
 
@@ -250,9 +249,9 @@ fn hazard_certainty(candidates: &[SignalCandidate<HazardForm>]) -> Option<Certai
     let is_rival =
         |other: &SignalCandidate<HazardForm>| message(other) != message(hazard) && hazard.has_rival(other);
     let more = usize::from(is_elsewhere && others.iter().any(is_rival));
-    let (count, of) = hazard.followed[DriverAction::Hazard as usize];
-    let missed = if is_weak { hazard.missed() } else { of - count };
-    Some(certainty(count, enough(is_weak) + more + missed))
+    let followed = hazard.followed[DriverAction::Hazard as usize];
+    let missed = if is_weak { hazard.missed() } else { followed.missed() };
+    Some(certainty(followed.count, enough(is_weak) + more + missed))
 }
 
 /// Returns true if a candidate shows both sides and the hazard lights, all of them surely.

@@ -97,7 +97,7 @@ impl Discovery {
     /// Returns the requests so far, in a session that lasts until `now`.
     pub fn timeline(&self, now: MonoTime) -> ActionTimeline {
         let start = self.marks.first().map_or(now, |(start, _)| *start);
-        ActionTimeline::new(&self.marks, (start, now))
+        ActionTimeline::new(&self.marks, start..now)
     }
 
     /// Reports the messages that responded to the ended action.

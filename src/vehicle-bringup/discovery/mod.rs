@@ -36,4 +36,4 @@ pub mod timeline;
 mod two_messages;
 mod widening;
 
-pub use response::ResponseShape;
+pub use response::{Followed, ResponseShape};

@@ -1,9 +1,8 @@
 //! Bits on one page of a multiplexed message, whose selector determines the meaning of the other bits.
 //! Without this check they would look like lamps that flash with the pages.
 
-use super::bits::QuietBits;
+use super::bits::{FrameBits, QuietBits};
 use super::capture::FrameTrack;
-use can_signal::can::MAX_DATA;
 
 /// Minimum share of frames with the bit that are followed by a frame of another page, in quarters.
 const MOST: usize = 3;
@@ -11,10 +10,7 @@ const MOST: usize = 3;
 /// Returns true if a bit is on only in frames of one page. These frames share a selector that changes by
 /// itself and that the following frames do not have.
 pub(super) fn is_on_a_page(track: &FrameTrack, quiet: &QuietBits<'_>, bit: u16) -> bool {
-    let is_on = |data: &[u8; MAX_DATA]| {
-        let byte = usize::from(bit / 8);
-        (data[byte] ^ quiet.idle[byte]) >> (bit % 8) & 1 == 1
-    };
+    let is_on = |data: &FrameBits| quiet.is_on(data, bit);
     let frames: Vec<_> = track.changes().map(|(_, frame)| frame.padded()).collect();
     let pairs = || frames.windows(2).map(|pair| (pair[0], pair[1])).filter(|(data, _)| is_on(data));
     let all = pairs().count();

@@ -6,6 +6,7 @@ use std::time::Duration;
 use derive_more::Display;
 
 use super::findings::DiscoveryFindings;
+use super::response::Followed;
 use super::timeline::{ActionTimeline, DriverAction, EARLY, LATE, RequestWindow};
 use can_signal::can::DriverMark;
 use gateway_base::time::MonoTime;
@@ -76,8 +77,8 @@ impl Requirements {
         let turn = findings.turn.first()?.followed;
         let hazard = findings.sure_hazard().map(|hazard| hazard.followed);
         let followed = DriverAction::ALL.map(|action| {
-            let (count, of) = turn[action as usize];
-            let missed = hazard.map_or(0, |hazard| of - hazard[action as usize].0);
+            let Followed { count, of } = turn[action as usize];
+            let missed = hazard.map_or(0, |hazard| of - hazard[action as usize].count);
             count.saturating_sub(missed)
         });
         Some(Self { followed, has_hazard: hazard.is_some() })

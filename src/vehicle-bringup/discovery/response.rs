@@ -3,9 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-use super::bits::QuietBits;
+use super::bits::{FrameBits, QuietBits, is_set};
 use super::timeline::{ActionTimeline, DriverAction, EARLY, LATE, RequestWindow};
-use can_signal::can::MAX_DATA;
 use can_signal::dbc::codec::SignalCodec;
 use gateway_base::time::MonoTime;
 
@@ -50,10 +49,23 @@ pub(super) struct Irregular;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Typical {
     pub(super) response: Option<SignalResponse>,
-    /// Requests with this response.
-    pub(super) count: usize,
-    /// Number of all requests of the action.
-    pub(super) of: usize,
+    pub(super) followed: Followed,
+}
+
+/// Requests of one action.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Followed {
+    /// Number of requests that a signal followed.
+    pub count: usize,
+    /// Number of all requests.
+    pub of: usize,
+}
+
+impl Followed {
+    /// Returns the number of requests that the signal did not follow.
+    pub fn missed(self) -> usize {
+        self.of - self.count
+    }
 }
 
 /// A time with one value other than at rest.
@@ -89,12 +101,12 @@ impl Responses {
     /// Returns the responses of two bits, of which the second one is the upper.
     pub(super) fn of_bits(bits: &QuietBits<'_>, two: [u16; 2]) -> Self {
         Self::of_value(bits, |data| {
-            let [lower, upper] = two.map(|bit| u64::from(data[usize::from(bit / 8)] >> (bit % 8) & 1));
+            let [lower, upper] = two.map(|bit| u64::from(is_set(data, bit)));
             upper << 1 | lower
         })
     }
 
-    fn of_value(bits: &QuietBits<'_>, value: impl Fn(&[u8; MAX_DATA]) -> u64) -> Self {
+    fn of_value(bits: &QuietBits<'_>, value: impl Fn(&FrameBits) -> u64) -> Self {
         let timeline = bits.timeline;
         let idle = value(&bits.idle);
         let mut runs: Vec<ValueRun> = Vec::new();
@@ -196,7 +208,7 @@ impl Responses {
         let count = |response| known().filter(|other| *other == response).count();
         let response = known().max_by_key(|response| count(*response))?;
         let count = count(response);
-        (count * 2 > all.len()).then_some(Typical { response, count, of: all.len() })
+        (count * 2 > all.len()).then_some(Typical { response, followed: Followed { count, of: all.len() } })
     }
 }
 

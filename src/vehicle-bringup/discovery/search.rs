@@ -9,7 +9,7 @@ use super::candidate::{
 use super::capture::{Capture, FrameTrack, MessageKey};
 use super::pages::is_on_a_page;
 use super::protection::FoundProtection;
-use super::response::{ResponseShape, Responses, SignalResponse, Typical};
+use super::response::{Followed, ResponseShape, Responses, SignalResponse, Typical};
 use super::suspects::{MIN_CHECKSUM_BITS, companions, like_checksum, restless};
 use super::timeline::{ActionTimeline, DriverAction, EARLY};
 use can_signal::dbc::codec::{ByteOrder, Layout, SignalCodec};
@@ -134,21 +134,23 @@ impl<'a> Responding<'a> {
             self.bits.iter().filter(|(other, of)| is_cut(other) && is_same(of)).count()
         };
         let gaps = bits.iter().filter(|bit| !self.is_known(**bit)).count();
-        let mut drawbacks = Vec::new();
-        drawbacks.extend(
-            bits.iter().any(|bit| self.like_checksum.contains(&(bit / 8))).then_some(Drawback::LikeChecksum),
-        );
         let is_near = |other: &u16| bits.iter().any(|bit| bit / 8 == other / 8 || is_next(bit, other));
-        drawbacks.extend(self.restless.iter().any(is_near).then_some(Drawback::PartOfNumber));
-        drawbacks.extend((cut > 0).then_some(Drawback::Cut(u16::try_from(cut).unwrap_or(u16::MAX))));
-        drawbacks.extend((gaps > 0).then_some(Drawback::Gaps(u16::try_from(gaps).unwrap_or(u16::MAX))));
-        let wide = bits.len().saturating_sub(2);
-        drawbacks.extend((wide > 0).then_some(Drawback::Wide(u16::try_from(wide).unwrap_or(u16::MAX))));
-        drawbacks.extend((rest != 0).then_some(Drawback::RestsOn));
-        drawbacks.extend((!self.is_regular).then_some(Drawback::Irregular));
-        drawbacks.extend(self.protection.checksum.is_none().then_some(Drawback::NoChecksum));
-        drawbacks.extend(self.protection.counter.is_none().then_some(Drawback::NoCounter));
-        drawbacks
+        let counted = |count: usize, drawback: fn(u16) -> Drawback| {
+            (count > 0).then(|| drawback(u16::try_from(count).unwrap_or(u16::MAX)))
+        };
+        let is_like_checksum = bits.iter().any(|bit| self.like_checksum.contains(&(bit / 8)));
+        let drawbacks = [
+            is_like_checksum.then_some(Drawback::LikeChecksum),
+            self.restless.iter().any(is_near).then_some(Drawback::PartOfNumber),
+            counted(cut, Drawback::Cut),
+            counted(gaps, Drawback::Gaps),
+            counted(bits.len().saturating_sub(2), Drawback::Wide),
+            (rest != 0).then_some(Drawback::RestsOn),
+            (!self.is_regular).then_some(Drawback::Irregular),
+            self.protection.checksum.is_none().then_some(Drawback::NoChecksum),
+            self.protection.counter.is_none().then_some(Drawback::NoCounter),
+        ];
+        drawbacks.into_iter().flatten().collect()
     }
 
     /// Returns the number of further bits that belong to these `bits` of a momentary switch: they also show
@@ -274,16 +276,13 @@ fn responding_bits(quiet: &QuietBits<'_>, track: &FrameTrack) -> Option<Vec<(u16
 /// Returns the typical responses to all actions; `None` if a side has none.
 pub(super) fn typical(responses: &Responses, timeline: &ActionTimeline) -> Option<[Typical; 3]> {
     let [left, right, hazard] = DriverAction::ALL.map(|action| responses.typical(timeline, action));
-    let unknown = Typical { response: None, count: 0, of: timeline.count(DriverAction::Hazard) };
+    let unknown =
+        Typical { response: None, followed: Followed { count: 0, of: timeline.count(DriverAction::Hazard) } };
     Some([left?, right?, hazard.unwrap_or(unknown)])
 }
 
-fn followed(typical: &[Typical; 3]) -> [(usize, usize); 3] {
-    typical.map(|typical| (typical.count, typical.of))
-}
-
-pub(super) fn missed(followed: &[(usize, usize); 3]) -> Option<Drawback> {
-    let missed = followed.iter().map(|(count, of)| of - count).sum();
+pub(super) fn missed(followed: &[Followed; 3]) -> Option<Drawback> {
+    let missed = followed.iter().map(|followed| followed.missed()).sum();
     (missed > 0).then_some(Drawback::Missed(missed))
 }
 
@@ -345,7 +344,7 @@ fn enumerated(
             stalk(signal, responses, left, right)
         }
     };
-    let followed = followed(&typical);
+    let followed = typical.map(|typical| typical.followed);
     drawbacks.extend(missed(&followed));
     let times = message.times(responses);
     Some(SignalCandidate { form, shape: left.shape, followed, drawbacks, times })
@@ -359,9 +358,9 @@ fn stalk(
     right: SignalResponse,
 ) -> TurnForm {
     let full = [left.value, right.value];
-    let on_the_way =
-        |to: u64| responses.detents.iter().find(|(from, full)| **full == to && !is_full(**from, left, right));
-    let on_the_way = [left, right].map(|full| on_the_way(full.value).map(|(half, _)| *half));
+    let leads_to =
+        |to: u64| responses.detents.iter().find(|(from, next)| **next == to && !full.contains(from));
+    let on_the_way = full.map(|full| leads_to(full).map(|(half, _)| *half));
     let ending = |action| {
         let values = responses.endings.iter().filter(move |(ended, _)| *ended == action);
         let mut values = values.map(|(_, value)| *value);
@@ -384,10 +383,6 @@ fn stalk(
         half,
         opposite_full_cancels,
     }
-}
-
-fn is_full(value: u64, left: SignalResponse, right: SignalResponse) -> bool {
-    value == left.value || value == right.value
 }
 
 /// Returns the candidates of two bits in one message, one for each side. Both are evaluated together, so that
@@ -431,7 +426,7 @@ fn pair(
     drawbacks.extend((strange > 0).then_some(Drawback::OtherValues(strange)));
     drawbacks.extend(lamps.then_some(Drawback::Flashes));
     drawbacks.extend((!shows_hazard).then_some(Drawback::HidesHazard));
-    let followed = followed(&typical);
+    let followed = typical.map(|typical| typical.followed);
     drawbacks.extend(missed(&followed));
     let form = TurnForm::Pair { left: switch(0), right: switch(1), lamps, shows_hazard };
     let times = message.times(&responses);
@@ -470,7 +465,7 @@ pub(super) fn hazard(
                 // The flashing lamp of the switch: hazard lights are not derived from one lamp.
                 ResponseShape::Flashing => continue,
             };
-            let followed = followed(&typical);
+            let followed = typical.map(|typical| typical.followed);
             drawbacks.extend(missed(&followed));
             let times = message.times(responses);
             candidates.push(SignalCandidate { form, shape: response.shape, followed, drawbacks, times });

@@ -1,9 +1,8 @@
 //! Bits that may belong to an unknown checksum or to a number rather than to a signal.
 
-use super::bits::QuietBits;
+use super::bits::{QuietBits, is_set};
 use super::response::{ResponseShape, Responses};
 use super::timeline::{DriverAction, EARLY};
-use can_signal::can::MAX_DATA;
 
 /// Minimum number of responding bits for a byte that may be a checksum.
 pub(super) const MIN_CHECKSUM_BITS: usize = 3;
@@ -43,7 +42,7 @@ pub(super) fn restless(quiet: &QuietBits<'_>, bits: &[(u16, Responses)]) -> Vec<
     let turns = quiet.timeline.windows.iter().filter(|window| window.action != DriverAction::Hazard);
     let masks: Vec<_> = turns.map(|window| quiet.changed_in(window.on.before(EARLY), window.end)).collect();
     let changes = |bit: &u16| {
-        let changes = masks.iter().filter(|mask| mask[usize::from(bit / 8)] >> (bit % 8) & 1 == 1);
+        let changes = masks.iter().filter(|mask| is_set(mask, *bit));
         changes.count() * 2 > masks.len()
     };
     let responds = |bit: &u16| bits.iter().any(|(known, _)| known == bit);
@@ -58,22 +57,19 @@ pub(super) fn companions(quiet: &QuietBits<'_>, bits: &[(u16, Responses)]) -> Ve
         responses.has_shape(timeline, &DriverAction::ALL[..2], ResponseShape::Momentary)
     };
     let presses: Vec<_> = bits.iter().filter(is_momentary).map(|(bit, _)| *bit).collect();
-    let is_on = |data: &[u8; MAX_DATA], bit: u16| {
-        let byte = usize::from(bit / 8);
-        (data[byte] ^ quiet.idle[byte]) >> (bit % 8) & 1 == 1
-    };
     let is_pressed = |at: Option<usize>| {
         let content = at.and_then(|at| quiet.contents.get(at));
-        content.is_some_and(|(_, data)| presses.iter().any(|press| is_on(data, *press)))
+        content.is_some_and(|(_, data)| presses.iter().any(|press| quiet.is_on(data, *press)))
     };
     let is_companion = |bit: &u16| {
-        let on: Vec<_> = (0..quiet.contents.len()).filter(|at| is_on(&quiet.contents[*at].1, *bit)).collect();
+        let on: Vec<_> =
+            (0..quiet.contents.len()).filter(|at| quiet.is_on(&quiet.contents[*at].1, *bit)).collect();
         let adjoins =
             |at: &usize| is_pressed(at.checked_sub(1)) || is_pressed(Some(*at)) || is_pressed(Some(at + 1));
         // "Not available" sets all bits.
         let is_explained = |at: &usize| {
             let (time, data) = &quiet.contents[*at];
-            timeline.is_requested(*time) || presses.iter().all(|press| is_on(data, *press))
+            timeline.is_requested(*time) || presses.iter().all(|press| quiet.is_on(data, *press))
         };
         on.iter().any(adjoins) && on.iter().all(is_explained)
     };

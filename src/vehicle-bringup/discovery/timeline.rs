@@ -1,5 +1,6 @@
 //! The driver's actions over time, from marks.
 
+use std::ops::Range;
 use std::time::Duration;
 
 use derive_more::Display;
@@ -67,13 +68,13 @@ pub(super) const LATE: Duration = Duration::from_millis(200);
 const MAX_REST: Duration = Duration::from_secs(8);
 
 impl ActionTimeline {
-    /// Builds the requests of ascending marks in a session from `start` to `end`. The time before the first
+    /// Builds the requests of ascending marks in a `session`. The time before the first
     /// request and after each [`DriverMark::Quiet`] is quiet.
-    pub fn new(marks: &[(MonoTime, DriverMark)], (start, end): (MonoTime, MonoTime)) -> Self {
+    pub fn new(marks: &[(MonoTime, DriverMark)], session: Range<MonoTime>) -> Self {
         let mut timeline = Self::default();
-        let next = |at: usize| marks.get(at).map_or(end, |(time, _)| *time);
+        let next = |at: usize| marks.get(at).map_or(session.end, |(time, _)| *time);
         if let Some((first, DriverMark::Left | DriverMark::Right | DriverMark::Hazard)) = marks.first() {
-            timeline.add_quiet(start, *first);
+            timeline.add_quiet(session.start, *first);
         }
         for (index, (on, mark)) in marks.iter().enumerate() {
             match DriverAction::from_mark(*mark) {

@@ -1,7 +1,7 @@
 //! Signals of the two sides in different messages.
 
 use super::candidate::{Drawback, ResponseTime, SignalCandidate, Switch, TurnForm};
-use super::response::{ResponseShape, Responses, SignalResponse, Typical};
+use super::response::{Followed, ResponseShape, Responses, SignalResponse, Typical};
 use super::search::{Responding, missed, switch, typical};
 use super::timeline::ActionTimeline;
 
@@ -66,18 +66,14 @@ fn apart(left: &SideBit<'_>, right: &SideBit<'_>) -> Option<SignalCandidate<Turn
     drawbacks.push(Drawback::TwoMessages);
     drawbacks.extend((!left.with_hazard).then_some(Drawback::HidesHazard));
     let worse = |at: usize| {
-        let (a, b) = (left.typical[at], right.typical[at]);
-        (a.count.min(b.count), a.of)
+        let (a, b) = (left.typical[at].followed, right.typical[at].followed);
+        Followed { count: a.count.min(b.count), of: a.of }
     };
     let followed = [worse(0), worse(1), worse(2)];
     drawbacks.extend(missed(&followed));
     let shows_hazard = left.with_hazard;
     let form = TurnForm::Pair { left: left.switch, right: right.switch, lamps: false, shows_hazard };
-    let times = left
-        .times
-        .iter()
-        .zip(&right.times)
-        .map(|(left, right)| if left[0].is_some() { *left } else { *right });
-    let times = times.collect();
+    let times = left.times.iter().zip(&right.times);
+    let times = times.map(|(left, right)| if left[0].is_some() { *left } else { *right }).collect();
     Some(SignalCandidate { form, shape: ResponseShape::Steady, followed, drawbacks, times })
 }

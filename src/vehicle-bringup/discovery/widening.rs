@@ -1,6 +1,7 @@
 //! Bits next to a signal that are set only while the whole signal is set, as for "not available" in SAE
 //! J1939.
 
+use super::bits::is_set;
 use super::candidate::{FoundSignal, HazardForm, Switch, TurnForm, bits_of, sawtooth};
 use super::search::Responding;
 use can_signal::can::MAX_DATA;
@@ -59,7 +60,8 @@ fn widen<'v>(
 ) {
     let message = messages.iter().find(|message| message.key == signal.message);
     // If a signal rests with all bits set, the neighbouring bits are inconclusive.
-    let message = message.filter(|message| !signal.bits().iter().all(|bit| message.quiet.is_idle_set(*bit)));
+    let message =
+        message.filter(|message| !signal.bits().iter().all(|bit| is_set(&message.quiet.idle, *bit)));
     if let Some(Widened { layout, below }) =
         message.and_then(|message| widened(message, signal.layout, taken))
     {
@@ -99,15 +101,14 @@ fn widened_in_order(
 ) -> Widened {
     let own = bits_of(layout);
     let timeline = message.quiet.timeline;
-    let is_set = |data: &[u8; MAX_DATA], bit: &u16| data[usize::from(bit / 8)] >> (bit % 8) & 1 == 1;
     let belongs = |bit: &u16| {
-        let set: Vec<_> = message.quiet.contents.iter().filter(|(_, data)| is_set(data, bit)).collect();
+        let set: Vec<_> = message.quiet.contents.iter().filter(|(_, data)| is_set(data, *bit)).collect();
         !taken.contains(bit)
             && !set.is_empty()
-            && !is_set(&message.quiet.idle, bit)
+            && !is_set(&message.quiet.idle, *bit)
             && set
                 .iter()
-                .all(|(at, data)| own.iter().all(|own| is_set(data, own)) && !timeline.is_requested(*at))
+                .all(|(at, data)| own.iter().all(|own| is_set(data, *own)) && !timeline.is_requested(*at))
     };
     let first = bit_at(layout.start);
     let before = (0..first).rev().map(&bit_at).take_while(belongs).count();

@@ -99,14 +99,10 @@ impl ProfileEvidence {
         for (source, states) in self.lights.hazard.sources().iter().zip(&mut self.hazard) {
             let shown = match &source.source {
                 HazardSource::BothSides => None,
-                HazardSource::Signal { role, .. } => {
-                    carries(role.signal).then(|| shown(role, &self.raw, |code| on_off(code.active))).flatten()
-                }
-                HazardSource::Button { role, .. } => {
-                    carries(role.signal).then(|| shown(role, &self.raw, on_off)).flatten()
-                }
+                HazardSource::Signal { role, .. } => shown(role, &self.raw, |code| on_off(code.active)),
+                HazardSource::Button { role, .. } => shown(role, &self.raw, on_off),
             };
-            if let Some(shown) = shown {
+            if let Some(shown) = shown.filter(|_| source.source.signal().is_some_and(carries)) {
                 states.frame(shown, now);
             }
         }
@@ -124,12 +120,8 @@ impl ProfileEvidence {
 
     /// Returns true if the hazard lights were on, or their button was pressed.
     pub fn has_seen_hazard(&self) -> bool {
-        let has_both_sides = self
-            .lights
-            .hazard
-            .sources()
-            .iter()
-            .any(|source| matches!(source.source, HazardSource::BothSides));
+        let mut sources = self.lights.hazard.sources().iter();
+        let has_both_sides = sources.any(|named| matches!(named.source, HazardSource::BothSides));
         self.hazard.iter().any(|states| states.has_seen(TurnCode::Both))
             || has_both_sides && self.has_seen_turn(TurnCode::Both)
     }
@@ -144,11 +136,7 @@ fn turn_shown(source: &TurnSource, raw: &[Option<i128>]) -> Option<ShownState> {
     match source {
         TurnSource::Enumerated { role, .. } => shown(role, raw, |code| code),
         TurnSource::Pair { pair, .. } | TurnSource::Lamps { pair, .. } => pair_shown(pair, raw),
-        TurnSource::Stalk { role, .. } => shown(role, raw, |position| match position {
-            StalkPosition::Idle => TurnCode::Off,
-            StalkPosition::LeftHalf | StalkPosition::LeftFull => TurnCode::Left,
-            StalkPosition::RightHalf | StalkPosition::RightFull => TurnCode::Right,
-        }),
+        TurnSource::Stalk { role, .. } => shown(role, raw, StalkPosition::side),
     }
 }
 

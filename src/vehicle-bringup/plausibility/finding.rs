@@ -245,7 +245,8 @@ fn of_states(source: SourceIndex, states: &StateHistory, is_lamp: bool, findings
 fn coverage(evidence: &ProfileEvidence, findings: &mut Vec<ProfileFinding>) {
     let lights = evidence.lights();
     let mut push = |severity, kind| findings.push(ProfileFinding { severity, kind });
-    let is_proven = evidence.messages.iter().any(has_proven_checksum);
+    let is_proven =
+        |message: &MessageEvidence| matches!(message.proof(), Proof::Holds { checksum: true, .. });
     let has_turn = matches!(lights.turn, StateBinding::From(_));
     let hazard_sources = lights.hazard.sources();
     let can_show_hazard = hazard_sources.iter().any(|source| match source.source {
@@ -255,19 +256,17 @@ fn coverage(evidence: &ProfileEvidence, findings: &mut Vec<ProfileFinding>) {
     if evidence.messages.iter().all(|message| message.frames == 0) {
         return;
     }
-    let missing: Vec<_> = [
+    if (has_turn || can_show_hazard) && !evidence.has_changed() && !evidence.messages.iter().any(is_proven) {
+        return push(Severity::Warning, FindingKind::NothingChanged { states: shown_states(evidence) });
+    }
+    for (is_missing, state) in [
         (has_turn && !evidence.has_seen_turn(TurnCode::Left), Coverage::Left),
         (has_turn && !evidence.has_seen_turn(TurnCode::Right), Coverage::Right),
         (can_show_hazard && !evidence.has_seen_hazard(), Coverage::Hazard),
-    ]
-    .into_iter()
-    .filter_map(|(is_missing, state)| is_missing.then_some(state))
-    .collect();
-    if (has_turn || can_show_hazard) && !evidence.has_changed() && !is_proven {
-        return push(Severity::Warning, FindingKind::NothingChanged { states: shown_states(evidence) });
-    }
-    for state in missing {
-        push(Severity::Note, FindingKind::NeverOn(state));
+    ] {
+        if is_missing {
+            push(Severity::Note, FindingKind::NeverOn(state));
+        }
     }
 }
 
@@ -277,8 +276,4 @@ fn shown_states(evidence: &ProfileEvidence) -> Vec<(SourceIndex, TurnCode)> {
     let hazard =
         evidence.hazard.iter().enumerate().map(|(index, states)| (SourceIndex::Hazard(index), states));
     turn.chain(hazard).filter_map(|(source, states)| Some((source, states.current_state()?))).collect()
-}
-
-fn has_proven_checksum(message: &MessageEvidence) -> bool {
-    matches!(message.proof(), Proof::Holds { checksum: true, .. })
 }

@@ -86,10 +86,8 @@ impl MessageEvidence {
         self.gaps.frame(now);
         let length = frame.data().len();
         if length != self.length {
-            self.wrong_length = (
-                self.wrong_length.0 + 1,
-                if self.wrong_length.0 == 0 { length } else { self.wrong_length.1 },
-            );
+            let (frames, first) = self.wrong_length;
+            self.wrong_length = (frames + 1, if frames == 0 { length } else { first });
         }
         if let Some(unused) = &mut self.unused_counter {
             unused.frame(frame);

@@ -4,9 +4,9 @@ use std::time::Duration;
 
 use super::output::Who;
 use super::plan::CancelPress;
-use super::receiver::LightsRequest;
 use gateway_base::time::MonoTime;
 use gateway_core::command::Turn;
+use gateway_core::command::arbitration::VehicleRequest;
 use gateway_core::command::control_mode::Grants;
 use gateway_core::control_mode::ControlMode;
 use gateway_core::vehicle_lights::stalk::StalkPosition;
@@ -46,11 +46,11 @@ impl Driver {
     pub(super) fn stalk(&mut self, turn: Turn, now: MonoTime) {
         let on = self.tapped.take().map_or(self.turn, |(turn, _)| turn);
         let position = match (turn, on, self.ending) {
-            (Turn::Left | Turn::Right, ..) => full(turn),
+            (Turn::Left | Turn::Right, ..) => pressed(turn, true),
             (Turn::Off, Turn::Off, _) | (Turn::Off, _, None) => StalkPosition::Idle,
-            (Turn::Off, on, Some(CancelPress::OppositeHalf)) => half(opposite(on)),
-            (Turn::Off, on, Some(CancelPress::OppositeFull)) => full(opposite(on)),
-            (Turn::Off, on, Some(CancelPress::SameAgain)) => full(on),
+            (Turn::Off, on, Some(CancelPress::OppositeHalf)) => pressed(opposite(on), false),
+            (Turn::Off, on, Some(CancelPress::OppositeFull)) => pressed(opposite(on), true),
+            (Turn::Off, on, Some(CancelPress::SameAgain)) => pressed(on, true),
         };
         // A repeated press to the same side would end the request.
         if turn != self.turn {
@@ -61,7 +61,7 @@ impl Driver {
 
     /// Taps the stalk to the half detent of a side.
     pub(super) fn tap(&mut self, turn: Turn, now: MonoTime) {
-        self.stalk = Some((half(turn), now.after(PRESS)));
+        self.stalk = Some((pressed(turn, false), now.after(PRESS)));
         self.tapped = Some((turn, now.after(self.comfort)));
     }
 
@@ -89,7 +89,7 @@ impl Driver {
 
     /// Returns the requested lights and their origin. Hazard lights override turn indicators, the driver
     /// overrides the commands.
-    pub(super) fn requested_lights(&self, request: LightsRequest) -> (TurnCode, Who) {
+    pub(super) fn requested_lights(&self, request: VehicleRequest) -> (TurnCode, Who) {
         if let Some(who) = self.hazard {
             return (TurnCode::Both, who);
         }
@@ -131,18 +131,12 @@ fn opposite(turn: Turn) -> Turn {
     }
 }
 
-fn full(turn: Turn) -> StalkPosition {
-    match turn {
-        Turn::Off => StalkPosition::Idle,
-        Turn::Left => StalkPosition::LeftFull,
-        Turn::Right => StalkPosition::RightFull,
-    }
-}
-
-fn half(turn: Turn) -> StalkPosition {
-    match turn {
-        Turn::Off => StalkPosition::Idle,
-        Turn::Left => StalkPosition::LeftHalf,
-        Turn::Right => StalkPosition::RightHalf,
+fn pressed(turn: Turn, is_full: bool) -> StalkPosition {
+    match (turn, is_full) {
+        (Turn::Off, _) => StalkPosition::Idle,
+        (Turn::Left, false) => StalkPosition::LeftHalf,
+        (Turn::Left, true) => StalkPosition::LeftFull,
+        (Turn::Right, false) => StalkPosition::RightHalf,
+        (Turn::Right, true) => StalkPosition::RightFull,
     }
 }

@@ -149,15 +149,9 @@ impl SignalContent {
     }
 
     /// Returns the first value that the signal supports, or the last one if it supports none.
-    fn known(&self, values: impl Iterator<Item = SignalValue>) -> SignalValue {
-        let mut last = SignalValue::On(false);
-        for value in values {
-            last = value;
-            if self.knows(value) {
-                break;
-            }
-        }
-        last
+    fn known(&self, values: impl Iterator<Item = SignalValue> + Clone) -> SignalValue {
+        let known = values.clone().find(|value| self.knows(*value));
+        known.or_else(|| values.last()).unwrap_or(SignalValue::On(false))
     }
 
     fn knows(&self, value: SignalValue) -> bool {
@@ -172,7 +166,7 @@ impl SignalContent {
 
 /// Returns the values that a signal may report for a gear, best first: a gearbox may have no park, and a
 /// signal only some of the gears.
-fn gear_codes(gear: Gear) -> impl Iterator<Item = SignalValue> {
+fn gear_codes(gear: Gear) -> impl Iterator<Item = SignalValue> + Clone {
     let neutral = (gear == Gear::Park).then_some(Gear::Neutral);
     let forward = Gear::all().filter(|gear| gear.direction() == Some(1.0));
     let taken = if gear == Gear::Reverse { 0 } else { usize::MAX };
@@ -182,7 +176,7 @@ fn gear_codes(gear: Gear) -> impl Iterator<Item = SignalValue> {
 }
 
 /// Returns the values that a signal may report for a motion, best first.
-fn motions(motion: MotionState) -> impl Iterator<Item = SignalValue> {
+fn motions(motion: MotionState) -> impl Iterator<Item = SignalValue> + Clone {
     let is_backward = motion.speed_mps < 0.0 || motion.speed_mps == 0.0 && motion.gear == Gear::Reverse;
     let direction = if is_backward { Motion::Backward } else { Motion::Forward };
     let standstill = (motion.speed_mps == 0.0).then_some(Motion::Standstill);

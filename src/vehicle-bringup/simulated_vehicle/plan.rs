@@ -12,7 +12,7 @@ use can_signal::validation::integrity::Protection;
 use can_signal::validation::table::{Role, SignalIndex, SignalTable, Timing};
 use gateway_core::command::settings::CommandBinding;
 use gateway_core::vehicle_lights::binding::{HazardSource, LightsBinding, TurnBinding, TurnSource};
-use gateway_core::vehicle_lights::stalk::{OppositePress, RepeatedPress, StalkSettings};
+use gateway_core::vehicle_lights::stalk::{OppositePress, RepeatedPress};
 use gateway_core::vehicle_lights::state::HazardCode;
 use gateway_core::vehicle_status::binding::StatusBinding;
 use gateway_core::vehicle_status::settings::VehicleGeometry;
@@ -136,10 +136,10 @@ impl Draft<'_> {
         let table = &lights.table;
         for named in lights.turn.sources() {
             self.turn(table, &named.source)?;
-            self.condition(table, named.condition.as_ref())?;
+            self.condition(table, &named.condition)?;
         }
         for named in lights.hazard.sources() {
-            self.condition(table, named.condition.as_ref())?;
+            self.condition(table, &named.condition)?;
             match &named.source {
                 HazardSource::BothSides => {}
                 HazardSource::Signal { role, .. } => {
@@ -164,12 +164,8 @@ impl Draft<'_> {
             }
             TurnSource::Pair { pair, .. } => {
                 for (is_left, role) in [(true, &pair.left), (false, &pair.right)] {
-                    self.add(
-                        table,
-                        role,
-                        ReportedSubject::Side { is_left, both: pair.both },
-                        SignalValue::On,
-                    )?;
+                    let subject = ReportedSubject::Side { is_left, both: pair.both };
+                    self.add(table, role, subject, SignalValue::On)?;
                 }
                 Ok(())
             }
@@ -195,9 +191,10 @@ impl Draft<'_> {
     }
 
     /// Adds the condition of a source. If sources exclude each other, the first of them applies.
-    fn condition(&mut self, table: &SignalTable, condition: Option<&Role<bool>>) -> Result<(), PlanError> {
-        let Some(role) = condition else { return Ok(()) };
-        self.add(table, role, ReportedSubject::Condition, SignalValue::On)
+    fn condition(&mut self, table: &SignalTable, condition: &Option<Role<bool>>) -> Result<(), PlanError> {
+        condition
+            .iter()
+            .try_for_each(|role| self.add(table, role, ReportedSubject::Condition, SignalValue::On))
     }
 
     /// Adds the heartbeat messages, which are sent with all bits zero.
@@ -242,16 +239,16 @@ impl Draft<'_> {
 
     /// Makes the message of a lamp signal frequent enough for flashes, or sent on change.
     fn shows_lamps(&mut self, table: &SignalTable, signal: SignalIndex, on_change: bool) {
-        let bound = table.signals.get(signal.0).and_then(|signal| table.messages.get(signal.message.0));
-        let message = bound.and_then(|bound| {
-            self.messages
-                .iter_mut()
-                .find(|message| (message.bus, message.id) == (bound.bus, bound.ids.described()))
-        });
-        if let Some(message) = message {
+        let bound = &table.messages[table.signals[signal.0].message.0];
+        if let Some(at) = self.position(bound.bus, bound.ids.described()) {
+            let message = &mut self.messages[at];
             message.on_change |= on_change;
             message.period = message.period.map(|period| period.min(MAX_PERIOD));
         }
+    }
+
+    fn position(&self, bus: BusIndex, id: CanId) -> Option<usize> {
+        self.messages.iter().position(|message| (message.bus, message.id) == (bus, id))
     }
 
     /// Returns the position of a message, and plans it if necessary.
@@ -263,8 +260,7 @@ impl Draft<'_> {
         timing: Timing,
         protection: Option<&Protection>,
     ) -> Result<usize, PlanError> {
-        let same = |message: &PlannedMessage| (message.bus, message.id) == (bus, id);
-        if let Some(at) = self.messages.iter().position(same) {
+        if let Some(at) = self.position(bus, id) {
             let message = &mut self.messages[at];
             // Another flow may need a shorter period.
             let needed = period(timing, message.cycle);
@@ -275,10 +271,12 @@ impl Draft<'_> {
         let database = self.databases.get(usize::from(bus.0));
         let described =
             database.and_then(|database| database.messages.iter().find(|message| message.id == id));
-        let unsendable = || PlanError::Unsendable(name.to_owned());
-        let described = described.ok_or_else(unsendable)?;
+        let described = described.ok_or_else(|| PlanError::Unsendable(name.to_owned()))?;
         let (length, format) = (described.length, described.format);
-        let sample = [0; MAX_DATA];
+        let sample = [0; MAX_DATA].get(..length).and_then(|data| Frame::with_format(id, format, data));
+        if sample.is_none() {
+            return Err(PlanError::Unsendable(name.to_owned()));
+        }
         let cycle = described.cycle_ms.map(|ms| Duration::from_millis(ms.into()));
         self.messages.push(PlannedMessage {
             name: described.name.clone(),
@@ -292,7 +290,6 @@ impl Draft<'_> {
             protection: protection.cloned(),
             pages: Vec::new(),
         });
-        sample.get(..length).and_then(|data| Frame::with_format(id, format, data)).ok_or_else(unsendable)?;
         Ok(self.messages.len() - 1)
     }
 }
@@ -335,7 +332,7 @@ fn ending(turn: &TurnBinding) -> Option<CancelPress> {
         TurnSource::Stalk { settings, .. } => Some(settings),
         TurnSource::Enumerated { .. } | TurnSource::Pair { .. } | TurnSource::Lamps { .. } => None,
     });
-    settings.map(|settings: &StalkSettings| {
+    settings.map(|settings| {
         if settings.opposite_half == OppositePress::Cancels {
             CancelPress::OppositeHalf
         } else if settings.repeat == RepeatedPress::Cancels {

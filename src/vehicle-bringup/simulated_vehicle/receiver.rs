@@ -7,17 +7,11 @@ use can_signal::can::{BusIndex, Frame, MAX_DATA};
 use can_signal::validation::integrity::{IntegrityChecker, MessageIntegrity};
 use gateway_base::time::{MonoTime, deadline_after};
 use gateway_core::command::Turn;
+use gateway_core::command::arbitration::VehicleRequest;
 use gateway_core::command::message::CommandMessage;
 
 /// Number of periods without a frame after which a command times out by default.
 const PERIODS: u32 = 5;
-
-/// Lights requested by commands; `None` means no request.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct LightsRequest {
-    pub(super) turn: Option<Turn>,
-    pub(super) hazard: Option<bool>,
-}
 
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct FrameEffect {
@@ -31,7 +25,7 @@ pub(super) struct CommandReceiver {
     message: CommandMessage,
     checker: Option<IntegrityChecker>,
     timeout: Duration,
-    pub(super) request: LightsRequest,
+    pub(super) request: VehicleRequest,
     /// Receive time of the last valid frame; `None` means no request.
     received_at: Option<MonoTime>,
     is_pressed: bool,
@@ -51,7 +45,7 @@ impl CommandReceiver {
             message: message.clone(),
             checker: rules.map(IntegrityChecker::new),
             timeout,
-            request: LightsRequest::default(),
+            request: VehicleRequest::default(),
             received_at: None,
             is_pressed: false,
             is_rejecting: false,
@@ -87,7 +81,7 @@ impl CommandReceiver {
         (self.received_at, self.is_pressed) = (None, false);
         let request = std::mem::take(&mut self.request);
         let message = self.message.name.clone();
-        (request != LightsRequest::default()).then_some(VehicleEvent::CommandTimedOut { message })
+        (request != VehicleRequest::default()).then_some(VehicleEvent::CommandTimedOut { message })
     }
 
     pub(super) fn next_deadline(&self) -> Option<MonoTime> {
@@ -96,11 +90,11 @@ impl CommandReceiver {
 }
 
 /// Returns the request of a frame, and whether it presses a button.
-fn read(message: &CommandMessage, data: &[u8; MAX_DATA]) -> (LightsRequest, bool) {
+fn read(message: &CommandMessage, data: &[u8; MAX_DATA]) -> (VehicleRequest, bool) {
     if message.enable.as_ref().is_some_and(|enable| !enable.on.matches(data)) {
-        return (LightsRequest::default(), false);
+        return (VehicleRequest::default(), false);
     }
-    let mut request = LightsRequest::default();
+    let mut request = VehicleRequest::default();
     if let Some(part) = &message.turn {
         if part.hazard.as_ref().is_some_and(|patch| patch.matches(data)) {
             (request.turn, request.hazard) = (Some(Turn::Off), Some(true));

@@ -179,17 +179,11 @@ pub fn line(text: &str) -> Result<Option<(Option<Duration>, SimulationRequest)>,
 
 fn fault<'a>(words: &mut Peekable<impl Iterator<Item = &'a str>>) -> Result<SimulatedFault, RequestError> {
     let word = words.next();
-    let frames = match word {
-        Some("drop") => Some(FrameFault::Drop(probability("fault drop", words)?)),
-        Some("corrupt") => Some(FrameFault::Corrupt(probability("fault corrupt", words)?)),
-        Some("freeze-counter") => Some(FrameFault::FreezeCounter),
-        Some("freeze-contents") => Some(FrameFault::FreezeContents),
-        _ => None,
-    };
-    if let Some(fault) = frames {
-        return Ok(SimulatedFault::Frames(fault, words.next().map(str::to_owned)));
-    }
     Ok(match word {
+        Some("drop") => disturbed(FrameFault::Drop(probability("fault drop", words)?), words.next()),
+        Some("corrupt") => disturbed(FrameFault::Corrupt(probability("fault corrupt", words)?), words.next()),
+        Some("freeze-counter") => disturbed(FrameFault::FreezeCounter, words.next()),
+        Some("freeze-contents") => disturbed(FrameFault::FreezeContents, words.next()),
         Some("false-report") => {
             SimulatedFault::FalseReport(choice("fault false-report", words.next(), &LIGHTS)?)
         }
@@ -198,14 +192,16 @@ fn fault<'a>(words: &mut Peekable<impl Iterator<Item = &'a str>>) -> Result<Simu
         Some("ignore-commands") => SimulatedFault::IgnoreCommands,
         Some("bus-off") => {
             let word = words.next();
-            let duration = word.and_then(seconds);
-            SimulatedFault::BusOff(
-                duration.ok_or_else(|| invalid("fault bus-off", word, "a time up to 86400 s"))?,
-            )
+            let refusal = || invalid("fault bus-off", word, "a time up to 86400 s");
+            SimulatedFault::BusOff(word.and_then(seconds).ok_or_else(refusal)?)
         }
         Some("silent") => SimulatedFault::Silent,
         Some(_) | None => return Err(invalid("fault", word, FAULTS)),
     })
+}
+
+fn disturbed(fault: FrameFault, message: Option<&str>) -> SimulatedFault {
+    SimulatedFault::Frames(fault, message.map(str::to_owned))
 }
 
 fn choice<T: Copy>(

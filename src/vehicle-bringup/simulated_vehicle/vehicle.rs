@@ -13,13 +13,14 @@ use super::missing_signal::missing_signal;
 use super::motion::{MotionState, VehicleMotion};
 use super::output::{VehicleEvent, VehicleOutput, Who};
 use super::plan::{PlannedMessage, VehiclePlan};
-use super::receiver::{CommandReceiver, LightsRequest};
+use super::receiver::CommandReceiver;
 use super::request::{SimulatedFault, SimulationRequest};
 use super::transmission::Transmission;
 use can_signal::can::error_frame::class;
 use can_signal::can::{BusIndex, ErrorFrame, Frame};
 use can_signal::validation::meaning::Meaning;
 use gateway_base::time::MonoTime;
+use gateway_core::command::arbitration::VehicleRequest;
 use gateway_core::vehicle_lights::state::{Sides, TurnCode};
 
 /// Stream of the random generator for the faults.
@@ -71,7 +72,7 @@ pub struct SimulatedVehicle {
     pending: Option<((TurnCode, Who), MonoTime)>,
     bus_off_until: Option<MonoTime>,
     buses: Vec<BusIndex>,
-    request: LightsRequest,
+    request: VehicleRequest,
     lit: Sides,
     scheduled: VecDeque<(MonoTime, SimulationRequest)>,
     outputs: VecDeque<VehicleOutput>,
@@ -104,7 +105,7 @@ impl SimulatedVehicle {
             pending: None,
             bus_off_until: None,
             buses,
-            request: LightsRequest::default(),
+            request: VehicleRequest::default(),
             lit: Sides::default(),
             scheduled: VecDeque::new(),
             outputs: VecDeque::new(),
@@ -158,7 +159,7 @@ impl SimulatedVehicle {
         if self.bus_off_until.is_some_and(|until| now >= until) {
             self.bus_off_until = None;
             self.send_error_frames(class::RESTARTED);
-            self.outputs.push_back(VehicleOutput::Happened(VehicleEvent::BusOff(false)));
+            self.happened(VehicleEvent::BusOff(false));
         }
         let timed_out = self.receivers.iter_mut().filter_map(|receiver| receiver.settle(now));
         self.outputs.extend(timed_out.map(VehicleOutput::Happened));
@@ -166,8 +167,7 @@ impl SimulatedVehicle {
         self.follow_requests(now);
         let lit = self.flasher.lit(self.faults.broken, now);
         if std::mem::replace(&mut self.lit, lit) != lit {
-            let event = VehicleEvent::Lamps { left: lit.left, right: lit.right };
-            self.outputs.push_back(VehicleOutput::Happened(event));
+            self.happened(VehicleEvent::Lamps { left: lit.left, right: lit.right });
         }
         self.send(now);
     }
@@ -203,39 +203,34 @@ impl SimulatedVehicle {
     fn perform(&mut self, request: SimulationRequest, now: MonoTime) {
         let missing = missing_signal(&request, &self.messages);
         self.outputs.extend(missing.map(VehicleEvent::NotPossible).map(VehicleOutput::Happened));
+        let mut performed = Ok(());
         match request {
             SimulationRequest::Stalk(turn) => self.driver.stalk(turn, now),
             SimulationRequest::Tap(turn) => self.driver.tap(turn, now),
             SimulationRequest::Hazard(on) => self.driver.press_hazard(on, Who::Driver, now),
             SimulationRequest::Mode(mode) => self.driver.mode = mode,
-            SimulationRequest::Gear(gear) => {
-                let engaged = self.motion.engage(gear, now);
-                self.report_refused(engaged);
-            }
-            SimulationRequest::Speed { speed_mps } => {
-                let driven = self.motion.drive(speed_mps, now);
-                self.report_refused(driven);
-            }
+            SimulationRequest::Gear(gear) => performed = self.motion.engage(gear, now),
+            SimulationRequest::Speed { speed_mps } => performed = self.motion.drive(speed_mps, now),
             SimulationRequest::Steer { tire_rad } => self.motion.steer(tire_rad, now),
             SimulationRequest::Brake => self.motion.brake(now),
             SimulationRequest::Door { is_open, name } => {
-                let moved = self.move_doors(is_open, name.as_deref());
-                self.report_refused(moved);
+                performed = self.move_doors(is_open, name.as_deref());
             }
             SimulationRequest::Fault(SimulatedFault::BusOff(duration)) => {
                 if self.bus_off_until.replace(now.after(duration)).is_none() {
                     self.send_error_frames(class::BUS_OFF);
-                    self.outputs.push_back(VehicleOutput::Happened(VehicleEvent::BusOff(true)));
+                    self.happened(VehicleEvent::BusOff(true));
                 }
             }
             SimulationRequest::Fault(fault) => self.faults.add(fault),
             SimulationRequest::Clear => self.faults = ActiveFaults::default(),
         }
+        let refused = performed.err().map(VehicleEvent::NotPossible);
+        self.outputs.extend(refused.map(VehicleOutput::Happened));
     }
 
-    fn report_refused(&mut self, performed: Result<(), &'static str>) {
-        let event = performed.err().map(VehicleEvent::NotPossible);
-        self.outputs.extend(event.map(VehicleOutput::Happened));
+    fn happened(&mut self, event: VehicleEvent) {
+        self.outputs.push_back(VehicleOutput::Happened(event));
     }
 
     /// Opens or closes the door with a name, or all doors.
@@ -254,14 +249,13 @@ impl SimulatedVehicle {
     /// Combines the requests of all command messages, as far as the control mode permits them.
     fn follow_commands(&mut self) {
         let grants = self.driver.mode.grants();
-        let mut request = LightsRequest::default();
+        let mut request = VehicleRequest::default();
         for receiver in &self.receivers {
             request.turn = request.turn.or(receiver.request.turn.filter(|_| grants.turn));
             request.hazard = request.hazard.or(receiver.request.hazard.filter(|_| grants.hazard));
         }
         if std::mem::replace(&mut self.request, request) != request {
-            let event = VehicleEvent::Commanded { turn: request.turn, hazard: request.hazard };
-            self.outputs.push_back(VehicleOutput::Happened(event));
+            self.happened(VehicleEvent::Commanded { turn: request.turn, hazard: request.hazard });
         }
     }
 
@@ -282,7 +276,7 @@ impl SimulatedVehicle {
         }
         self.flasher.set(code, now);
         self.who = who;
-        self.outputs.push_back(VehicleOutput::Happened(VehicleEvent::Lights { code, who }));
+        self.happened(VehicleEvent::Lights { code, who });
     }
 
     fn send(&mut self, now: MonoTime) {
@@ -322,10 +316,7 @@ impl SimulatedVehicle {
     }
 
     fn send_error_frames(&mut self, class: u32) {
-        let errors = self
-            .buses
-            .iter()
-            .map(|bus| VehicleOutput::Error { bus: *bus, error: ErrorFrame::new(class, &[]) });
-        self.outputs.extend(errors);
+        let error = ErrorFrame::new(class, &[]);
+        self.outputs.extend(self.buses.iter().map(|bus| VehicleOutput::Error { bus: *bus, error }));
     }
 }

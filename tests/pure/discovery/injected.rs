@@ -75,7 +75,7 @@ fn find_in(paths: &[PathBuf]) -> usize {
         for (at, frame) in &all {
             capture.add(BusIndex(0), frame, MonoTime::from_millis(*at));
         }
-        let timeline = ActionTimeline::new(&marks, (MonoTime::ZERO, MonoTime::from_millis(END_MS)));
+        let timeline = ActionTimeline::new(&marks, MonoTime::ZERO..MonoTime::from_millis(END_MS));
         let findings = DiscoveryFindings::new(&capture, &timeline);
         let first = findings.turn.first();
         let is_stalk = first.is_some_and(|turn| {
