@@ -142,7 +142,6 @@ mod slow {
     use signal_gateway::config::files::Disk;
     use signal_gateway::config::load_profile;
 
-    use gateway_core::vehicle_status::StatusReport;
 
     use super::{BuiltIn, Buses, Car, ERROR, GEAR_NOT_SHOWN, Process, WARN, drive, require};
 
@@ -180,7 +179,7 @@ mod slow {
         let reason = "unknown: the profile is for another vehicle: HS2_DAT7_BSI_612 (612) is received, which belongs to a car \
                       such as the Peugeot 208";
         let lights = ["turn_indicators", "hazard_lights"].map(|task| format!("{task}: {reason}"));
-        let reports = StatusReport::of(&vehicle.gateway.status);
+        let reports = vehicle.gateway.status.reports();
         let reports =
             reports.map(|report| format!("{}: unknown: the profile is for another vehicle", report.name()));
         let refused: Vec<_> = lights.into_iter().chain(reports).collect();

@@ -28,11 +28,10 @@ pub struct CommandFrame {
 
 /// Reason why a message cannot be sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs)] // the texts say it
 pub enum NotSendable {
-    /// The list already contains the message.
     #[error("another command message of this bus has the identifier {0}")]
     Twice(CanId),
-    /// No CAN frame has this length.
     #[error("no frame has {0} bytes: 1 to 8, 12, 16, 20, 24, 32, 48 or 64")]
     Length(usize),
 }

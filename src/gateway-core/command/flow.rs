@@ -163,13 +163,13 @@ impl CommandFlow {
                     self.turn.handle_command(turn_request(command), origin, stamp, now);
                 }
             }
-            CommandInput::Hazard { origin: origin @ CommandOrigin::Topic(_), command, stamp } => {
-                self.hazard.handle_command(hazard_request(command), origin, stamp, now);
-            }
-            CommandInput::Hazard { origin: origin @ CommandOrigin::Decider, command, stamp } => {
-                if self.settings.source == CommandSource::Decider {
-                    self.decider_hazard.handle_command(hazard_request(command), origin, stamp, now);
-                }
+            CommandInput::Hazard { origin, command, stamp } => {
+                let intake = match (origin, self.settings.source) {
+                    (CommandOrigin::Topic(_), _) => &mut self.hazard,
+                    (CommandOrigin::Decider, CommandSource::Decider) => &mut self.decider_hazard,
+                    (CommandOrigin::Decider, CommandSource::Topic) => return,
+                };
+                intake.handle_command(hazard_request(command), origin, stamp, now);
             }
             CommandInput::ControlMode { sample, mode, stamp } => {
                 self.handle_control_mode(mode.into(), sample, stamp, now);

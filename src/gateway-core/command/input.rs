@@ -7,45 +7,21 @@ use crate::control_mode::ControlMode;
 use gateway_base::time::WallStamp;
 use turn_signal::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
 
-/// One input of the command machine.
+/// One input of the command machine. Commands and modes may have a number that the message definition lacks;
+/// stamps are by the sender's clock, which may differ from this host's.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)] // their names say it
 pub enum CommandInput {
     /// `TurnIndicatorsCommand` for the vehicle.
-    Turn {
-        /// Origin of the command.
-        origin: CommandOrigin,
-        /// The command, or a number that the message definition lacks.
-        command: EnumOrUnknown<TurnCommand>,
-        /// Stamp by the sender's clock, which may differ from this host's.
-        stamp: WallStamp,
-    },
+    Turn { origin: CommandOrigin, command: EnumOrUnknown<TurnCommand>, stamp: WallStamp },
     /// `HazardLightsCommand` for the vehicle.
-    Hazard {
-        /// Origin of the command.
-        origin: CommandOrigin,
-        /// The command, or a number that the message definition lacks.
-        command: EnumOrUnknown<HazardCommand>,
-        /// Stamp by the sender's clock, which may differ from this host's.
-        stamp: WallStamp,
-    },
+    Hazard { origin: CommandOrigin, command: EnumOrUnknown<HazardCommand>, stamp: WallStamp },
     /// `ControlModeReport` of the vehicle: who drives it.
-    ControlMode {
-        /// Identity of the message.
-        sample: SampleId,
-        /// Control mode, or a number that the message definition lacks.
-        mode: EnumOrUnknown<ControlMode>,
-        /// Stamp by the sender's clock, which may differ from this host's.
-        stamp: WallStamp,
-    },
+    ControlMode { sample: SampleId, mode: EnumOrUnknown<ControlMode>, stamp: WallStamp },
     /// A frame of [`CommandOutput::Transmit`](super::output::CommandOutput::Transmit) was sent now.
     Sent(CommandFrame),
     /// A frame of [`CommandOutput::Transmit`](super::output::CommandOutput::Transmit) could not be sent.
-    SendFailed {
-        /// Frame that was not sent.
-        frame: CommandFrame,
-        /// Reason for the failure.
-        failure: SendFailure,
-    },
+    SendFailed { frame: CommandFrame, failure: SendFailure },
     /// The gateway is about to stop: each message is sent one more time.
     Stop,
 }

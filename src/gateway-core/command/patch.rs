@@ -12,8 +12,8 @@ pub struct Patch {
 
 /// Reason why signals cannot be set together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs)] // the texts say it
 pub enum PatchError {
-    /// The raw value does not fit in the signal's bits.
     #[error("its raw values are {lowest} to {highest}")]
     OutOfRange {
         /// Lowest raw value of the signal.
@@ -24,7 +24,6 @@ pub enum PatchError {
     /// A multiplexor removes the signal from some frames.
     #[error("a command signal must be in every frame, but this one is multiplexed")]
     Multiplexed,
-    /// Another signal also sets one of the bits.
     #[error("its bits are set by another signal as well")]
     Overlap,
 }

@@ -30,12 +30,7 @@ pub struct BlackBoxSettings {
 #[derive(Debug, Clone)]
 pub struct BlackBox {
     settings: BlackBoxSettings,
-    interfaces: Vec<String>,
-    inputs: VecDeque<(CanInput, Now)>,
-    /// Link state of each bus before the first kept input.
-    links: Vec<LinkState>,
-    decisions: VecDeque<(MonoTime, String)>,
-    outputs: VecDeque<(Output, Now)>,
+    kept: Kept,
     /// The change to ERROR that opened the window.
     fault: Option<Now>,
 }
@@ -46,19 +41,24 @@ pub struct BlackBox {
 pub struct Recording {
     /// The change to ERROR that opened the window.
     pub fault: Now,
+    kept: Kept,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Kept {
     interfaces: Vec<String>,
     /// Link state of each bus before the first input.
     links: Vec<LinkState>,
-    inputs: Vec<(CanInput, Now)>,
-    decisions: Vec<(MonoTime, String)>,
-    outputs: Vec<(Output, Now)>,
+    inputs: VecDeque<(CanInput, Now)>,
+    decisions: VecDeque<(MonoTime, String)>,
+    outputs: VecDeque<(Output, Now)>,
 }
 
 impl BlackBox {
     /// Creates an empty box for buses on these interfaces, with their link states.
     pub fn new(settings: BlackBoxSettings, interfaces: Vec<String>, links: Vec<LinkState>) -> Self {
         let (inputs, decisions, outputs) = (VecDeque::new(), VecDeque::new(), VecDeque::new());
-        Self { settings, interfaces, inputs, links, decisions, outputs, fault: None }
+        Self { settings, kept: Kept { interfaces, links, inputs, decisions, outputs }, fault: None }
     }
 
     /// Changes the limits. A longer time before a change to ERROR applies only once that much time has
@@ -69,7 +69,7 @@ impl BlackBox {
 
     /// Records an input with the time at which it is handled.
     pub fn keep(&mut self, input: CanInput, at: Now) {
-        self.inputs.push_back((input, at));
+        self.kept.inputs.push_back((input, at));
         self.forget_before(at.mono);
     }
 
@@ -78,13 +78,13 @@ impl BlackBox {
         if fault && self.fault.is_none() {
             self.fault = Some(at);
         }
-        self.decisions.push_back((at.mono, line));
+        self.kept.decisions.push_back((at.mono, line));
         self.forget_before(at.mono);
     }
 
     /// Records an output with the time at which it is published.
     pub fn given_out(&mut self, output: Output, at: Now) {
-        self.outputs.push_back((output, at));
+        self.kept.outputs.push_back((output, at));
         self.forget_before(at.mono);
     }
 
@@ -92,44 +92,38 @@ impl BlackBox {
     pub fn take(&mut self, now: Now) -> Option<Recording> {
         let fault = self.fault.take_if(|fault| now.mono >= fault.mono.after(self.settings.after))?;
         self.forget_before(now.mono);
-        Some(self.recording(fault))
+        Some(Recording { fault, kept: self.kept.clone() })
     }
 
     /// Closes the open window early, because the gateway stops, and returns it; `None` if none is open.
     pub fn flush(&mut self) -> Option<Recording> {
-        self.fault.take().map(|fault| self.recording(fault))
-    }
-
-    fn recording(&self, fault: Now) -> Recording {
-        Recording {
-            fault,
-            interfaces: self.interfaces.clone(),
-            links: self.links.clone(),
-            inputs: self.inputs.iter().copied().collect(),
-            decisions: self.decisions.iter().cloned().collect(),
-            outputs: self.outputs.iter().cloned().collect(),
-        }
+        self.fault.take().map(|fault| Recording { fault, kept: self.kept.clone() })
     }
 
     /// Drops inputs, decisions and outputs that no window open at `now` or later can cover.
     fn forget_before(&mut self, now: MonoTime) {
         let (kept, most) = (self.settings.before + self.settings.after, self.settings.most_inputs);
         let is_old = |at: MonoTime| now.since(at) > kept;
-        while self.inputs.len() > most || self.inputs.front().is_some_and(|(_, at)| is_old(at.mono)) {
+        while self.kept.inputs.len() > most || self.kept.inputs.front().is_some_and(|(_, at)| is_old(at.mono))
+        {
             self.drop_first();
         }
-        while self.decisions.len() > most || self.decisions.front().is_some_and(|(at, _)| is_old(*at)) {
-            self.decisions.pop_front();
+        while self.kept.decisions.len() > most
+            || self.kept.decisions.front().is_some_and(|(at, _)| is_old(*at))
+        {
+            self.kept.decisions.pop_front();
         }
         let most = self.settings.most_outputs;
-        while self.outputs.len() > most || self.outputs.front().is_some_and(|(_, at)| is_old(at.mono)) {
-            self.outputs.pop_front();
+        while self.kept.outputs.len() > most
+            || self.kept.outputs.front().is_some_and(|(_, at)| is_old(at.mono))
+        {
+            self.kept.outputs.pop_front();
         }
     }
 
     fn drop_first(&mut self) {
-        if let Some((CanInput::Link { bus, state }, _)) = self.inputs.pop_front()
-            && let Some(link) = self.links.get_mut(usize::from(bus.0))
+        if let Some((CanInput::Link { bus, state }, _)) = self.kept.inputs.pop_front()
+            && let Some(link) = self.kept.links.get_mut(usize::from(bus.0))
         {
             *link = state;
         }
@@ -141,12 +135,12 @@ impl Recording {
     pub fn log(&self) -> String {
         let start = self.start();
         let mut log = String::new();
-        for (interface, link) in self.interfaces.iter().zip(&self.links) {
+        for (interface, link) in self.kept.interfaces.iter().zip(&self.kept.links) {
             if *link != LinkState::Up {
                 write_note(&mut log, start, start, interface, LogNote::Link(*link));
             }
         }
-        for (input, at) in &self.inputs {
+        for (input, at) in &self.kept.inputs {
             self.write_input(&mut log, start, input, *at);
         }
         log
@@ -157,32 +151,32 @@ impl Recording {
     pub fn decisions(&self, line: impl Fn(MonoTime, &str) -> String) -> String {
         let start = self.start().mono;
         let since = |at: MonoTime| MonoTime::from_nanos(at.as_nanos().saturating_sub(start.as_nanos()));
-        let covered = self.decisions.iter().filter(|(at, _)| *at >= start);
+        let covered = self.kept.decisions.iter().filter(|(at, _)| *at >= start);
         covered.map(|(at, text)| line(since(*at), text) + "\n").collect()
     }
 
     /// Returns the inputs in order, with the stamps that they have in [`Self::log`].
     pub fn inputs(&self) -> impl Iterator<Item = (&CanInput, WallStamp)> {
         let start = self.start();
-        self.inputs.iter().map(move |(input, at)| (input, wall(start, *at)))
+        self.kept.inputs.iter().map(move |(input, at)| (input, wall(start, *at)))
     }
 
     /// Returns the outputs since the first input.
     pub fn outputs(&self) -> impl Iterator<Item = (&Output, WallStamp)> {
         let start = self.start();
-        let covered = self.outputs.iter().filter(move |(_, at)| at.mono >= start.mono);
+        let covered = self.kept.outputs.iter().filter(move |(_, at)| at.mono >= start.mono);
         covered.map(move |(output, at)| (output, wall(start, *at)))
     }
 
     /// Returns the time of the first input, with which the log begins; the time of the fault if there is no
     /// input.
     pub fn start(&self) -> Now {
-        self.inputs.first().map_or(self.fault, |(_, at)| *at)
+        self.kept.inputs.front().map_or(self.fault, |(_, at)| *at)
     }
 
     fn write_input(&self, log: &mut String, start: Now, input: &CanInput, at: Now) {
         let interface = |bus: &can_signal::can::link::BusIndex| {
-            self.interfaces.get(usize::from(bus.0)).map_or("unknown", String::as_str)
+            self.kept.interfaces.get(usize::from(bus.0)).map_or("unknown", String::as_str)
         };
         match input {
             CanInput::Frame { bus, frame, .. } => {
@@ -350,7 +344,8 @@ mod tests {
             black_box.decided(step.to_string(), false, at(0));
             black_box.given_out(output(), at(0));
         }
-        let lengths = [black_box.inputs.len(), black_box.decisions.len(), black_box.outputs.len()];
+        let Kept { inputs, decisions, outputs, .. } = &black_box.kept;
+        let lengths = [inputs.len(), decisions.len(), outputs.len()];
         assert_eq!(lengths, [5, 5, 5]);
         assert_eq!(black_box.take(at(1000)), None, "nothing without a fault");
     }

@@ -19,14 +19,12 @@ use turn_signal::planner_input::PlannerInput;
 
 /// One external event.
 #[derive(Debug, Clone, PartialEq, From)]
+#[allow(missing_docs)] // their names say it
 pub enum Input {
     /// Event on a CAN bus, for every flow that reads some of its messages.
     Can(CanInput),
-    /// Input of the traffic lights.
     TrafficLight(TrafficLightInput),
-    /// Input of the turn signal decider.
     Planner(PlannerInput),
-    /// Input of the command machine.
     Command(CommandInput),
     /// No event, but a deadline has been reached.
     Tick,
@@ -34,20 +32,15 @@ pub enum Input {
 
 /// One action for the caller.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)] // their names say it
 pub enum Output {
-    /// Output of the vehicle's lights.
     VehicleLights(VehicleLightsOutput),
-    /// Output of the vehicle's status.
     VehicleStatus(VehicleStatusOutput),
-    /// Output of the traffic lights.
     TrafficLights(TrafficLightOutput),
-    /// Output of the turn signal decider.
     TurnSignal(TurnSignalOutput),
-    /// Output of the command machine.
     Command(CommandOutput),
     /// Publishes a `DiagnosticArray`.
     Diagnostics {
-        /// Statuses to publish.
         diagnostics: Diagnostics,
         /// Stamp of the header: the current time.
         stamp: WallStamp,

@@ -3,12 +3,9 @@
 //! Inputs of that time are handled in the order of their stamps, as in a recording. The resulting reports are
 //! out of date, so only the last report of each topic is published.
 
-use std::mem::{Discriminant, discriminant};
 use std::time::Duration;
 
 use super::event::Output;
-use crate::vehicle_lights::output::VehicleLightsOutput;
-use crate::vehicle_status::output::VehicleStatusOutput;
 
 /// Maximum lag of a report behind its decision. Later reports wait until everything that is due has been
 /// decided.
@@ -17,27 +14,18 @@ const MAX_REPORT_LAG: Duration = Duration::from_millis(200);
 /// The newest late output of each report topic.
 #[derive(Debug, Default)]
 pub(super) struct LateReports {
-    held: Vec<(Report, Output)>,
+    held: Vec<(&'static str, Output)>,
 }
 
-/// Key of a report topic, shared by its outputs.
-#[derive(Debug, PartialEq)]
-enum Report {
-    Lights(Discriminant<VehicleLightsOutput>),
-    Status(Discriminant<VehicleStatusOutput>),
-}
-
-impl Report {
-    /// Returns the report topic of an output; `None` for other outputs.
-    fn of(output: &Output) -> Option<Self> {
-        match output {
-            Output::VehicleLights(output) => Some(Self::Lights(discriminant(output))),
-            Output::VehicleStatus(output) => Some(Self::Status(discriminant(output))),
-            Output::TrafficLights(_)
-            | Output::TurnSignal(_)
-            | Output::Command(_)
-            | Output::Diagnostics { .. } => None,
-        }
+/// Returns the report of an output; `None` for other outputs.
+fn report(output: &Output) -> Option<&'static str> {
+    match output {
+        Output::VehicleLights(output) => Some(output.named().0),
+        Output::VehicleStatus(output) => Some(output.report().name()),
+        Output::TrafficLights(_)
+        | Output::TurnSignal(_)
+        | Output::Command(_)
+        | Output::Diagnostics { .. } => None,
     }
 }
 
@@ -45,7 +33,7 @@ impl LateReports {
     /// Holds a report if its `lag` is too large, and returns true in that case. A report that is in time
     /// discards the held report of its topic.
     pub(super) fn holds(&mut self, output: &Output, lag: Duration) -> bool {
-        let Some(report) = Report::of(output) else { return false };
+        let Some(report) = report(output) else { return false };
         let is_late = lag > MAX_REPORT_LAG;
         self.held.retain(|(held, _)| *held != report);
         if is_late {
@@ -63,8 +51,10 @@ impl LateReports {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vehicle_lights::output::VehicleLightsOutput;
     use crate::vehicle_lights::verdict::{HazardLights, TurnIndicators};
     use crate::vehicle_report::Step;
+    use crate::vehicle_status::output::VehicleStatusOutput;
     use crate::vehicle_status::steering::TireAngle;
     use gateway_base::time::WallStamp;
 

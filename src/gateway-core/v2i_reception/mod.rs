@@ -9,7 +9,6 @@
 pub mod binding;
 pub mod catalogue;
 pub mod movement_phase;
-mod snapshot;
 mod status;
 
 use binding::{BoundGroup, CyclingMessage, V2iBinding, V2iSource, V2iStates};
@@ -53,15 +52,6 @@ pub enum InvalidReason {
     StatesUnusable(SignalIndex, i128),
 }
 
-/// State of one group for diagnostics.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GroupFinding {
-    /// Relation id of a group, or way id of a head.
-    pub id: i64,
-    /// Its state, or the reason why it has no valid state.
-    pub state: Result<ValidState, InvalidReason>,
-}
-
 impl InvalidReason {
     /// Returns whether the finding deserves a warning. Receiving nothing is normal away from an intersection;
     /// an undefined value, a fault and a silent unit are not.
@@ -84,12 +74,12 @@ pub struct Settled {
 }
 
 /// Counts of received states since the start.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct V2iCounts {
+#[derive(Debug, Clone, Copy, Default)]
+struct V2iCounts {
     /// Number of valid frames whose group is not mapped by the profile.
-    pub unmapped: u64,
+    unmapped: u64,
     /// Number of times the state, status or confidence of a group became undefined.
-    pub undefined: u64,
+    undefined: u64,
 }
 
 /// Receives the states of all bound groups.
@@ -139,12 +129,8 @@ impl V2iReception {
             (0..count).map(move |own| Tracked { at: Place { source, own }, last: None, state: None })
         });
         let groups = groups.collect();
-        Self {
-            observations: Observations::new(&binding.table),
-            binding,
-            groups,
-            counts: V2iCounts::default(),
-        }
+        let observations = Observations::new(&binding.table);
+        Self { binding, observations, groups, counts: V2iCounts::default() }
     }
 
     /// Continues with another binding. Values received in its messages are kept; states from cycling messages
@@ -163,11 +149,6 @@ impl V2iReception {
     /// Returns the binding of the profile.
     pub fn binding(&self) -> &V2iBinding {
         &self.binding
-    }
-
-    /// Returns the counts since the start.
-    pub fn counts(&self) -> V2iCounts {
-        self.counts
     }
 
     /// Handles a frame of a bound message; its bus must handle the frame first. Call [`Self::settle`]
@@ -249,25 +230,21 @@ impl V2iReception {
 
     /// Returns the valid states at the last call of [`Self::settle`], by id, in the order of the profile.
     pub fn valid_states(&self) -> impl Iterator<Item = (i64, ValidState)> {
-        self.findings().filter_map(|finding| Some((finding.id, finding.state.ok()?)))
+        self.states().filter_map(|(id, state)| Some((id, state.ok()?)))
     }
 
-    /// Returns the states of all groups at the last call of [`Self::settle`], in the order of the profile.
-    pub fn findings(&self) -> impl Iterator<Item = GroupFinding> {
-        self.groups.iter().filter_map(|tracked| {
-            let (_, group) = bound(&self.binding, tracked.at)?;
-            Some(GroupFinding { id: group.id, state: tracked.state? })
-        })
+    /// Returns the states of all groups like [`Self::valid_states`], with the reasons of the others.
+    fn states(&self) -> impl Iterator<Item = (i64, State)> {
+        let state = |tracked: &Tracked| Some((bound(&self.binding, tracked.at)?.1.id, tracked.state?));
+        self.groups.iter().filter_map(state)
     }
 
     /// Returns the next time to call [`Self::settle`] if nothing is received; `None` if only an input can
     /// change anything.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
-        let expiry = |tracked: &Tracked| {
-            let V2iStates::Cycling(cycle) = &self.binding.sources.get(tracked.at.source)?.states else {
-                return None;
-            };
-            Some(deadline_after(tracked.last?.at, cycle.timeout))
+        let expiry = |tracked: &Tracked| match &self.binding.sources.get(tracked.at.source)?.states {
+            V2iStates::Single(_) => None,
+            V2iStates::Cycling(cycle) => Some(deadline_after(tracked.last?.at, cycle.timeout)),
         };
         let groups = self.groups.iter().filter_map(expiry).filter(|at| *at > now);
         groups.chain(self.observations.next_deadline(&self.binding.table, now)).min()

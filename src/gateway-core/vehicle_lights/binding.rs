@@ -5,7 +5,6 @@
 
 use std::time::Duration;
 
-use super::fusion::SourceSettings;
 use super::lamp::LampSettings;
 use super::lamp::timing::Resolution;
 use super::stalk::{StalkPosition, StalkSettings};
@@ -87,8 +86,8 @@ pub struct Sources<S> {
 pub struct NamedSource<S> {
     /// Name in diagnostics; empty for the only source.
     pub name: String,
-    /// Role of the source in the fusion.
-    pub settings: SourceSettings,
+    /// True if the source may replace an unavailable source above it.
+    pub is_fallback: bool,
     /// Signal that must be on for the source to apply, e.g. the flag of a lamp group; `None` = the source
     /// always applies.
     pub condition: Option<Role<bool>>,
@@ -106,9 +105,8 @@ impl<S> NamedSource<S> {
 impl<S> Sources<S> {
     /// Creates a state with one source.
     pub fn only(source: S) -> Self {
-        let settings = SourceSettings::default();
         Self {
-            list: vec![NamedSource { name: String::new(), settings, condition: None, source }],
+            list: vec![NamedSource { name: String::new(), is_fallback: false, condition: None, source }],
             disagreement: Duration::ZERO,
         }
     }
@@ -174,10 +172,9 @@ impl TurnSource {
 
 /// One signal per side, `true` = on.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)] // their names say it
 pub struct SidePair {
-    /// Signal of the left side.
     pub left: Role<bool>,
-    /// Signal of the right side.
     pub right: Role<bool>,
     /// Meaning of both sides being on at once.
     pub both: BothOn,

@@ -14,13 +14,6 @@ use gateway_base::time::{MonoTime, deadline_after};
 #[cfg(test)]
 mod properties;
 
-/// Settings of one source.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct SourceSettings {
-    /// True if the source may replace an unavailable source above it.
-    pub fallback: bool,
-}
-
 /// Two sources that have contradicted each other for longer than the limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Disagreement<T> {
@@ -46,7 +39,8 @@ pub struct Fusion<T> {
 
 #[derive(Debug, Clone)]
 struct Source<T> {
-    settings: SourceSettings,
+    /// True if the source may replace an unavailable source above it.
+    is_fallback: bool,
     /// Value that contradicts the chosen source, with the start of the contradiction.
     contradicts: Option<(T, MonoTime)>,
 }
@@ -58,14 +52,11 @@ pub fn turn_codes_agree(one: TurnCode, other: TurnCode) -> bool {
 }
 
 impl<T: Copy + PartialEq> Fusion<T> {
-    /// Creates a fusion without any state. A contradiction with the chosen source becomes a disagreement
+    /// Creates a fusion without any state; `sources` are true for fallbacks. A contradiction with the chosen source becomes a disagreement
     /// after `limit`; `agree` returns true for values that do not contradict (usually `|a, b| a == b`).
-    pub fn new(
-        sources: impl IntoIterator<Item = SourceSettings>,
-        limit: Duration,
-        agree: fn(T, T) -> bool,
-    ) -> Self {
-        let sources = sources.into_iter().map(|settings| Source { settings, contradicts: None }).collect();
+    pub fn new(sources: impl IntoIterator<Item = bool>, limit: Duration, agree: fn(T, T) -> bool) -> Self {
+        let sources =
+            sources.into_iter().map(|is_fallback| Source { is_fallback, contradicts: None }).collect();
         Self { limit, agree, sources, chosen: None, now: MonoTime::ZERO }
     }
 
@@ -119,8 +110,7 @@ impl<T: Copy + PartialEq> Fusion<T> {
     pub fn choose(&self, sources: impl IntoIterator<Item = (usize, bool)>) -> Option<usize> {
         let mut sources = sources.into_iter();
         let (first, is_known) = sources.next()?;
-        let mut fallbacks =
-            sources.filter(|(other, is_known)| *is_known && self.sources[*other].settings.fallback);
+        let mut fallbacks = sources.filter(|(other, is_known)| *is_known && self.sources[*other].is_fallback);
         let fallback = if is_known { None } else { fallbacks.next() };
         Some(fallback.map_or(first, |(other, _)| other))
     }

@@ -8,14 +8,13 @@ use can_signal::validation::table::{Role, SignalIndex};
 
 /// State shown by a raw value. If a signal has several uses, the first variant in this order applies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[allow(missing_docs)] // their names say it
 pub enum RawState {
     /// A fault, or a value without a meaning.
     Faulty,
     /// Both sides or the hazard lights are on.
     Hazard,
-    /// The left side is on.
     Left,
-    /// The right side is on.
     Right,
     /// The vehicle reports "not available".
     NotAvailable,

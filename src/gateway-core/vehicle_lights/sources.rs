@@ -128,10 +128,9 @@ pub struct SourceMemory {
 
 /// Fused states of both reports.
 #[derive(Debug, Clone, Copy)]
+#[allow(missing_docs)] // their names say it
 pub struct SourceStates {
-    /// State of the turn indicators.
     pub turn: FusedState<TurnCode>,
-    /// State of the hazard lights.
     pub hazard: FusedState<HazardCode>,
 }
 
@@ -242,11 +241,11 @@ struct SourceGroup<R, T> {
 impl<R, T: Copy + PartialEq> SourceGroup<R, T> {
     fn new<S>(binding: &StateBinding<S>, reader: impl Fn(&S) -> R, agree: fn(T, T) -> bool) -> Option<Self> {
         let StateBinding::From(sources) = binding else { return None };
-        let settings = sources.list.iter().map(|named| named.settings);
+        let fallbacks = sources.list.iter().map(|named| named.is_fallback);
         Some(Self {
             readers: sources.list.iter().map(|named| reader(&named.source)).collect(),
             conditions: sources.list.iter().map(|named| named.condition.clone()).collect(),
-            fusion: Fusion::new(settings, sources.disagreement, agree),
+            fusion: Fusion::new(fallbacks, sources.disagreement, agree),
             states: vec![Err(UnavailableReason::NotVisible); sources.list.len()],
         })
     }

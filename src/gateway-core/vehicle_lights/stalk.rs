@@ -212,11 +212,8 @@ impl MomentaryStalk {
         if self.press.take().is_some() {
             // The limit of a full press starts at its release.
             let now = self.visibility.now();
-            let max_on = self.settings.max_on;
-            if let Some(requested) =
-                self.requested.as_mut().filter(|requested| requested.detent == Detent::Full)
-            {
-                requested.until = max_on.map(|limit| now.after(limit));
+            if let Some(RequestedSide { detent: Detent::Full, until, .. }) = &mut self.requested {
+                *until = self.settings.max_on.map(|limit| now.after(limit));
             }
             self.advance(now);
         }
@@ -224,14 +221,11 @@ impl MomentaryStalk {
 
     fn effect(&self, press: Press) -> Option<RequestedSide> {
         let settings = &self.settings;
-        let fresh = Some(match press.deepest {
-            Detent::Half => RequestedSide {
-                side: press.side,
-                detent: Detent::Half,
-                until: Some(press.since.after(settings.comfort.duration())),
-            },
-            Detent::Full => RequestedSide { side: press.side, detent: Detent::Full, until: None },
-        });
+        let (until, opposite) = match press.deepest {
+            Detent::Half => (Some(press.since.after(settings.comfort.duration())), settings.opposite_half),
+            Detent::Full => (None, settings.opposite_full),
+        };
+        let fresh = Some(RequestedSide { side: press.side, detent: press.deepest, until });
         match press.before {
             None => fresh,
             Some(before) if before.side == press.side => match (before.detent, settings.repeat) {
@@ -239,13 +233,7 @@ impl MomentaryStalk {
                 (Detent::Full, RepeatedPress::Cancels) => None,
                 (Detent::Full, RepeatedPress::Keeps) => Some(before),
             },
-            Some(_) => {
-                let rule = match press.deepest {
-                    Detent::Half => settings.opposite_half,
-                    Detent::Full => settings.opposite_full,
-                };
-                fresh.filter(|_| rule == OppositePress::Switches)
-            }
+            Some(_) => fresh.filter(|_| opposite == OppositePress::Switches),
         }
     }
 

@@ -13,12 +13,10 @@ use gateway_base::time::MonoTime;
 /// State of the turn indicators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[allow(missing_docs)] // their names say it
 pub enum TurnCode {
-    /// No indicator is on.
     Off,
-    /// The left indicators are on.
     Left,
-    /// The right indicators are on.
     Right,
     /// Both sides are on, as with hazard lights.
     Both,
@@ -40,10 +38,9 @@ impl TurnCode {
 
 /// A flag for each side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[allow(missing_docs)] // their names say it
 pub struct Sides {
-    /// Flag of the left side.
     pub left: bool,
-    /// Flag of the right side.
     pub right: bool,
 }
 

@@ -19,10 +19,9 @@ use gateway_base::names::named_by_variant;
 /// Diagnostic task of a report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[allow(missing_docs)] // their names say it
 pub enum Task {
-    /// Report on turn indicators.
     TurnIndicators,
-    /// Report on hazard lights.
     HazardLights,
 }
 

@@ -79,10 +79,9 @@ pub struct Reason {
 
 /// Verdicts of both reports at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)] // their names say it
 pub struct Verdicts {
-    /// Verdict of the turn indicators.
     pub turn: Verdict<TurnIndicators>,
-    /// Verdict of the hazard lights.
     pub hazard: Verdict<HazardLights>,
 }
 

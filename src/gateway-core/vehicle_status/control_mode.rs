@@ -43,13 +43,16 @@ impl ControlModeBinding {
     /// Returns all roles with their names in texts.
     pub fn switches(&self) -> Vec<(&'static str, &Role<bool>)> {
         let ControlModeSource::Axes(axes) = &self.source else { return Vec::new() };
-        let steering = axes.steering.iter().map(|role| ("steering by wire", role));
-        steering
-            .chain(named("longitudinal control by wire", &axes.longitudinal))
-            .chain(named("ready", &axes.ready))
-            .chain(named("override", &axes.overrides))
-            .chain(named("fault", &axes.faults))
-            .collect()
+        let groups = [
+            ("steering by wire", axes.steering.as_slice()),
+            ("longitudinal control by wire", &axes.longitudinal),
+            ("ready", &axes.ready),
+            ("override", &axes.overrides),
+            ("fault", &axes.faults),
+        ];
+        let switches =
+            groups.into_iter().flat_map(|(name, roles)| roles.iter().map(move |role| (name, role)));
+        switches.collect()
     }
 
     /// Returns all signals.
@@ -107,14 +110,6 @@ impl Axes {
         };
         newest.map(|received| (mode, received)).ok_or(StatusReason::NoSource)
     }
-}
-
-/// Returns the roles, each with the same name.
-fn named<'a>(
-    name: &'static str,
-    roles: &'a [Role<bool>],
-) -> impl Iterator<Item = (&'static str, &'a Role<bool>)> {
-    roles.iter().map(move |role| (name, role))
 }
 
 /// Combined state of the signals of a group.

@@ -7,16 +7,14 @@ use gateway_base::names::named_by_variant;
 /// A report on the vehicle's status, named like its diagnostic task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[allow(missing_docs)] // their names say it
 pub enum StatusReport {
     /// Speed and heading rate.
     Velocity,
     /// Angle of the front wheels.
     Steering,
-    /// Engaged gear.
     Gear,
-    /// Control mode: who is in control.
     ControlMode,
-    /// States of the doors.
     Doors,
 }
 

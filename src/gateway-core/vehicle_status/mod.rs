@@ -330,8 +330,8 @@ fn velocity_verdict(
     let alarms = plausibility.update(assembled.motion, context.now.mono).of_steering(false);
     let finding = StatusFinding {
         part: assembled.part,
-        source: assembled.speed.source,
-        fallback: assembled.speed.fallback,
+        source: speed.source,
+        fallback: speed.fallback,
         heading: HeadingFinding {
             source: assembled.heading_rate.source,
             fallback: assembled.heading_rate.fallback,

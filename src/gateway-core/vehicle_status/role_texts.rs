@@ -66,9 +66,8 @@ fn roles(binding: &StatusBinding) -> Vec<RoleTexts> {
     let mut roles = Vec::new();
     for NamedQuantity { name, quantity, .. } in named_quantities(binding) {
         let opposite = |opposite| if opposite { "opposite" } else { "as given" }.to_owned();
-        roles.extend(
-            quantity.opposite.iter().map(|role| role_texts(role, format!("sign of {name}"), opposite)),
-        );
+        let subject = format!("sign of {name}");
+        roles.extend(quantity.opposite.iter().map(|role| role_texts(role, subject.clone(), opposite)));
         roles.extend(quantity.flags.iter().map(|flag| role_texts(&flag.role, flag.text.clone(), is_good)));
     }
     for role in binding.velocity.iter().flat_map(VelocityBinding::motions) {
@@ -82,12 +81,12 @@ fn roles(binding: &StatusBinding) -> Vec<RoleTexts> {
             let name = |mode: ControlMode| mode.name().to_owned();
             roles.push(role_texts(role, "mode".to_owned(), name));
         }
-        roles.extend(
-            mode.switches().into_iter().map(|(name, role)| role_texts(role, name.to_owned(), on_off)),
-        );
+        let switches = mode.switches().into_iter();
+        roles.extend(switches.map(|(name, role)| role_texts(role, name.to_owned(), on_off)));
     }
     for door in &binding.doors {
-        roles.push(role_texts(&door.role, format!("door {}", door.name), |state: DoorState| words_of(state)));
+        let name = |state: DoorState| words(&state).to_lowercase();
+        roles.push(role_texts(&door.role, format!("door {}", door.name), name));
     }
     roles
 }
@@ -99,10 +98,6 @@ const fn severity(meaning: Meaning<()>) -> u8 {
         Meaning::Undefined => 2,
         Meaning::Fault => 3,
     }
-}
-
-fn words_of(state: DoorState) -> String {
-    words(&state).to_lowercase()
 }
 
 /// A quantity with its name, and its value in the usual unit for display.
@@ -122,19 +117,17 @@ fn named_quantities(binding: &StatusBinding) -> Vec<NamedQuantity> {
         match &source.signals {
             SpeedSignals::Vehicle(signal) => named.push(NamedQuantity::speed(source.name.clone(), signal)),
             SpeedSignals::Wheels { wheels, .. } => {
-                named.extend(WHEELS.iter().zip(wheels.iter()).filter_map(|(name, wheel)| {
-                    Some(NamedQuantity::speed(format!("{name} wheel"), wheel.as_ref()?))
-                }));
+                for (name, wheel) in WHEELS.iter().zip(wheels.iter()) {
+                    named.extend(
+                        wheel.iter().map(|wheel| NamedQuantity::speed(format!("{name} wheel"), wheel)),
+                    );
+                }
             }
         }
     }
     let rates = binding.velocity.iter().flat_map(VelocityBinding::yaw_rates);
-    let sensor = |quantity: &Quantity| NamedQuantity {
-        name: "yaw rate".to_owned(),
-        quantity: quantity.clone(),
-        text: rate,
-    };
-    named.extend(rates.map(sensor));
+    let name = || "yaw rate".to_owned();
+    named.extend(rates.cloned().map(|quantity| NamedQuantity { name: name(), quantity, text: rate }));
     for SteeringSource { angle_of, angle, .. } in &binding.steering {
         let name = match angle_of {
             AngleOf::SteeringWheel => "steering wheel",

@@ -62,14 +62,11 @@ impl Default for VehicleGeometry {
 
 /// A dimension missing from the configuration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)] // their names say it
 pub enum GeometryKey {
-    /// Distance between the axles.
     WheelBase,
-    /// Distance between the rear wheels.
     WheelTread,
-    /// Effective rolling radius of the wheels.
     WheelRadius,
-    /// Conversion from the steering wheel to the front wheels.
     SteeringRatio,
 }
 

@@ -130,6 +130,11 @@ impl<T> Chosen<T> {
                 Err(reason) => first_reason = first_reason.or(Some(reason)),
             }
         }
-        Self { state: Err(first_reason.unwrap_or(none)), source: 0, fallback: None }
+        Self::none(first_reason.unwrap_or(none))
+    }
+
+    /// Returns the result for no usable source.
+    pub fn none(reason: StatusReason) -> Self {
+        Self { state: Err(reason), source: 0, fallback: None }
     }
 }

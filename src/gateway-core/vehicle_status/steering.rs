@@ -42,10 +42,9 @@ impl SteeringSource {
 
 /// Wheels that a steering angle is measured on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)] // their names say it
 pub enum AngleOf {
-    /// The steering wheel.
     SteeringWheel,
-    /// The front wheels.
     Tire,
 }
 

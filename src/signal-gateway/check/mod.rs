@@ -205,7 +205,7 @@ fn source_order<S>(subject: &str, sources: &Sources<S>, report: &mut CheckReport
     if let [_, _, ..] = sources.list.as_slice() {
         let name = |named: &NamedSource<S>| {
             let condition = if named.condition.is_some() { " (while its condition is on)" } else { "" };
-            let fallback = if named.settings.fallback { " (fallback)" } else { "" };
+            let fallback = if named.is_fallback { " (fallback)" } else { "" };
             format!("{}{condition}{fallback}", named.name)
         };
         let names: Vec<_> = sources.list.iter().map(name).collect();

@@ -160,53 +160,40 @@ impl HazardForm {
 
 /// A drawback of a candidate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
+#[allow(missing_docs)] // the texts say it
 pub enum Drawback {
-    /// Number of requests that it did not follow.
     #[display("did not follow {_0} of the requests")]
     Missed(usize),
-    /// Number of requests at which it had values that are not a state.
     #[display("had other values at {_0} of the requests")]
     OtherValues(usize),
-    /// It flashes, so that its state has to be derived.
     #[display("flashes: its state has to be derived")]
     Flashes,
-    /// It does not show the hazard lights.
     #[display("does not show the hazard lights")]
     HidesHazard,
-    /// It shows only a moment, so that its state has to be derived.
     #[display("shows a moment only: its state has to be derived")]
     Momentary,
-    /// Left and right are in different messages.
     #[display("left and right are in different messages")]
     TwoMessages,
     /// Its byte changes whenever anything in the message changes, like a checksum.
     #[display("its byte changes with everything in the message, as a checksum does")]
     LikeChecksum,
-    /// Bits beside it change with the requests in other ways, like lower bits of a number.
     #[display("bits beside it change like bits of a number")]
     PartOfNumber,
-    /// Number of adjacent bits that also follow the requests.
     #[display("{_0} bits beside it follow the requests as well")]
     Cut(u16),
-    /// It is not in a message of the turn indicators.
     #[display("is not in a message of the turn indicators")]
     OtherMessage,
-    /// Number of constant bits between its own.
     #[display("{_0} of its bits never changed")]
     Gaps(u16),
-    /// Number of its bits beyond two.
     #[display("has {_0} more bits than needed for three states")]
     Wide(u16),
-    /// Its value at rest is not 0.
     #[display("is not 0 at rest")]
     RestsOn,
-    /// Its message is not sent regularly.
     #[display("its message is not sent regularly")]
     Irregular,
     /// Its message has no proven checksum.
     #[display("its message has no known checksum")]
     NoChecksum,
-    /// Its message has no counter.
     #[display("its message has no counter")]
     NoCounter,
 }

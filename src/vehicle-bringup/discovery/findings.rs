@@ -37,14 +37,12 @@ pub struct DiscoveryFindings {
 
 /// A reason why followed requests are not sufficient.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
+#[allow(missing_docs)] // the texts say it
 pub enum Doubt {
-    /// This bit of the message always changed together with the signal.
     #[display("{_0} always changed together with it: one may be of a checksum or counter")]
     Twin(FoundSignal),
-    /// It may be part of a checksum, while another signal that followed both sides is not.
     #[display("it may be a part of a checksum, which another candidate is not")]
     Checksum,
-    /// Another signal followed as well, but at other times.
     #[display("another signal followed as well, at other moments")]
     Disputed,
 }

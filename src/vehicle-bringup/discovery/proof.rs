@@ -37,17 +37,14 @@ pub struct Contradiction {
 
 /// A report that contradicts a mark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
+#[allow(missing_docs)] // the texts say it
 pub enum ContradictingReport {
-    /// This action was reported while nothing was to be operated.
     #[display("{_0} was reported, although nothing was to be operated")]
     AtRest(DriverAction),
-    /// This other action was reported for a moment.
     #[display("{_0} was reported for a moment as well")]
     Moment(DriverAction),
-    /// The requested action was not reported at the end.
     #[display("{_0} was reported")]
     Instead(ReportedState),
-    /// The action was still reported before the next request.
     #[display("{_0} was still reported before the next request")]
     Remained(DriverAction),
 }

@@ -11,12 +11,10 @@ use gateway_base::time::MonoTime;
 /// An action of the driver that the lights show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Display)]
 #[display("{}", self.mark())]
+#[allow(missing_docs)] // their names say it
 pub enum DriverAction {
-    /// The turn indicators of the left side are on.
     Left,
-    /// The turn indicators of the right side are on.
     Right,
-    /// The hazard lights are on.
     Hazard,
 }
 

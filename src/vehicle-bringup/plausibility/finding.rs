@@ -27,26 +27,24 @@ pub enum Severity {
 
 /// A finding on a profile.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[allow(missing_docs)] // their names say it
 pub struct ProfileFinding {
-    /// Severity of this finding.
     pub severity: Severity,
-    /// Content of this finding.
     pub kind: FindingKind,
 }
 
 /// A state that a recording should show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)] // their names say it
 pub enum Coverage {
-    /// The left indicators were on.
     Left,
-    /// The right indicators were on.
     Right,
-    /// The hazard lights were on.
     Hazard,
 }
 
 /// The content of a finding. A message or source is given by its position.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[allow(missing_docs)] // a field without a comment is what its name says
 pub enum FindingKind {
     /// Not one message of the profile was received.
     NoMessage,
@@ -65,7 +63,6 @@ pub enum FindingKind {
     Unmet(Unmet),
     /// Frames have a length other than in the DBC.
     WrongLength {
-        /// Position of the message.
         message: usize,
         /// Number of these frames.
         frames: u64,
@@ -74,30 +71,25 @@ pub enum FindingKind {
     },
     /// Frames are less frequent than the profile states.
     TooSlow {
-        /// Position of the message.
         message: usize,
         /// Usual gap between frames.
         median: Duration,
     },
     /// Frames are more than twice as frequent as the DBC states.
     Faster {
-        /// Position of the message.
         message: usize,
         /// Usual gap between frames.
         median: Duration,
     },
     /// Counter or checksum of the profile fail for most frames.
     IntegrityFails {
-        /// Position of the message.
         message: usize,
         /// Number of frames for which they do not hold.
         frames: u64,
     },
     /// The DBC names a counter that holds, and the profile does not use it.
     UnusedCounter {
-        /// Position of the message.
         message: usize,
-        /// Name of the signal.
         signal: String,
         /// Number of frames that follow it.
         frames: u64,
@@ -106,29 +98,23 @@ pub enum FindingKind {
     },
     /// The DBC names a checksum that holds, and the profile does not use it.
     UnusedChecksum {
-        /// Position of the message.
         message: usize,
-        /// Name of the signal.
         signal: String,
         /// Number of frames for which it holds.
         frames: u64,
-        /// Rule of the checksum.
         found: FoundChecksum,
     },
     /// Values that the profile does not name.
     Undefined {
-        /// Source that showed it.
         source: SourceIndex,
         /// Number of frames with such a value.
         frames: u64,
     },
     /// Behaviour that no driver causes.
     Implausible {
-        /// Source that showed it.
         source: SourceIndex,
         /// Behaviour that was observed.
         behaviour: Implausible,
-        /// Number of changes of state.
         changes: u64,
     },
     /// No state ever changed, so that the recording confirms nothing.

@@ -22,10 +22,10 @@ pub enum FitVerdict {
 
 /// Evidence that supports a profile.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[allow(missing_docs)] // a field without a comment is what its name says
 pub enum Support {
     /// Counter or checksum hold.
     Integrity {
-        /// Position of the message.
         message: usize,
         /// Number of frames for which they hold.
         frames: u64,
@@ -34,23 +34,14 @@ pub enum Support {
     },
     /// A message has the period of the DBC.
     Period {
-        /// Position of the message.
         message: usize,
         /// Usual gap between frames.
         median: Duration,
     },
     /// A message has an identifier of 29 bits, which is rarely shared by chance.
-    ExtendedIdentifier {
-        /// Position of the message.
-        message: usize,
-    },
+    ExtendedIdentifier { message: usize },
     /// A side was on and off as when operated by a driver.
-    Sides {
-        /// True if left was on.
-        left: bool,
-        /// True if right was on.
-        right: bool,
-    },
+    Sides { left: bool, right: bool },
     /// The state changed, and the profile names every value.
     NamedValues,
     /// The bus belongs to the profile's platform.
@@ -63,10 +54,7 @@ pub enum Support {
         identifiers: u32,
     },
     /// A heartbeat message of the bus was received.
-    Heartbeat {
-        /// Identifiers of the message.
-        ids: IdMatch,
-    },
+    Heartbeat { ids: IdMatch },
 }
 
 /// Result of comparing a profile with frames.

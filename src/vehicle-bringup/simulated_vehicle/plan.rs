@@ -35,11 +35,10 @@ pub struct VehiclePlan {
 
 /// Reason why a profile cannot be simulated.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs)] // the texts say it
 pub enum PlanError {
-    /// The profile binds no message that a vehicle sends.
     #[error("the profile binds no message that a vehicle sends: there is nothing to simulate")]
     Nothing,
-    /// No frame can carry this message.
     #[error("{0}: no frame can carry it, so it cannot be simulated")]
     Unsendable(String),
 }

@@ -82,11 +82,10 @@ pub enum FrameFault {
 
 /// Reason why a text is not a request.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs)] // the texts say it
 pub enum RequestError {
-    /// No request has this name.
     #[error("unknown request `{0}`, expected {REQUESTS}")]
     Unknown(String),
-    /// The argument of a request is invalid or missing.
     #[error("expected {expected} after `{request}`, found {found}")]
     Argument {
         /// Beginning of the request.
@@ -96,7 +95,6 @@ pub enum RequestError {
         /// The argument in backticks, or `nothing`.
         found: String,
     },
-    /// The text continues after the request.
     #[error("unexpected `{0}` after the request")]
     TooMany(String),
 }

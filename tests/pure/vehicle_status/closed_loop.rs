@@ -233,7 +233,7 @@ fn each_simulated_vehicle_is_reported_as_it_moves() {
     let (mut wrong, mut velocities, mut tires) = (Vec::new(), 0, 0);
     for name in profile_names() {
         let mut settings = read_profile(&name);
-        if StatusReport::of(&settings.gateway.status).next().is_none() {
+        if settings.gateway.status.reports().next().is_none() {
             continue;
         }
         settings.gateway.status_settings.geometry = geometry();

@@ -20,8 +20,7 @@ fn at(millis: u64) -> MonoTime {
     MonoTime::from_millis(millis)
 }
 fn fusion(fallbacks: &[bool]) -> Fusion<TurnCode> {
-    let sources = fallbacks.iter().map(|fallback| SourceSettings { fallback: *fallback });
-    Fusion::new(sources, LIMIT, turn_codes_agree)
+    Fusion::new(fallbacks.iter().copied(), LIMIT, turn_codes_agree)
 }
 
 #[test]

@@ -129,10 +129,8 @@ impl Plausibility {
         let pairs = [(yaw, steering), (yaw, wheels), (steering, wheels)];
         let evidence =
             pairs.map(|(one, other)| one.zip(other).and_then(|(one, other)| contradiction(one, other)));
-        let mut contradict = [false; 3];
-        for ((doubt, evidence), contradicts) in self.rates.iter_mut().zip(evidence).zip(&mut contradict) {
-            *contradicts = doubt.update(evidence, TWO_SECONDS, now);
-        }
+        let contradict: [_; 3] =
+            std::array::from_fn(|pair| self.rates[pair].update(evidence[pair], TWO_SECONDS, now));
         let is_apart_for_long = self.rates_undecided.update(evidence[0], THREE_SECONDS, now);
         // The rear wheels decide which of the two is wrong if they show it within a second; evidence that has
         // lasted for a second then counts.
@@ -172,15 +170,10 @@ impl Plausibility {
         };
         let [speed, yaw, tire] = &mut self.leaps;
         judge(&mut self.speed_change, speed, speed_mps, 15.0, [Alarm::SpeedJumps, Alarm::SpeedLeaps]);
-        let alarms_of_yaw = [Alarm::YawRateJumps, Alarm::YawRateLeaps];
-        judge(&mut self.yaw_change, yaw, motion.yaw_rate_radps, 10.0, alarms_of_yaw);
-        judge(
-            &mut self.tire_change,
-            tire,
-            motion.tire_rad,
-            2.0,
-            [Alarm::SteeringJumps, Alarm::SteeringLeaps],
-        );
+        let of_yaw = [Alarm::YawRateJumps, Alarm::YawRateLeaps];
+        judge(&mut self.yaw_change, yaw, motion.yaw_rate_radps, 10.0, of_yaw);
+        let of_steering = [Alarm::SteeringJumps, Alarm::SteeringLeaps];
+        judge(&mut self.tire_change, tire, motion.tire_rad, 2.0, of_steering);
     }
 
     fn judge_gear(&mut self, motion: Motion, now: MonoTime, alarms: &mut AlarmSet) {

@@ -89,12 +89,10 @@ pub struct SpeedSignal {
 /// Direction of motion according to a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[allow(missing_docs)] // their names say it
 pub enum Motion {
-    /// The vehicle moves forward.
     Forward,
-    /// The vehicle moves backward.
     Backward,
-    /// The vehicle stands still.
     Standstill,
 }
 

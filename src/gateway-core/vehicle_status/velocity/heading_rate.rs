@@ -28,8 +28,6 @@ const MAX_READINGS: f64 = 1000.0;
 pub struct HeadingInputs {
     /// Speed, m/s, forward positive.
     pub speed_mps: f64,
-    /// True if the vehicle moves backward.
-    pub is_backward: bool,
     /// True if nothing shows that the vehicle moves.
     pub is_standing: bool,
     /// Receive time of the frame with the speed.
@@ -81,12 +79,10 @@ impl YawZeros {
         inputs: HeadingInputs,
         context: StatusContext<'_>,
     ) -> JudgedRate {
-        self.standstill = match self.standstill {
-            _ if !inputs.is_standing => None,
-            Some(since) => Some(since),
-            None => Some(inputs.received.at),
-        };
-        if self.standstill.is_none() {
+        if inputs.is_standing {
+            self.standstill.get_or_insert(inputs.received.at);
+        } else {
+            self.standstill = None;
             self.sensors.iter_mut().for_each(Zero::end);
         }
         self.sensors.resize(binding.heading_rates.len(), Zero::default());
@@ -120,11 +116,7 @@ impl YawZeros {
             Some((rate, source)) => {
                 Chosen { state: Ok((rate, inputs.received)), source, fallback: first_reason }
             }
-            None => Chosen {
-                state: Err(first_reason.unwrap_or(StatusReason::NoSource)),
-                source: 0,
-                fallback: None,
-            },
+            None => Chosen::none(first_reason.unwrap_or(StatusReason::NoSource)),
         };
         JudgedRate { chosen, sensor_radps, steering_radps: steering.ok(), wheels_radps: wheels.ok() }
     }
@@ -189,6 +181,6 @@ fn of_wheels(
     let [_, _, left, right] = inputs.wheels.speeds;
     let (left, right) = left.zip(right).ok_or(StatusReason::NoRearWheels)?;
     let (left, right) = (in_step(left, inputs.received, binding)?, in_step(right, inputs.received, binding)?);
-    let sign = if inputs.is_backward && !inputs.wheels.are_signed { -1.0 } else { 1.0 };
+    let sign = if inputs.speed_mps < 0.0 && !inputs.wheels.are_signed { -1.0 } else { 1.0 };
     Ok(sign * (right - left) / tread_m)
 }

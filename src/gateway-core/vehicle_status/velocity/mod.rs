@@ -18,7 +18,7 @@ use super::state::{Chosen, Judged, StatusContext, StatusReason};
 use super::steering::TireAngle;
 use binding::{DirectionSource, VelocityBinding};
 use direction::DirectionMemory;
-use heading_rate::{HeadingInputs, JudgedRate, YawZeros};
+use heading_rate::{HeadingInputs, YawZeros};
 use speed::{SpeedReading, WheelSpeeds};
 
 /// Speed from which a second source of the speed shows that the vehicle moves, m/s; some sources read
@@ -44,13 +44,11 @@ impl Velocity {
 
 /// The affected part of a velocity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[allow(missing_docs)] // their names say it
 pub enum VelocityPart {
-    /// Unsigned speed.
     #[default]
     Speed,
-    /// Forward or backward motion.
     Direction,
-    /// The heading rate.
     HeadingRate,
 }
 
@@ -61,8 +59,6 @@ pub struct Assembled {
     pub state: Judged<Velocity>,
     /// The missing part, if any.
     pub part: VelocityPart,
-    /// Unsigned speed, if known.
-    pub speed: Chosen<SpeedReading>,
     /// The heading rate.
     pub heading_rate: Chosen<f64>,
     /// Motion, as far as it is known, for the plausibility checks.
@@ -101,12 +97,10 @@ impl VelocityMemory {
         let wheels = WheelSpeeds::read(binding, context);
         let tire_rad = tire.ok().map(|(TireAngle(angle), _)| angle);
         let wheel_base_m = context.settings.geometry.wheel_base_m;
-        let unknown = Chosen { state: Err(StatusReason::NoSource), source: 0, fallback: None };
         let mut assembled = Assembled {
             state: Err(StatusReason::NoSource),
             part: VelocityPart::Speed,
-            speed,
-            heading_rate: unknown,
+            heading_rate: Chosen::none(StatusReason::NoSource),
             motion: Motion {
                 wheels_mps: wheels
                     .speeds
@@ -140,15 +134,12 @@ impl VelocityMemory {
         assembled.motion.speed_mps = Some(signed);
         assembled.motion.is_direction_measured = reading.is_signed
             || binding.directions.first().is_some_and(|source| *source != DirectionSource::Gear);
-        let is_backward = signed < 0.0;
-        let inputs =
-            HeadingInputs { speed_mps: signed, is_backward, is_standing, received, tire, wheels, alarms };
-        let JudgedRate { chosen, sensor_radps, steering_radps, wheels_radps } =
-            self.zeros.judge(binding, inputs, context);
-        assembled.heading_rate = chosen;
-        assembled.motion.yaw_rate_radps = sensor_radps;
-        assembled.motion.steering_rate_radps = steering_radps;
-        assembled.motion.wheels_rate_radps = wheels_radps;
+        let inputs = HeadingInputs { speed_mps: signed, is_standing, received, tire, wheels, alarms };
+        let rate = self.zeros.judge(binding, inputs, context);
+        assembled.heading_rate = rate.chosen;
+        assembled.motion.yaw_rate_radps = rate.sensor_radps;
+        assembled.motion.steering_rate_radps = rate.steering_radps;
+        assembled.motion.wheels_rate_radps = rate.wheels_radps;
         let heading_rate_radps = match assembled.heading_rate.state {
             Ok((rate, _)) => rate,
             Err(_) if binding.is_unknown_heading_rate_zero => {

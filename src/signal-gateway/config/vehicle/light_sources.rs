@@ -8,7 +8,6 @@ use can_signal::validation::table::Role;
 use gateway_core::vehicle_lights::binding::{
     FaultBinding, FaultSignal, NamedSource, OnFault, Sources, TurnSource,
 };
-use gateway_core::vehicle_lights::fusion::SourceSettings;
 use gateway_core::vehicle_lights::state::Sides;
 
 const ON_FAULT: Keywords<OnFault> = &[("report", OnFault::Report), ("withhold", OnFault::Withhold)];
@@ -60,16 +59,16 @@ pub(super) fn sources<S>(
     let mut is_complete = true;
     for part in fields.tables("source") {
         let named = name(&part, &list);
-        let settings = SourceSettings { fallback: part.flag("fallback").unwrap_or_default() };
+        let is_fallback = part.flag("fallback").unwrap_or_default();
         let condition = part.table("when").map(|when| condition(binder, when));
         let source = source(binder, &part);
         part.done();
         match (named, source, condition) {
             (Some(name), Some(source), None) => {
-                list.push(NamedSource { name, settings, condition: None, source });
+                list.push(NamedSource { name, is_fallback, condition: None, source });
             }
             (Some(name), Some(source), Some(Some(condition))) => {
-                list.push(NamedSource { name, settings, condition: Some(condition), source });
+                list.push(NamedSource { name, is_fallback, condition: Some(condition), source });
             }
             (None, ..) | (_, None, _) | (_, _, Some(None)) => is_complete = false,
         }
