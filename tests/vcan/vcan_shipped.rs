@@ -142,7 +142,6 @@ mod slow {
     use signal_gateway::config::files::Disk;
     use signal_gateway::config::load_profile;
 
-
     use super::{BuiltIn, Buses, Car, ERROR, GEAR_NOT_SHOWN, Process, WARN, drive, require};
 
     #[test]

@@ -149,18 +149,10 @@ impl<T: Lights> FunctionView<'_, T> {
             (None, Compliance::Overdue) => catalogue::overdue(commanded, reported),
             (None, Compliance::NoFeedback) => catalogue::no_feedback(commanded),
             (None, Compliance::DriverOverride) => catalogue::driver_override(commanded, reported),
+            (None, _) if self.reason == DecisionReason::NeverCommanded => catalogue::no_command(),
+            (None, _) if self.reason == DecisionReason::Commanded => self.delivery_message(),
             (None, Compliance::NotRequested | Compliance::Compliant | Compliance::Pending) => {
-                match self.reason {
-                    DecisionReason::NeverCommanded => catalogue::no_command(),
-                    DecisionReason::Commanded => self.delivery_message(),
-                    DecisionReason::HazardFirst
-                    | DecisionReason::TimedOut
-                    | DecisionReason::NoCommand
-                    | DecisionReason::NotGranted
-                    | DecisionReason::Driver
-                    | DecisionReason::NoFeedback
-                    | DecisionReason::Stopping => catalogue::in_effect(request, self.reason.text()),
-                }
+                catalogue::in_effect(request, self.reason.text())
             }
         }
     }

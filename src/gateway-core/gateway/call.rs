@@ -57,16 +57,16 @@ impl GatewayCall {
 
     /// Returns the call that precedes a sample.
     pub fn of_sample(input: &Input) -> Self {
-        let id = match input {
-            Input::Command(
-                CommandInput::Turn { origin: CommandOrigin::Topic(sample), .. }
-                | CommandInput::Hazard { origin: CommandOrigin::Topic(sample), .. }
-                | CommandInput::ControlMode { sample, .. },
-            ) => *sample,
-            Input::Command(_) | Input::Can(_) | Input::TrafficLight(_) | Input::Planner(_) | Input::Tick => {
-                SampleId::default()
-            }
+        let sample = if let Input::Command(
+            CommandInput::Turn { origin: CommandOrigin::Topic(sample), .. }
+            | CommandInput::Hazard { origin: CommandOrigin::Topic(sample), .. }
+            | CommandInput::ControlMode { sample, .. },
+        ) = input
+        {
+            *sample
+        } else {
+            SampleId::default()
         };
-        Self::Sample(id)
+        Self::Sample(sample)
     }
 }

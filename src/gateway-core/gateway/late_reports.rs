@@ -19,14 +19,10 @@ pub(super) struct LateReports {
 
 /// Returns the report of an output; `None` for other outputs.
 fn report(output: &Output) -> Option<&'static str> {
-    match output {
-        Output::VehicleLights(output) => Some(output.named().0),
-        Output::VehicleStatus(output) => Some(output.report().name()),
-        Output::TrafficLights(_)
-        | Output::TurnSignal(_)
-        | Output::Command(_)
-        | Output::Diagnostics { .. } => None,
+    if let Output::VehicleLights(output) = output {
+        return Some(output.named().0);
     }
+    if let Output::VehicleStatus(output) = output { Some(output.report().name()) } else { None }
 }
 
 impl LateReports {

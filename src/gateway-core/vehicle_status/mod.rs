@@ -152,9 +152,6 @@ impl VehicleStatus {
     }
 
     /// Returns the control mode at `now`, whether or not its topic is published.
-    ///
-    /// # Errors
-    /// Fails with the reason why the mode is unknown.
     pub fn control_mode(&self, buses: &[Bus], now: Now) -> Judged<ControlMode> {
         let binding = self.binding.control_mode.as_ref().ok_or(StatusReason::NoSource)?;
         binding.judge(self.context(buses, now))

@@ -51,9 +51,6 @@ pub struct QualityFlag {
 
 impl Quantity {
     /// Returns the value in SI units.
-    ///
-    /// # Errors
-    /// Fails with the reason why there is no value.
     pub fn read(&self, context: StatusContext<'_>) -> Judged<f64> {
         let ((), received) = context.defined(&self.role)?;
         for flag in &self.flags {

@@ -99,9 +99,6 @@ pub struct StatusContext<'a> {
 
 impl StatusContext<'_> {
     /// Returns the defined value of a signal with its receive time.
-    ///
-    /// # Errors
-    /// Fails with the reason why there is no value.
     pub fn defined<T: Copy>(self, role: &Role<T>) -> Judged<T> {
         Ok(self.observations.defined(self.table, role, self.buses, self.now.mono)?)
     }

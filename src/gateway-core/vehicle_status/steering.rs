@@ -49,9 +49,6 @@ pub enum AngleOf {
 }
 
 /// Evaluates a source. `speed_mps` is the speed, if known.
-///
-/// # Errors
-/// Fails with the reason why there is no angle.
 pub fn judge(
     source: &SteeringSource,
     speed_mps: Option<f64>,
@@ -86,9 +83,6 @@ pub enum NoTireAngle {
 }
 
 /// Returns the angle of the front wheels, rad, for an angle of the steering wheel, without the offset.
-///
-/// # Errors
-/// Fails with the reason why there is no angle.
 pub fn tire_angle(
     geometry: &VehicleGeometry,
     wheel_rad: f64,

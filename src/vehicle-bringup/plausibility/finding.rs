@@ -8,6 +8,7 @@ use super::evidence::ProfileEvidence;
 use super::fingerprint::PlatformMatch;
 use super::message::{MIN_FRAMES, MessageEvidence, Proof, Rhythm};
 use super::states::{Implausible, StateHistory};
+use super::unused::{UnusedChecksum, UnusedCounter};
 use can_signal::validation::integrity::search::FoundChecksum;
 use can_signal::validation::requirement::Unmet;
 use gateway_core::vehicle_lights::binding::{HazardSource, StateBinding, TurnSource};
@@ -196,11 +197,12 @@ fn of_message(message: usize, evidence: &MessageEvidence, findings: &mut Vec<Pro
     if let Proof::Fails { frames } = evidence.proof() {
         push(Severity::Error, FindingKind::IntegrityFails { message, frames });
     }
-    if let Some((signal, frames, max_step)) = evidence.unused_counter() {
+    if let Some((signal, frames, max_step)) = evidence.unused_counter.as_ref().and_then(UnusedCounter::holds)
+    {
         let signal = signal.to_owned();
         push(Severity::Warning, FindingKind::UnusedCounter { message, signal, frames, max_step });
     }
-    if let Some((signal, frames, found)) = evidence.unused_checksum() {
+    if let Some((signal, frames, found)) = evidence.unused_checksum.as_ref().and_then(UnusedChecksum::holds) {
         push(Severity::Warning, FindingKind::UnusedChecksum { message, signal, frames, found });
     }
 }

@@ -121,10 +121,10 @@ pub fn fit(
     let other_platform = platform.and_then(other_platform);
     let is_refuted = other_platform.is_some()
         || against.iter().any(|finding| finding.severity == Severity::Error)
-        || evidence.messages.iter().any(|message| {
-            let rhythm = message.rhythm();
-            matches!(rhythm, Rhythm::TooSlow | Rhythm::Slower)
-        });
+        || evidence
+            .messages
+            .iter()
+            .any(|message| matches!(message.rhythm(), Rhythm::TooSlow | Rhythm::Slower));
     against.extend(other_platform);
     let score: u32 = support.iter().map(Support::points).sum();
     let is_whole = received == evidence.messages.len();
@@ -160,19 +160,15 @@ fn of_message((message, evidence): (usize, &MessageEvidence)) -> Vec<Support> {
 
 /// Returns true for a finding on the frames themselves, rather than on missing evidence.
 fn speaks_against(finding: &ProfileFinding) -> bool {
-    match finding.kind {
-        FindingKind::WrongLength { .. }
-        | FindingKind::TooSlow { .. }
-        | FindingKind::IntegrityFails { .. }
-        | FindingKind::Implausible { .. }
-        | FindingKind::Undefined { .. }
-        | FindingKind::OtherPlatform { .. }
-        | FindingKind::NoMessage => true,
-        FindingKind::Unmet(unmet) => unmet.is_contradicted,
-        FindingKind::Faster { .. }
-        | FindingKind::UnusedCounter { .. }
-        | FindingKind::UnusedChecksum { .. }
-        | FindingKind::NothingChanged { .. }
-        | FindingKind::NeverOn(_) => false,
+    if let FindingKind::Unmet(unmet) = finding.kind {
+        return unmet.is_contradicted;
     }
+    !matches!(
+        finding.kind,
+        FindingKind::Faster { .. }
+            | FindingKind::UnusedCounter { .. }
+            | FindingKind::UnusedChecksum { .. }
+            | FindingKind::NothingChanged { .. }
+            | FindingKind::NeverOn(_)
+    )
 }

@@ -6,8 +6,7 @@ use super::gaps::GapDistribution;
 use super::unused::{UnusedChecksum, UnusedCounter};
 use can_signal::can::{Frame, source_address};
 use can_signal::dbc::model::Message;
-use can_signal::validation::integrity::search::FoundChecksum;
-use can_signal::validation::integrity::{IntegrityChecker, IntegrityCounts, MessageIntegrity, Protection};
+use can_signal::validation::integrity::{IntegrityChecker, Protection};
 use can_signal::validation::table::{BoundMessage, Timing};
 use gateway_base::time::MonoTime;
 
@@ -32,8 +31,8 @@ pub struct MessageEvidence {
     /// Times between the frames.
     pub gaps: GapDistribution,
     integrity: Option<IntegrityChecker>,
-    unused_counter: Option<UnusedCounter>,
-    unused_checksum: Option<UnusedChecksum>,
+    pub(super) unused_counter: Option<UnusedCounter>,
+    pub(super) unused_checksum: Option<UnusedChecksum>,
 }
 
 /// Result of the counters and checksums of a message.
@@ -98,15 +97,10 @@ impl MessageEvidence {
         self.integrity.as_mut().is_none_or(|checker| checker.check(frame, now).is_ok())
     }
 
-    /// Returns the counts of the profile's integrity rules; `None` when it has none.
-    pub fn integrity(&self) -> Option<(&MessageIntegrity, IntegrityCounts)> {
-        self.integrity.as_ref().map(|checker| (checker.rules(), checker.counts()))
-    }
-
     /// Returns the result of its counter and checksum.
     pub fn proof(&self) -> Proof {
-        let Some((rules, counts)) = self.integrity() else { return Proof::None };
-        let checksum = rules.protection.has_checksum();
+        let Some(checker) = &self.integrity else { return Proof::None };
+        let (checksum, counts) = (checker.rules().protection.has_checksum(), checker.counts());
         let broken = counts.wrong_checksum
             + counts.wrong_data_id
             + counts.counter_out_of_range
@@ -125,18 +119,6 @@ impl MessageEvidence {
         } else {
             Proof::Open
         }
-    }
-
-    /// Returns a counter of the DBC that these frames follow and the profile does not use: its signal, the
-    /// number of frames, and the maximum step to tolerate.
-    pub fn unused_counter(&self) -> Option<(&str, u64, u32)> {
-        self.unused_counter.as_ref()?.holds()
-    }
-
-    /// Returns a checksum of the DBC that holds for all these frames and that the profile does not use: its
-    /// signal, the number of frames, and the rule.
-    pub fn unused_checksum(&self) -> Option<(String, u64, FoundChecksum)> {
-        self.unused_checksum.as_ref()?.holds()
     }
 
     /// Returns the relation of the usual gap between its frames to the profile.

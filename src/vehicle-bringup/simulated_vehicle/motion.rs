@@ -118,9 +118,6 @@ impl VehicleMotion {
     }
 
     /// Engages a gear.
-    ///
-    /// # Errors
-    /// Returns the reason why a moving vehicle keeps its gear.
     pub(super) fn engage(&mut self, gear: Gear, now: MonoTime) -> Result<(), &'static str> {
         let speed_mps = self.speed_mps.at(now);
         let fits = match gear.direction() {
@@ -137,9 +134,6 @@ impl VehicleMotion {
     }
 
     /// Accelerates or slows down to a speed in the direction of the gear.
-    ///
-    /// # Errors
-    /// Returns the reason why the engine cannot move the vehicle.
     pub(super) fn drive(&mut self, speed_mps: f64, now: MonoTime) -> Result<(), &'static str> {
         let direction = match self.gear.direction() {
             Some(direction) => direction,

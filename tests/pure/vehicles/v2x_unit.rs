@@ -104,8 +104,8 @@ impl Bench {
                 deadline.unwrap().as_nanos().to_string()
             }
             ("finding", id) => {
-                let finding = self.reception.findings().find(|finding| finding.id.to_string() == id);
-                self.reception.finding_text(finding.unwrap(), &self.buses)
+                let groups = self.status_value("groups", ms);
+                groups.split("; ").find(|text| text.starts_with(&format!("{id}: "))).unwrap().to_owned()
             }
             ("status", _) => {
                 let status = self.status(ms);

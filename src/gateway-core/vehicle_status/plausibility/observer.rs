@@ -118,7 +118,7 @@ impl Frozen {
 }
 
 /// Samples of a value over the last half second.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Change {
     samples: [Option<(MonoTime, f64)>; SAMPLES],
     next: usize,
@@ -129,12 +129,6 @@ const SAMPLES: usize = 12;
 const SPACING: Duration = Duration::from_millis(50);
 /// Time over which a change is judged; single frames jump by more on a healthy car.
 const SPAN: Duration = Duration::from_millis(500);
-
-impl Default for Change {
-    fn default() -> Self {
-        Self { samples: [None; SAMPLES], next: 0 }
-    }
-}
 
 impl Change {
     /// Returns the change over half a second, per second; `None` if the value has not been known for that

@@ -6,6 +6,8 @@ use serde::Serialize;
 
 use crate::vehicle_status::plausibility::limits::STANDING_MPS;
 use crate::vehicle_status::quantity::Quantity;
+use crate::vehicle_status::state::StatusReason;
+use can_signal::can::ReceiveTime;
 use can_signal::validation::table::{Role, SignalIndex};
 use gateway_base::names::named_by_variant;
 
@@ -172,5 +174,11 @@ impl VelocityBinding {
         let speeds = self.speed_signals().flat_map(|signal| signal.quantity.signals());
         let directions = self.motions().map(|role| role.signal);
         speeds.chain(directions).chain(self.yaw_rates().flat_map(Quantity::signals))
+    }
+
+    /// Returns a part, unless it is older than the frame with the speed by more than `max_skew`.
+    pub fn in_step<T>(&self, part: (T, ReceiveTime), received: ReceiveTime) -> Result<T, StatusReason> {
+        let is_in_step = received.at.is_within(self.max_skew, part.1.at);
+        if is_in_step { Ok(part.0) } else { Err(StatusReason::OutOfStep) }
     }
 }

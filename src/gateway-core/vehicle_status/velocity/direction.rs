@@ -17,9 +17,6 @@ impl DirectionMemory {
 
     /// Returns the sign of a speed: 1 forward, −1 backward. A vehicle that rolls without a gear keeps its
     /// direction until `is_standing`.
-    ///
-    /// # Errors
-    /// Fails with the reason why the direction is unknown.
     pub fn sign(
         &mut self,
         binding: &VelocityBinding,

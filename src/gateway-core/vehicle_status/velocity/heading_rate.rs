@@ -4,7 +4,6 @@ use std::ops::RangeInclusive;
 use std::time::Duration;
 
 use super::binding::{HeadingRateSource, VelocityBinding};
-use super::parts::{configured, in_step};
 use super::speed::WheelSpeeds;
 use crate::vehicle_status::plausibility::alarm::{Alarm, AlarmSet};
 use crate::vehicle_status::quantity::Quantity;
@@ -130,7 +129,7 @@ impl YawZeros {
         context: StatusContext<'_>,
     ) -> Result<f64, StatusReason> {
         let read = rate.read(context)?;
-        let value = in_step(read, inputs.received, binding)?;
+        let value = binding.in_step(read, inputs.received)?;
         if !RATES.contains(&value) {
             return Err(StatusReason::OutOfRange(rate.role.signal));
         }
@@ -167,8 +166,9 @@ fn of_steering(
     inputs: HeadingInputs,
     context: StatusContext<'_>,
 ) -> Result<f64, StatusReason> {
-    let wheel_base_m = configured(context.settings.geometry.wheel_base_m, GeometryKey::WheelBase)?;
-    let TireAngle(angle) = in_step(inputs.tire?, inputs.received, binding)?;
+    let wheel_base_m = context.settings.geometry.wheel_base_m;
+    let wheel_base_m = wheel_base_m.ok_or(StatusReason::NotConfigured(GeometryKey::WheelBase))?;
+    let TireAngle(angle) = binding.in_step(inputs.tire?, inputs.received)?;
     Ok(inputs.speed_mps * angle.tan() / wheel_base_m)
 }
 
@@ -177,10 +177,11 @@ fn of_wheels(
     inputs: HeadingInputs,
     context: StatusContext<'_>,
 ) -> Result<f64, StatusReason> {
-    let tread_m = configured(context.settings.geometry.wheel_tread_m, GeometryKey::WheelTread)?;
+    let tread_m = context.settings.geometry.wheel_tread_m;
+    let tread_m = tread_m.ok_or(StatusReason::NotConfigured(GeometryKey::WheelTread))?;
     let [_, _, left, right] = inputs.wheels.speeds;
     let (left, right) = left.zip(right).ok_or(StatusReason::NoRearWheels)?;
-    let (left, right) = (in_step(left, inputs.received, binding)?, in_step(right, inputs.received, binding)?);
+    let (left, right) = (binding.in_step(left, inputs.received)?, binding.in_step(right, inputs.received)?);
     let sign = if inputs.speed_mps < 0.0 && !inputs.wheels.are_signed { -1.0 } else { 1.0 };
     Ok(sign * (right - left) / tread_m)
 }

@@ -4,7 +4,6 @@
 pub mod binding;
 pub mod direction;
 pub mod heading_rate;
-pub mod parts;
 pub mod speed;
 
 use schemars::JsonSchema;

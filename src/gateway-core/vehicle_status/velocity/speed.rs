@@ -1,7 +1,6 @@
 //! The unsigned speed: of the vehicle, or of its wheels.
 
 use super::binding::{SpeedSignal, SpeedSignals, SpeedSource, VelocityBinding, WheelsUsed};
-use super::parts::{configured, in_step};
 use crate::vehicle_status::plausibility::alarm::{Alarm, AlarmSet};
 use crate::vehicle_status::plausibility::limits::STANDING_MPS;
 use crate::vehicle_status::settings::GeometryKey;
@@ -58,17 +57,14 @@ impl SpeedSignal {
         let (value, received) = self.quantity.read(context)?;
         let geometry = &context.settings.geometry;
         let radius = if self.is_rotation {
-            configured(geometry.wheel_radius_m, GeometryKey::WheelRadius)?
+            geometry.wheel_radius_m.ok_or(StatusReason::NotConfigured(GeometryKey::WheelRadius))?
         } else {
             1.0
         };
         let speed = value * radius * geometry.speed_scale;
         let speed = if self.is_signed { speed } else { speed.abs() };
-        if SPEEDS.contains(&speed) {
-            Ok((speed, received))
-        } else {
-            Err(StatusReason::OutOfRange(self.quantity.role.signal))
-        }
+        let is_possible = SPEEDS.contains(&speed);
+        is_possible.then_some((speed, received)).ok_or(StatusReason::OutOfRange(self.quantity.role.signal))
     }
 }
 
@@ -94,7 +90,7 @@ pub fn other_mps(
     let (_, received) = chosen.state.ok()?;
     binding.speeds.iter().skip(chosen.source + 1).find_map(|source| {
         let read = read(binding, source, tire, alarms, context).ok()?;
-        in_step(read, received, binding).ok().map(|other| other.speed_mps.abs())
+        binding.in_step(read, received).ok().map(|other| other.speed_mps.abs())
     })
 }
 
@@ -124,7 +120,7 @@ fn read(
             let is_signed = used_wheels.iter().flatten().all(|wheel| wheel.is_signed);
             let projected = match used {
                 WheelsUsed::Rear | WheelsUsed::All => mean,
-                WheelsUsed::FrontProjected => mean * in_step(tire?, received, binding)?.0.cos(),
+                WheelsUsed::FrontProjected => mean * binding.in_step(tire?, received)?.0.cos(),
             };
             (projected, is_signed, received)
         }
@@ -147,7 +143,7 @@ fn mean(
     for wheel in wheels.into_iter().flatten() {
         let read = wheel.read(context)?;
         let received = *leading.get_or_insert(read.1);
-        sum += in_step(read, received, binding)?;
+        sum += binding.in_step(read, received)?;
         count += 1.0;
     }
     leading.map(|received| (sum / count, received)).ok_or(StatusReason::NoSource)
