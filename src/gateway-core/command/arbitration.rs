@@ -44,29 +44,24 @@ pub enum ShutdownAction {
 
 /// Rules of the arbitration, as configured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[allow(missing_docs)] // their names say it
 pub struct ArbitrationRules {
-    /// Request after a timeout of the turn command.
     pub on_turn_timeout: TimeoutAction,
-    /// Request after a timeout of the hazard command.
     pub on_hazard_timeout: TimeoutAction,
-    /// Request when the gateway stops.
     pub on_shutdown: ShutdownAction,
 }
 
 /// All inputs of the arbitration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)] // a field without a comment is what its name says
 pub struct Situation {
-    /// State of the turn command.
     pub turn: CommandState<Turn>,
-    /// State of the hazard command.
     pub hazard: CommandState<bool>,
-    /// Control mode of the vehicle.
     pub mode: ModeState,
     /// Functions that the driver has taken over.
     pub driver: Grants,
     /// True if no report shows the hazard lights, so the driver may have switched them on.
     pub hazard_without_feedback: bool,
-    /// True if the gateway is about to stop.
     pub stopping: bool,
 }
 
@@ -97,14 +92,13 @@ pub enum DecisionReason {
 
 /// The request to the vehicle with its reasons; empty by default, when no control mode is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[allow(missing_docs)] // a field without a comment is what its name says
 pub struct CommandDecision {
     /// Request sent in the frames.
     pub request: VehicleRequest,
     /// Request before driver overrides are applied; the report is compared with this request.
     pub commanded: VehicleRequest,
-    /// Reason for the turn indicators.
     pub turn: DecisionReason,
-    /// Reason for the hazard lights.
     pub hazard: DecisionReason,
 }
 

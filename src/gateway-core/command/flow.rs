@@ -159,7 +159,8 @@ impl CommandFlow {
     pub fn handle_input(&mut self, input: CommandInput, now: Now) {
         match input {
             CommandInput::Turn { origin, command, stamp } => {
-                if CommandSource::from(origin) == self.settings.source {
+                let is_from_decider = origin == CommandOrigin::Decider;
+                if is_from_decider == (self.settings.source == CommandSource::Decider) {
                     self.turn.handle_command(turn_request(command), origin, stamp, now);
                 }
             }

@@ -50,8 +50,8 @@ named_by_variant!(Turn);
 
 /// State of the vehicle's lights as reported by the gateway; `None` while a report is withheld.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[allow(missing_docs)] // a field without a comment is what its name says
 pub struct Reported {
-    /// Reported state of the turn indicators.
     pub turn: Option<Turn>,
     /// Hazard lights, `true` = on.
     pub hazard: Option<bool>,

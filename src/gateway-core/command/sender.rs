@@ -235,9 +235,7 @@ fn encode(
     mut data: [u8; MAX_DATA],
     counter: u32,
 ) -> Option<CommandFrame> {
-    let protect = |protection: &Protection| {
-        protection.protect(permission.id(), counter, &mut data, permission.length())
-    };
-    protection.is_none_or(protect).then_some(())?;
-    permission.frame(&data)
+    let (id, length) = (permission.id(), permission.length());
+    let is_protected = protection.is_none_or(|rules| rules.protect(id, counter, &mut data, length));
+    if is_protected { permission.frame(&data) } else { None }
 }

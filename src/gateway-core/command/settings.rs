@@ -10,7 +10,6 @@ use super::arbitration::ArbitrationRules;
 use super::control_mode::Grants;
 use super::feedback_monitor::FeedbackLimits;
 use super::message::CommandMessage;
-use super::origin::CommandOrigin;
 use can_signal::validation::table::{Role, SignalTable};
 
 /// The `[command]` section of the gateway's configuration.
@@ -42,15 +41,6 @@ pub enum CommandSource {
     /// The gateway's decider for turn commands. Hazard lights are on when the topic or the decider commands
     /// it.
     Decider,
-}
-
-impl From<CommandOrigin> for CommandSource {
-    fn from(origin: CommandOrigin) -> Self {
-        match origin {
-            CommandOrigin::Topic(_) => Self::Topic,
-            CommandOrigin::Decider => Self::Decider,
-        }
-    }
 }
 
 /// Sending of frames to the vehicle.

@@ -305,15 +305,15 @@ impl Gateway {
 fn decider_command(output: &Output) -> Option<CommandInput> {
     let Output::TurnSignal(output) = output else { return None };
     let origin = CommandOrigin::Decider;
-    match output {
+    Some(match *output {
         TurnSignalOutput::TurnCommand { command, stamp } => {
-            Some(CommandInput::Turn { origin, command: EnumOrUnknown::Known(*command), stamp: *stamp })
+            CommandInput::Turn { origin, command: EnumOrUnknown::Known(command), stamp }
         }
         TurnSignalOutput::HazardCommand { command, stamp } => {
-            Some(CommandInput::Hazard { origin, command: EnumOrUnknown::Known(*command), stamp: *stamp })
+            CommandInput::Hazard { origin, command: EnumOrUnknown::Known(command), stamp }
         }
-        TurnSignalOutput::Sections { .. } | TurnSignalOutput::Decision(_) => None,
-    }
+        TurnSignalOutput::Sections { .. } | TurnSignalOutput::Decision(_) => return None,
+    })
 }
 
 /// Converts a control mode for the commands.

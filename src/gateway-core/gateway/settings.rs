@@ -15,14 +15,13 @@ use turn_signal::flow::TurnSignalSettings;
 
 /// Settings of the gateway, checked by `config`.
 #[derive(Debug, Clone)]
+#[allow(missing_docs)] // a field without a comment is what its name says
 pub struct GatewaySettings {
     /// ROS node name, the prefix of each diagnostic name.
     pub node: String,
     /// Buses, indexed by [`BusIndex`].
     pub buses: Vec<BusSettings>,
-    /// Binding of the vehicle profile for the vehicle's lights.
     pub lights: LightsBinding,
-    /// Binding of the vehicle profile for the vehicle's status.
     pub status: StatusBinding,
     /// Configuration of the vehicle and of the reports on its status.
     pub status_settings: StatusSettings,
@@ -34,7 +33,6 @@ pub struct GatewaySettings {
     pub turn_signal: Option<TurnSignalSettings>,
     /// Commands to the vehicle, with the binding of the vehicle profile; `None` = no commands are accepted.
     pub command: Option<(CommandSettings, CommandBinding)>,
-    /// Publication of reports.
     pub publish: Publish,
     /// Interval at which all statuses are refreshed, at most 500 ms.
     pub diagnostics_period: Duration,

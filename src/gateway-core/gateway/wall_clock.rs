@@ -48,10 +48,7 @@ impl WallClock {
     pub(super) fn status(&self, now: MonoTime) -> Status {
         let text = |step_ns: i64| format!("{:+.3}", step_ns as f64 / 1e9);
         let recent = self.last_step.filter(|(_, at)| now.since(*at) <= STEP_SHOWN);
-        let message = match recent {
-            Some((step_ns, _)) => catalogue::stepped(text(step_ns)),
-            None => catalogue::steady(),
-        };
+        let message = recent.map_or_else(catalogue::steady, |(step_ns, _)| catalogue::stepped(text(step_ns)));
         let last_step = self.last_step.map_or("-".to_owned(), |(step_ns, _)| text(step_ns));
         let values = vec![("steps", self.steps.to_string()), ("last_step_s", last_step)];
         Status::new(&WALL_CLOCK, WALL_CLOCK_TASK, &[message], values)

@@ -91,18 +91,12 @@ pub struct V2iReception {
     counts: V2iCounts,
 }
 
-/// Position of a group in the binding.
-#[derive(Debug, Clone, Copy)]
-struct Place {
-    /// Position of its source.
+#[derive(Debug, Clone)]
+struct Tracked {
+    /// Position of its source in the binding.
     source: usize,
     /// Position of the group within its source.
     own: usize,
-}
-
-#[derive(Debug, Clone)]
-struct Tracked {
-    at: Place,
     /// Its state in the last frame that carried it, if a cycling message does.
     last: Option<CyclingState>,
     /// Its state at the last call of `settle`; `None` before the first call.
@@ -126,7 +120,7 @@ impl V2iReception {
                 V2iStates::Single(_) => 1,
                 V2iStates::Cycling(cycle) => cycle.groups.len(),
             };
-            (0..count).map(move |own| Tracked { at: Place { source, own }, last: None, state: None })
+            (0..count).map(move |own| Tracked { source, own, last: None, state: None })
         });
         let groups = groups.collect();
         let observations = Observations::new(&binding.table);
@@ -212,7 +206,7 @@ impl V2iReception {
         let Self { binding, observations, groups, counts } = self;
         let mut settled = Settled::default();
         for tracked in groups {
-            let Some((source, group)) = bound(binding, tracked.at) else { continue };
+            let Some((source, group)) = bound(binding, tracked) else { continue };
             let state = evaluate((binding, observations, buses, now.mono), source, group, tracked.last);
             let before = tracked.state.replace(state);
             let content = |state: State| state.ok().map(|state| (state.bulbs, state.confidence));
@@ -235,14 +229,14 @@ impl V2iReception {
 
     /// Returns the states of all groups like [`Self::valid_states`], with the reasons of the others.
     fn states(&self) -> impl Iterator<Item = (i64, State)> {
-        let state = |tracked: &Tracked| Some((bound(&self.binding, tracked.at)?.1.id, tracked.state?));
+        let state = |tracked: &Tracked| Some((bound(&self.binding, tracked)?.1.id, tracked.state?));
         self.groups.iter().filter_map(state)
     }
 
     /// Returns the next time to call [`Self::settle`] if nothing is received; `None` if only an input can
     /// change anything.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
-        let expiry = |tracked: &Tracked| match &self.binding.sources.get(tracked.at.source)?.states {
+        let expiry = |tracked: &Tracked| match &self.binding.sources.get(tracked.source)?.states {
             V2iStates::Single(_) => None,
             V2iStates::Cycling(cycle) => Some(deadline_after(tracked.last?.at, cycle.timeout)),
         };
@@ -252,16 +246,16 @@ impl V2iReception {
 }
 
 fn of_source(groups: &mut [Tracked], source: usize) -> &mut [Tracked] {
-    let first = groups.partition_point(|group| group.at.source < source);
-    let behind = groups.partition_point(|group| group.at.source <= source);
+    let first = groups.partition_point(|group| group.source < source);
+    let behind = groups.partition_point(|group| group.source <= source);
     &mut groups[first..behind]
 }
 
-fn bound(binding: &V2iBinding, Place { source, own }: Place) -> Option<(&V2iSource, &BoundGroup)> {
-    let source = binding.sources.get(source)?;
+fn bound<'a>(binding: &'a V2iBinding, tracked: &Tracked) -> Option<(&'a V2iSource, &'a BoundGroup)> {
+    let source = binding.sources.get(tracked.source)?;
     let group = match &source.states {
         V2iStates::Single(group) => Some(group),
-        V2iStates::Cycling(CyclingMessage { groups, .. }) => groups.get(own).map(|(_, group)| group),
+        V2iStates::Cycling(CyclingMessage { groups, .. }) => groups.get(tracked.own).map(|(_, group)| group),
     };
     Some((source, group?))
 }

@@ -15,18 +15,14 @@ use can_signal::validation::table::{Role, SignalIndex, SignalTable};
 
 /// Binding of turn indicators and hazard lights.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[allow(missing_docs)] // a field without a comment is what its name says
 pub struct LightsBinding {
-    /// Messages and signals of the lights.
     pub table: SignalTable,
     /// Observations required before anything is reported.
     pub requirements: Vec<Requirement>,
-    /// Sources of the turn state.
     pub turn: TurnBinding,
-    /// Fault signals of the turn indicators.
     pub turn_faults: FaultBinding,
-    /// Sources of the hazard state.
     pub hazard: HazardBinding,
-    /// Fault signals of the hazard lights.
     pub hazard_faults: FaultBinding,
     /// Content of the turn report while the hazard lights are on.
     pub turn_while_hazard: TurnWhileHazard,

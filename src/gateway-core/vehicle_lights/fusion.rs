@@ -16,14 +16,13 @@ mod properties;
 
 /// Two sources that have contradicted each other for longer than the limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)] // a field without a comment is what its name says
 pub struct Disagreement<T> {
     /// Position of the deciding source in the profile.
     pub chosen: usize,
-    /// Value of the deciding source.
     pub chosen_value: T,
     /// Position of the contradicting source in the profile.
     pub other: usize,
-    /// Value of the contradicting source.
     pub other_value: T,
 }
 

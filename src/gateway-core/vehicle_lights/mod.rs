@@ -194,16 +194,11 @@ fn signals_of(binding: &LightsBinding, task: Task) -> Vec<SignalIndex> {
     }
     let mut signals = Vec::new();
     for named in binding.hazard.sources() {
-        match &named.source {
-            HazardSource::BothSides => {
-                let sides = turn.clone().filter(|named| named.source.shows_both());
-                signals.extend(sides.flat_map(turn_source_signals));
-            }
-            HazardSource::Signal { .. } | HazardSource::Button { .. } => {
-                signals.extend(named.source.signal());
-            }
+        if named.source == HazardSource::BothSides {
+            let sides = turn.clone().filter(|named| named.source.shows_both());
+            signals.extend(sides.flat_map(turn_source_signals));
         }
-        signals.extend(named.condition_signal());
+        signals.extend(named.source.signal().into_iter().chain(named.condition_signal()));
     }
     signals
 }

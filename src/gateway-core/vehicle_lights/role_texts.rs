@@ -54,12 +54,9 @@ fn hazard_role(source: &HazardSource) -> Option<RoleTexts> {
     let pressed = |pressed| if pressed { "pressed" } else { "released" }.to_owned();
     match source {
         HazardSource::BothSides => None,
-        HazardSource::Signal { role, reasons } => Some(role_texts(role, "hazard".into(), |code| match code
-            .reason
-            .and_then(|reason| reasons.get(usize::from(reason)))
-        {
-            Some(reason) => format!("on ({reason})"),
-            None => on_off(code.active),
+        HazardSource::Signal { role, reasons } => Some(role_texts(role, "hazard".into(), |code| {
+            let reason = code.reason.and_then(|reason| reasons.get(usize::from(reason)));
+            reason.map_or_else(|| on_off(code.active), |reason| format!("on ({reason})"))
         })),
         HazardSource::Button { role, .. } => Some(role_texts(role, "hazard button".into(), pressed)),
     }

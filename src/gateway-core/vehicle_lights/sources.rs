@@ -385,10 +385,7 @@ impl TurnReader {
             TurnKind::Lamps(pair, lamp) => {
                 let watching = UnavailableReason::WatchingLamps([pair.left.signal, pair.right.signal]);
                 let lamps = applies.and_then(|()| context.judge_pair(pair));
-                if matches!(
-                    lamps,
-                    Err(UnavailableReason::Signal(Unusable::Absent(_, MissingReason::Link(_))))
-                ) {
+                if let Err(UnavailableReason::Signal(Unusable::Absent(_, MissingReason::Link(_)))) = lamps {
                     lamp.forget();
                 }
                 let state = context.track(lamp.as_mut(), lamps, watching);
@@ -422,11 +419,8 @@ impl TurnReader {
 /// the bus last.
 fn graver(first: UnavailableReason, second: UnavailableReason) -> UnavailableReason {
     let gravity = |reason: UnavailableReason| {
-        (
-            reason.kind(),
-            matches!(reason, UnavailableReason::Signal(Unusable::NotAvailable(..))),
-            !reason.is_sleep(),
-        )
+        let is_told = matches!(reason, UnavailableReason::Signal(Unusable::NotAvailable(..)));
+        (reason.kind(), is_told, !reason.is_sleep())
     };
     if gravity(second) > gravity(first) { second } else { first }
 }

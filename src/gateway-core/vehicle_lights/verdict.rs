@@ -42,10 +42,9 @@ named_by_variant!(TurnIndicators, HazardLights);
 
 /// A fault signal that reports a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)] // a field without a comment is what its name says
 pub struct ActiveFault {
-    /// Signal that reports the fault.
     pub signal: SignalIndex,
-    /// Raw value of the signal.
     pub raw: i128,
     /// Position in the [`FaultBinding`].
     pub index: usize,
@@ -95,13 +94,12 @@ pub fn judge(memory: &mut SourceMemory, context: LightsContext<'_>) -> Verdicts 
     }
     let hazard_state = hazard.state.map(|(code, received)| (lights_of(code), received));
     let turn_state = turn.state.map(|(code, received)| {
-        let hazard_on = match hazard_state {
-            Ok((HazardLights::Enable, since)) => Some(since),
-            Ok((HazardLights::Disable, _)) | Err(_) => None,
-        };
-        match (binding.turn_while_hazard, hazard_on) {
-            (TurnWhileHazard::Disable, Some(since)) => (TurnIndicators::Disable, received.newest(since)),
-            (TurnWhileHazard::Keep, _) | (TurnWhileHazard::Disable, None) => (turn_of(code), received),
+        if let Ok((HazardLights::Enable, since)) = hazard_state
+            && binding.turn_while_hazard == TurnWhileHazard::Disable
+        {
+            (TurnIndicators::Disable, received.newest(since))
+        } else {
+            (turn_of(code), received)
         }
     });
     let reason = hazard.state.ok().and_then(|(code, _)| code.reason);

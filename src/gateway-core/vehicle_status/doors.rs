@@ -122,10 +122,7 @@ pub fn judge(doors: &[Door], context: StatusContext<'_>) -> (Judged<DoorStates>,
         }
     };
     let states: DoorStates = doors.iter().map(state_of).collect();
-    match (newest, unknown) {
-        (Some(newest), unknown) => (Ok((states, newest)), unknown),
-        (None, Some(reason)) => (Err(reason), None),
-        // A profile names at least one door.
-        (None, None) => (Err(StatusReason::NoSource), None),
-    }
+    // A profile names at least one door.
+    let state = newest.map(|newest| (states, newest)).ok_or(unknown.unwrap_or(StatusReason::NoSource));
+    (state, unknown.filter(|_| state.is_ok()))
 }

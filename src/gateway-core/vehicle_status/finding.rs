@@ -6,7 +6,6 @@ use super::measure::StatusReport;
 use super::plausibility::alarm::AlarmSet;
 use super::settings::VehicleGeometry;
 use super::state::StatusReason;
-use super::velocity::VelocityPart;
 use super::velocity::binding::HeadingRateSource;
 use crate::vehicle_report::{ReportFinding, catalogue as report_catalogue};
 use can_signal::can::Bus;
@@ -30,6 +29,15 @@ pub(super) struct StatusFinding {
     pub(super) alarms: AlarmSet,
     /// Finding about the heading rate of a velocity.
     pub(super) heading: HeadingFinding,
+}
+
+/// The affected part of a velocity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) enum VelocityPart {
+    #[default]
+    Speed,
+    Direction,
+    HeadingRate,
 }
 
 /// Finding about a heading rate.

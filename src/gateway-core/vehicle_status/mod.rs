@@ -31,7 +31,7 @@ use can_signal::validation::observation::{Arrival, Interruption, Observations};
 use can_signal::validation::requirement::Unmet;
 use can_signal::validation::table::MessageIndex;
 use doors::DoorStates;
-use finding::{HeadingFinding, StatusFinding, message};
+use finding::{StatusFinding, message};
 use gateway_base::diagnostics::texts;
 use gateway_base::time::{MonoTime, Now, WallStamp};
 use gear::{Gear, GearBinding, Shifting};
@@ -325,17 +325,7 @@ fn velocity_verdict(
     };
     let assembled = memory.assemble(binding, speed, inputs, plausibility.alarms(), context);
     let alarms = plausibility.update(assembled.motion, context.now.mono).of_steering(false);
-    let finding = StatusFinding {
-        part: assembled.part,
-        source: speed.source,
-        fallback: speed.fallback,
-        heading: HeadingFinding {
-            source: assembled.heading_rate.source,
-            fallback: assembled.heading_rate.fallback,
-            replaced: assembled.heading_rate.state.err().filter(|_| assembled.is_heading_rate_replaced),
-        },
-        ..StatusFinding::default()
-    };
+    let finding = StatusFinding { source: speed.source, fallback: speed.fallback, ..assembled.finding };
     let verdict = Verdict::new(assembled.state, finding, context);
     plausible(verdict, alarms, &[Effect::WithholdBoth, Effect::WithholdVelocity])
 }

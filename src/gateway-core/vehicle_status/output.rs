@@ -1,6 +1,6 @@
 //! Outputs of the vehicle's status.
 
-use std::fmt;
+use derive_more::Display;
 
 use super::doors::DoorStates;
 use super::gear::Gear;
@@ -27,7 +27,8 @@ pub enum VehicleStatusOutput {
 }
 
 /// A published value as text.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Display)]
+#[display("{state}{}{measured}", if measured.is_empty() { "" } else { ", " })]
 pub struct NamedValue {
     /// Part that rarely changes: the gear, or the direction of a velocity.
     pub state: String,
@@ -69,12 +70,5 @@ impl VehicleStatusOutput {
             }
         };
         Some(NamedValue { state, measured: Measure::texts(&self.measures()) })
-    }
-}
-
-impl fmt::Display for NamedValue {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let separator = if self.measured.is_empty() { "" } else { ", " };
-        write!(f, "{}{separator}{}", self.state, self.measured)
     }
 }

@@ -58,11 +58,8 @@ pub fn judge(
     let (angle, received) = source.angle.read(context)?;
     let tire = match source.angle_of {
         AngleOf::Tire => angle,
-        AngleOf::SteeringWheel => tire_angle(geometry, angle, speed_mps).map_err(|error| match error {
-            NoTireAngle::NotConfigured => StatusReason::NotConfigured(GeometryKey::SteeringRatio),
-            NoTireAngle::OutsideTable => StatusReason::OutOfRange(source.angle.role.signal),
-            NoTireAngle::NoSpeed => StatusReason::NoSpeedForSteering,
-        })?,
+        AngleOf::SteeringWheel => tire_angle(geometry, angle, speed_mps)?
+            .ok_or(StatusReason::OutOfRange(source.angle.role.signal))?,
     };
     let tire = tire - geometry.steering_offset_rad;
     if tire.abs() > geometry.max_tire_rad * BEYOND_MAX {
@@ -71,42 +68,33 @@ pub fn judge(
     Ok((TireAngle(tire), received))
 }
 
-/// Reason why a steering wheel angle gives no angle of the front wheels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NoTireAngle {
-    /// The conversion is not configured.
-    NotConfigured,
-    /// The angle lies outside the table.
-    OutsideTable,
-    /// The ratio depends on the speed, which is unknown.
-    NoSpeed,
-}
-
-/// Returns the angle of the front wheels, rad, for an angle of the steering wheel, without the offset.
+/// Returns the angle of the front wheels, rad, for an angle of the steering wheel, without the offset;
+/// `None` outside the table of the configuration.
 pub fn tire_angle(
     geometry: &VehicleGeometry,
     wheel_rad: f64,
     speed_mps: Option<f64>,
-) -> Result<f64, NoTireAngle> {
-    match geometry.wheel_to_tire.as_ref().ok_or(NoTireAngle::NotConfigured)? {
-        WheelToTire::Ratio(ratio) => Ok(wheel_rad / ratio),
+) -> Result<Option<f64>, StatusReason> {
+    let missing = StatusReason::NotConfigured(GeometryKey::SteeringRatio);
+    Ok(match geometry.wheel_to_tire.as_ref().ok_or(missing)? {
+        WheelToTire::Ratio(ratio) => Some(wheel_rad / ratio),
         WheelToTire::Table(points) => {
             let above = points.partition_point(|(wheel, _)| *wheel < wheel_rad);
             match (above.checked_sub(1).and_then(|below| points.get(below)), points.get(above)) {
-                (Some((x0, y0)), Some((x1, y1))) => Ok(y0 + (y1 - y0) * (wheel_rad - x0) / (x1 - x0)),
-                (None, Some((x, y))) if *x <= wheel_rad => Ok(*y),
-                _ => Err(NoTireAngle::OutsideTable),
+                (Some((x0, y0)), Some((x1, y1))) => Some(y0 + (y1 - y0) * (wheel_rad - x0) / (x1 - x0)),
+                (None, Some((x, y))) if *x <= wheel_rad => Some(*y),
+                _ => None,
             }
         }
         WheelToTire::Variable { constant, per_speed_squared, per_angle } => {
             let speed = match speed_mps {
                 Some(speed) => speed,
                 None if *per_speed_squared == 0.0 => 0.0,
-                None => return Err(NoTireAngle::NoSpeed),
+                None => return Err(StatusReason::NoSpeedForSteering),
             };
             let ratio = per_speed_squared.mul_add(speed * speed, *constant) - per_angle * wheel_rad.abs();
             // The same limit as in Autoware's raw_vehicle_cmd_converter.
-            Ok(wheel_rad / ratio.max(1e-5))
+            Some(wheel_rad / ratio.max(1e-5))
         }
-    }
+    })
 }

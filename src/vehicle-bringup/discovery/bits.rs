@@ -123,7 +123,9 @@ pub(super) fn quiet_bits<'a>(
         set(&mut constant, bit);
     }
     let mut mask = constant;
-    bits.iter().for_each(|bit| set(&mut mask, *bit));
+    for bit in &bits {
+        set(&mut mask, *bit);
+    }
     for (_, data) in &mut contents {
         *data = masked(data, &mask);
     }

@@ -56,25 +56,20 @@ pub struct Switch {
 
 /// The form in which signals show the turn indicators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)] // numbers are raw values
 pub enum TurnForm {
     /// One signal with a value for each state.
     Enumerated {
-        /// Signal that shows the state.
         signal: FoundSignal,
-        /// Raw value at rest.
         off: u64,
-        /// Raw value of the left side.
         left: u64,
-        /// Raw value of the right side.
         right: u64,
         /// Raw value of the hazard lights; `None` if they are not shown.
         both: Option<u64>,
     },
     /// One signal for each side; both are on for the hazard lights if these are shown.
     Pair {
-        /// Signal of the left side.
         left: Switch,
-        /// Signal of the right side.
         right: Switch,
         /// True for lamps, which flash.
         lamps: bool,
@@ -83,9 +78,7 @@ pub enum TurnForm {
     },
     /// The position of a stalk that springs back.
     Stalk {
-        /// Signal that shows the state.
         signal: FoundSignal,
-        /// Raw value at rest.
         idle: u64,
         /// Raw value of a full press to the left.
         left: u64,
@@ -257,6 +250,19 @@ pub struct SignalCandidate<F> {
 }
 
 impl<F> SignalCandidate<F> {
+    /// Creates a candidate, and adds the requests that it missed to its drawbacks.
+    pub(super) fn new(
+        form: F,
+        shape: ResponseShape,
+        followed: [Followed; 3],
+        mut drawbacks: Vec<Drawback>,
+        times: Vec<[Option<ResponseTime>; 2]>,
+    ) -> Self {
+        let missed = followed.iter().map(|followed| followed.missed()).sum();
+        drawbacks.extend((missed > 0).then_some(Drawback::Missed(missed)));
+        Self { form, shape, followed, drawbacks, times }
+    }
+
     pub(super) fn missed(&self) -> usize {
         self.followed.iter().map(|followed| followed.missed()).sum()
     }

@@ -94,7 +94,7 @@ impl FrameTrack {
 
     /// Returns the frames that differ from the previous one, with their times.
     pub fn changes(&self) -> impl Iterator<Item = (MonoTime, &Frame)> {
-        self.changes.iter().filter_map(|(at, frame)| Some((*self.times.get(*at)?, frame)))
+        self.changes_from(MonoTime::ZERO)
     }
 
     /// Returns the frames that differ from the previous one, starting with the last before `from`.

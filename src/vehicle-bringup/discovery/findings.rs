@@ -15,10 +15,9 @@ use super::widening::{widen_hazard, widen_turn};
 
 /// Candidates, with the best of each list first.
 #[derive(Debug, Clone, Default)]
+#[allow(missing_docs)] // a field without a comment is what its name says
 pub struct DiscoveryFindings {
-    /// Candidates for the turn indicators.
     pub turn: Vec<SignalCandidate<TurnForm>>,
-    /// Candidates for the hazard lights.
     pub hazard: Vec<SignalCandidate<HazardForm>>,
     /// Counter and checksum of each message with candidates.
     pub protection: BTreeMap<MessageKey, FoundProtection>,

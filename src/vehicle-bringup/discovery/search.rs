@@ -281,11 +281,6 @@ pub(super) fn typical(responses: &Responses, timeline: &ActionTimeline) -> Optio
     Some([left?, right?, hazard.unwrap_or(unknown)])
 }
 
-pub(super) fn missed(followed: &[Followed; 3]) -> Option<Drawback> {
-    let missed = followed.iter().map(|followed| followed.missed()).sum();
-    (missed > 0).then_some(Drawback::Missed(missed))
-}
-
 /// Returns the candidates for the turn indicators within a message.
 pub(super) fn turn(messages: &[Responding<'_>], timeline: &ActionTimeline) -> Vec<SignalCandidate<TurnForm>> {
     let mut candidates = Vec::new();
@@ -345,9 +340,7 @@ fn enumerated(
         }
     };
     let followed = typical.map(|typical| typical.followed);
-    drawbacks.extend(missed(&followed));
-    let times = message.times(responses);
-    Some(SignalCandidate { form, shape: left.shape, followed, drawbacks, times })
+    Some(SignalCandidate::new(form, left.shape, followed, drawbacks, message.times(responses)))
 }
 
 /// Builds a stalk with the half presses that were observed before a full press, or that ended an indication.
@@ -426,11 +419,9 @@ fn pair(
     drawbacks.extend((strange > 0).then_some(Drawback::OtherValues(strange)));
     drawbacks.extend(lamps.then_some(Drawback::Flashes));
     drawbacks.extend((!shows_hazard).then_some(Drawback::HidesHazard));
-    let followed = typical.map(|typical| typical.followed);
-    drawbacks.extend(missed(&followed));
     let form = TurnForm::Pair { left: switch(0), right: switch(1), lamps, shows_hazard };
-    let times = message.times(&responses);
-    Some(SignalCandidate { form, shape: left.shape, followed, drawbacks, times })
+    let followed = typical.map(|typical| typical.followed);
+    Some(SignalCandidate::new(form, left.shape, followed, drawbacks, message.times(&responses)))
 }
 
 pub(super) fn switch(
@@ -465,10 +456,8 @@ pub(super) fn hazard(
                 // The flashing lamp of the switch: hazard lights are not derived from one lamp.
                 ResponseShape::Flashing => continue,
             };
-            let followed = typical.map(|typical| typical.followed);
-            drawbacks.extend(missed(&followed));
-            let times = message.times(responses);
-            candidates.push(SignalCandidate { form, shape: response.shape, followed, drawbacks, times });
+            let (followed, times) = (typical.map(|typical| typical.followed), message.times(responses));
+            candidates.push(SignalCandidate::new(form, response.shape, followed, drawbacks, times));
         }
     }
     candidates.sort_by_key(SignalCandidate::weight);

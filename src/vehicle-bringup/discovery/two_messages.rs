@@ -2,7 +2,7 @@
 
 use super::candidate::{Drawback, ResponseTime, SignalCandidate, Switch, TurnForm};
 use super::response::{Followed, ResponseShape, Responses, SignalResponse, Typical};
-use super::search::{Responding, missed, switch, typical};
+use super::search::{Responding, switch, typical};
 use super::timeline::ActionTimeline;
 
 /// Returns the candidates with the two sides in separate messages.
@@ -70,10 +70,9 @@ fn apart(left: &SideBit<'_>, right: &SideBit<'_>) -> Option<SignalCandidate<Turn
         Followed { count: a.count.min(b.count), of: a.of }
     };
     let followed = [worse(0), worse(1), worse(2)];
-    drawbacks.extend(missed(&followed));
     let shows_hazard = left.with_hazard;
     let form = TurnForm::Pair { left: left.switch, right: right.switch, lamps: false, shows_hazard };
     let times = left.times.iter().zip(&right.times);
     let times = times.map(|(left, right)| if left[0].is_some() { *left } else { *right }).collect();
-    Some(SignalCandidate { form, shape: ResponseShape::Steady, followed, drawbacks, times })
+    Some(SignalCandidate::new(form, ResponseShape::Steady, followed, drawbacks, times))
 }

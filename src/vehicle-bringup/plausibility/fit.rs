@@ -59,8 +59,8 @@ pub enum Support {
 
 /// Result of comparing a profile with frames.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[allow(missing_docs)] // a field without a comment is what its name says
 pub struct Fit {
-    /// Certainty that it fits.
     pub verdict: FitVerdict,
     /// Rank among profiles of the same verdict.
     pub score: u32,

@@ -94,7 +94,10 @@ impl VehiclePlan {
         let dimensions = Dimensions::from(geometry);
         draft.lights(lights)?;
         draft.status(status, &dimensions)?;
-        draft.command(command)?;
+        for driver in &command.driver {
+            let subject = ReportedSubject::Driver { overrides: driver.overrides };
+            draft.add(&command.table, &driver.role, subject, SignalValue::On)?;
+        }
         draft.heartbeats(buses)?;
         if draft.messages.is_empty() {
             return Err(PlanError::Nothing);
@@ -135,10 +138,10 @@ impl Draft<'_> {
         let table = &lights.table;
         for named in lights.turn.sources() {
             self.turn(table, &named.source)?;
-            self.condition(table, &named.condition)?;
+            self.condition(table, named.condition.as_ref())?;
         }
         for named in lights.hazard.sources() {
-            self.condition(table, &named.condition)?;
+            self.condition(table, named.condition.as_ref())?;
             match &named.source {
                 HazardSource::BothSides => {}
                 HazardSource::Signal { role, .. } => {
@@ -181,19 +184,9 @@ impl Draft<'_> {
         }
     }
 
-    fn command(&mut self, command: &CommandBinding) -> Result<(), PlanError> {
-        for driver in &command.driver {
-            let subject = ReportedSubject::Driver { overrides: driver.overrides };
-            self.add(&command.table, &driver.role, subject, SignalValue::On)?;
-        }
-        Ok(())
-    }
-
     /// Adds the condition of a source. If sources exclude each other, the first of them applies.
-    fn condition(&mut self, table: &SignalTable, condition: &Option<Role<bool>>) -> Result<(), PlanError> {
-        condition
-            .iter()
-            .try_for_each(|role| self.add(table, role, ReportedSubject::Condition, SignalValue::On))
+    fn condition(&mut self, table: &SignalTable, condition: Option<&Role<bool>>) -> Result<(), PlanError> {
+        condition.map_or(Ok(()), |role| self.add(table, role, ReportedSubject::Condition, SignalValue::On))
     }
 
     /// Adds the heartbeat messages, which are sent with all bits zero.

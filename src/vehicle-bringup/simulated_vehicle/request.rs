@@ -12,6 +12,7 @@ use gateway_core::vehicle_status::gear::Gear;
 
 /// A request to the vehicle.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)] // a field without a comment is what its name says
 pub enum SimulationRequest {
     /// The driver moves the stalk to the full detent, or ends the request.
     Stalk(Turn),
@@ -19,7 +20,6 @@ pub enum SimulationRequest {
     Tap(Turn),
     /// The driver switches the hazard lights on or off; `None` presses the button.
     Hazard(Option<bool>),
-    /// The control mode changes.
     Mode(ControlMode),
     /// The driver engages a gear.
     Gear(Gear),
@@ -37,7 +37,6 @@ pub enum SimulationRequest {
     Brake,
     /// A door is opened or closed.
     Door {
-        /// True if it is opened.
         is_open: bool,
         /// Name in the profile; `None` means all doors.
         name: Option<String>,

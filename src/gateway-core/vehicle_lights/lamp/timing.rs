@@ -119,11 +119,10 @@ pub enum Unresolvable {
 
 /// Checks that a lamp in this message can be evaluated with this hold time.
 pub fn resolvable(sampling: Sampling, hold: Duration) -> Result<Resolution, Unresolvable> {
-    match sampling {
-        Sampling::Cyclic { period, .. } if period > MAX_PERIOD => {
-            return Err(Unresolvable::TooSlow { period });
-        }
-        Sampling::Cyclic { .. } | Sampling::OnChange { .. } => {}
+    if let Sampling::Cyclic { period, .. } = sampling
+        && period > MAX_PERIOD
+    {
+        return Err(Unresolvable::TooSlow { period });
     }
     let needed = sampling.longest_unlit();
     if hold < needed {

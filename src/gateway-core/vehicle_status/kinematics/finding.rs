@@ -8,16 +8,15 @@ const TOLERANCE: f64 = 0.2;
 
 /// A contradiction between a recording and the configuration.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)] // a field without a comment is what its name says
 pub enum KinematicFinding {
     /// One of these heading rates has the wrong sign.
     WrongSign(Vec<Rate>),
     /// A dimension differs from the configuration.
     Dimension {
-        /// Key of the dimension.
         key: GeometryKey,
         /// Value estimated from the recording.
         estimate: Estimate,
-        /// Configured value.
         configured: f64,
     },
     /// The angle of the front wheels needs this factor.

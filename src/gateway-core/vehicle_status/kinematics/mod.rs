@@ -64,10 +64,9 @@ impl Estimate {
 
 /// A source of the heading rate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)] // their names say it
 pub enum Rate {
-    /// Yaw rate sensor.
     YawRate,
-    /// Speed and steering.
     Steering,
     /// Difference between the rear wheels.
     Wheels,
@@ -209,7 +208,7 @@ impl Car<'_> {
             (AngleOf::Tire, _) => Some(steering_rad),
             (AngleOf::SteeringWheel, None) => Some(steering_rad / NOMINAL_RATIO),
             (AngleOf::SteeringWheel, Some(_)) => {
-                tire_angle(self.geometry, steering_rad, Some(speed_mps.abs())).ok()
+                tire_angle(self.geometry, steering_rad, Some(speed_mps.abs())).ok()?
             }
         }
     }

@@ -45,12 +45,11 @@ pub enum Effect {
 
 /// Description of an alarm.
 #[derive(Debug, Clone, Copy)]
+#[allow(missing_docs)] // a field without a comment is what its name says
 pub struct AlarmRow {
-    /// Alarm that the row describes.
     pub alarm: Alarm,
     /// Text for display that describes the contradiction.
     pub text: &'static str,
-    /// Effect while the alarm is on.
     pub effect: Effect,
     /// Remedy, a clause in lower case without a full stop.
     pub remedy: &'static str,

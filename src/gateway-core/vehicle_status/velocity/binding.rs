@@ -31,10 +31,9 @@ pub struct VelocityBinding {
 
 /// A source of the speed.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)] // a field without a comment is what its name says
 pub struct SpeedSource {
-    /// Name in diagnostics.
     pub name: String,
-    /// Signals of the speed.
     pub signals: SpeedSignals,
     /// The source is used only while it reads less than this, m/s; `None` = always.
     pub below_mps: Option<f64>,
@@ -79,12 +78,11 @@ impl SpeedSignals {
 
 /// A signal of a speed.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)] // a field without a comment is what its name says
 pub struct SpeedSignal {
     /// Speed, m/s, or rad/s for a rotation; forward positive if it has a sign.
     pub quantity: Quantity,
-    /// True if the signal has a sign.
     pub is_signed: bool,
-    /// True if the signal is the rotation of a wheel.
     pub is_rotation: bool,
 }
 

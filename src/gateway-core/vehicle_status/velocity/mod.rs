@@ -9,6 +9,7 @@ pub mod speed;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::finding::{HeadingFinding, StatusFinding, VelocityPart};
 use super::gear::Gear;
 use super::measure::Measure;
 use super::plausibility::Motion;
@@ -41,29 +42,15 @@ impl Velocity {
     }
 }
 
-/// The affected part of a velocity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[allow(missing_docs)] // their names say it
-pub enum VelocityPart {
-    #[default]
-    Speed,
-    Direction,
-    HeadingRate,
-}
-
 /// The velocity and its parts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Assembled {
+pub(super) struct Assembled {
     /// The velocity, or the reason why it is unavailable.
     pub state: Judged<Velocity>,
-    /// The missing part, if any.
-    pub part: VelocityPart,
-    /// The heading rate.
-    pub heading_rate: Chosen<f64>,
+    /// The missing part, if any, and the source of the heading rate.
+    pub(super) finding: StatusFinding,
     /// Motion, as far as it is known, for the plausibility checks.
     pub motion: Motion,
-    /// True if an unknown heading rate is published as 0.
-    pub is_heading_rate_replaced: bool,
 }
 
 /// Other reports on which a velocity depends.
@@ -85,7 +72,7 @@ pub struct VelocityMemory {
 impl VelocityMemory {
     /// Assembles the velocity from its parts. No part may be older than the speed by more than `max_skew` of
     /// the binding.
-    pub fn assemble(
+    pub(super) fn assemble(
         &mut self,
         binding: &VelocityBinding,
         speed: Chosen<SpeedReading>,
@@ -98,8 +85,7 @@ impl VelocityMemory {
         let wheel_base_m = context.settings.geometry.wheel_base_m;
         let mut assembled = Assembled {
             state: Err(StatusReason::NoSource),
-            part: VelocityPart::Speed,
-            heading_rate: Chosen::none(StatusReason::NoSource),
+            finding: StatusFinding::default(),
             motion: Motion {
                 wheels_mps: wheels
                     .speeds
@@ -109,7 +95,6 @@ impl VelocityMemory {
                 gear: gear.ok().map(|(gear, _)| gear),
                 ..Motion::default()
             },
-            is_heading_rate_replaced: false,
         };
         let (reading, received) = match speed.state {
             Ok(reading) => reading,
@@ -127,7 +112,8 @@ impl VelocityMemory {
         let signed = match self.direction.sign(binding, reading, is_standing, gear, context) {
             Ok(sign) => sign * reading.speed_mps,
             Err(reason) => {
-                return Assembled { state: Err(reason), part: VelocityPart::Direction, ..assembled };
+                assembled.finding.part = VelocityPart::Direction;
+                return Assembled { state: Err(reason), ..assembled };
             }
         };
         assembled.motion.speed_mps = Some(signed);
@@ -135,18 +121,20 @@ impl VelocityMemory {
             || binding.directions.first().is_some_and(|source| *source != DirectionSource::Gear);
         let inputs = HeadingInputs { speed_mps: signed, is_standing, received, tire, wheels, alarms };
         let rate = self.zeros.judge(binding, inputs, context);
-        assembled.heading_rate = rate.chosen;
+        let Chosen { state, source, fallback } = rate.chosen;
+        assembled.finding.heading = HeadingFinding { source, fallback, replaced: None };
         assembled.motion.yaw_rate_radps = rate.sensor_radps;
         assembled.motion.steering_rate_radps = rate.steering_radps;
         assembled.motion.wheels_rate_radps = rate.wheels_radps;
-        let heading_rate_radps = match assembled.heading_rate.state {
+        let heading_rate_radps = match state {
             Ok((rate, _)) => rate,
-            Err(_) if binding.is_unknown_heading_rate_zero => {
-                assembled.is_heading_rate_replaced = true;
+            Err(reason) if binding.is_unknown_heading_rate_zero => {
+                assembled.finding.heading.replaced = Some(reason);
                 0.0
             }
             Err(reason) => {
-                return Assembled { state: Err(reason), part: VelocityPart::HeadingRate, ..assembled };
+                assembled.finding.part = VelocityPart::HeadingRate;
+                return Assembled { state: Err(reason), ..assembled };
             }
         };
         let velocity = Velocity { longitudinal_mps: signed, heading_rate_radps };
