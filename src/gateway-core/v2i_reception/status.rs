@@ -1,5 +1,5 @@
-//! Diagnostics of received traffic-light states, and what is received, for people and programs that monitor the
-//! gateway.
+//! Diagnostics of received traffic-light states, and what is received, for people and programs that monitor
+//! the gateway.
 
 use super::catalogue::{self, V2I_TRAFFIC_LIGHTS};
 use super::{InvalidReason, State, V2iReception, ValidState};

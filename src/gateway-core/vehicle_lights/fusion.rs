@@ -51,8 +51,9 @@ pub fn turn_codes_agree(one: TurnCode, other: TurnCode) -> bool {
 }
 
 impl<T: Copy + PartialEq> Fusion<T> {
-    /// Creates a fusion without any state; `sources` are true for fallbacks. A contradiction with the chosen source becomes a disagreement
-    /// after `limit`; `agree` returns true for values that do not contradict (usually `|a, b| a == b`).
+    /// Creates a fusion without any state; `sources` are true for fallbacks. A contradiction with the chosen
+    /// source becomes a disagreement after `limit`; `agree` returns true for values that do not contradict
+    /// (usually `|a, b| a == b`).
     pub fn new(sources: impl IntoIterator<Item = bool>, limit: Duration, agree: fn(T, T) -> bool) -> Self {
         let sources =
             sources.into_iter().map(|is_fallback| Source { is_fallback, contradicts: None }).collect();

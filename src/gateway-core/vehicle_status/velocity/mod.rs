@@ -1,5 +1,5 @@
-//! Speed and heading rate at the middle of the rear axle, assembled from speed, direction and heading rate. The
-//! lateral speed is 0 in the model of a car whose rear wheels do not steer.
+//! Speed and heading rate at the middle of the rear axle, assembled from speed, direction and heading rate.
+//! The lateral speed is 0 in the model of a car whose rear wheels do not steer.
 
 pub mod binding;
 pub mod direction;
