@@ -26,6 +26,12 @@ pub(super) fn nanos(date: Option<i64>, time_of_day: Option<i64>) -> Option<i64> 
     date?.checked_mul(DAY)?.checked_add(time_of_day?)
 }
 
+/// Converts seconds to ns; `None` if they are out of range.
+pub(super) fn nanos_of_seconds(seconds: f64) -> Option<i64> {
+    #[allow(clippy::cast_possible_truncation)] // ±9e18 is in range
+    (seconds.abs() < 9e9).then(|| (seconds * 1e9).round() as i64)
+}
+
 /// Reads `hh:mm:ss` or `hh:mm:ss.fff`, ns since midnight.
 pub(super) fn time_of_day(field: &str) -> Option<i64> {
     let mut parts = field.splitn(3, ':');

@@ -94,6 +94,20 @@ pub(super) trait LineReader: Send {
     fn read<'a>(&mut self, line: &'a [u8]) -> Outcome<'a>;
 }
 
+/// Reads lines that depend neither on headings nor on each other.
+pub(super) struct EachLine {
+    /// Unit of the stamps, ns.
+    pub(super) unit_ns: i64,
+    /// Reads a line with stamps in a unit, ns.
+    pub(super) read: fn(&[u8], i64) -> Outcome<'_>,
+}
+
+impl LineReader for EachLine {
+    fn read<'a>(&mut self, line: &'a [u8]) -> Outcome<'a> {
+        (self.read)(line, self.unit_ns)
+    }
+}
+
 /// Returns true if a line begins with one of these marks, ignoring case.
 pub(super) fn begins(line: &[u8], marks: &[&str]) -> bool {
     marks

@@ -39,6 +39,7 @@ pub mod file_budget;
 mod format;
 mod formats;
 mod lines;
+mod little_endian;
 mod log;
 pub mod regular_file;
 pub mod standard_input;
@@ -48,6 +49,6 @@ pub use entry::{BadLine, EntryContent, EntryInterface, LogEntry};
 pub use format::NotRecording;
 pub use formats::{
     Choose, LoggedMessage, Looks, MessageReader, RecordedTopic, TopicChoice, begins_like_binary, candump,
-    known_magic, names, open_messages, open_messages_within, received_frame,
+    known_magic, names, open_messages, received_frame,
 };
 pub use log::{Breakage, Crowd, InterfaceIndex, Log, LogRecord, is_breakage, is_without_frames, no_frame};

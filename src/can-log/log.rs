@@ -79,6 +79,8 @@ struct FrameTimes {
 /// Reads a log.
 pub struct Log {
     reader: FormatReader,
+    /// Number of lines or objects read from the current file.
+    number: u64,
     /// Number of bytes read from the current file.
     consumed: Arc<AtomicU64>,
     /// Budget of all files.
@@ -105,8 +107,8 @@ const MAX_INTERFACES: usize = 64;
 
 /// Reads lines or objects, and counts them.
 enum FormatReader {
-    Lines { lines: Lines<Source>, format: LineFormat, reader: Box<dyn LineReader>, number: u64 },
-    Objects { reader: Box<dyn ObjectReader>, number: u64 },
+    Lines { lines: Lines<Source>, format: LineFormat, reader: Box<dyn LineReader> },
+    Objects(Box<dyn ObjectReader>),
 }
 
 /// The beginning, used to recognise the format, and the rest.
@@ -143,21 +145,19 @@ impl Log {
     pub fn new(source: Box<dyn Read + Send>) -> io::Result<Self> {
         let budget = FileBudget::default();
         let (reader, consumed) = FormatReader::of_source(source, &budget)?;
-        let (interfaces, first_bad, breakage) = (Vec::new(), None, None);
-        let (records, bad_lines, rest, is_ended) = (0, 0, VecDeque::new(), false);
-        let times = Vec::new();
         Ok(Self {
             reader,
+            number: 0,
             consumed,
             budget,
-            interfaces,
-            times,
-            records,
-            bad_lines,
-            first_bad,
-            breakage,
-            rest,
-            is_ended,
+            interfaces: Vec::new(),
+            times: Vec::new(),
+            records: 0,
+            bad_lines: 0,
+            first_bad: None,
+            breakage: None,
+            rest: VecDeque::new(),
+            is_ended: false,
         })
     }
 
@@ -168,7 +168,7 @@ impl Log {
             FormatReader::Lines { format, reader, .. } if format.unit_ns.is_some() => {
                 *reader = (format.reader)(unit_ns);
             }
-            FormatReader::Lines { .. } | FormatReader::Objects { .. } => {
+            FormatReader::Lines { .. } | FormatReader::Objects(_) => {
                 return Err(refused(
                     "the format of this recording says in which unit its stamps are",
                     "leave out --time-unit",
@@ -218,6 +218,7 @@ impl Log {
                 Some(next) => {
                     (self.reader, self.consumed) =
                         FormatReader::of_source(Box::new(regular_file::open(&next)?), &self.budget)?;
+                    self.number = 0;
                 }
                 None => self.is_ended = true,
             }
@@ -240,6 +241,7 @@ impl Log {
 
     fn next_whole_record(&mut self) -> io::Result<Option<LogRecord>> {
         while let Some(entry) = self.reader.next()? {
+            self.number += 1;
             self.budget.spend(ENTRY_WORK)?;
             let reason = match entry {
                 Ok(None) => continue,
@@ -258,7 +260,7 @@ impl Log {
                     "check that it is a recording, and not damaged",
                 ));
             }
-            self.first_bad.get_or_insert((self.reader.number(), reason));
+            self.first_bad.get_or_insert((self.number, reason));
         }
         Ok(None)
     }
@@ -367,12 +369,12 @@ impl FormatReader {
         let source = head.chain(source);
         Ok(match format {
             Format::Lines(format) => {
-                Self::Lines { lines: Lines::new(source), format, reader: format.usual_reader(), number: 0 }
+                Self::Lines { lines: Lines::new(source), format, reader: format.usual_reader() }
             }
             Format::Objects(format) => {
                 let bytes = Box::new(BufReader::with_capacity(BUFFER, source));
                 let source = ObjectSource { bytes, budget: budget.clone() };
-                Self::Objects { reader: (format.reader)(source)?, number: 0 }
+                Self::Objects((format.reader)(source)?)
             }
         })
     }
@@ -380,26 +382,15 @@ impl FormatReader {
     /// Returns the entry of the next line or object.
     fn next(&mut self) -> io::Result<Option<Outcome<'_>>> {
         match self {
-            Self::Objects { reader, number } => {
-                *number += 1;
-                reader.next_object()
-            }
-            Self::Lines { lines, reader, number, .. } => {
+            Self::Objects(reader) => reader.next_object(),
+            Self::Lines { lines, reader, .. } => {
                 let Some(line) = lines.next_line()? else { return Ok(None) };
-                *number += 1;
                 let text = match line {
                     Ok(line) => line.trim_ascii(),
                     Err(reason) => return Ok(Some(Err(reason))),
                 };
                 Ok(Some(if text.is_empty() { Ok(None) } else { reader.read(text) }))
             }
-        }
-    }
-
-    /// Returns the number of the line or object that was read last.
-    fn number(&self) -> u64 {
-        match self {
-            Self::Lines { number, .. } | Self::Objects { number, .. } => *number,
         }
     }
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
+use can_log::file_budget::FileBudget;
 use can_log::{Choose, RecordedTopic, open_messages};
 use ros_messages::cdr::{CdrBytes, encapsulated, read_message};
 use ros_messages::diagnostic_msgs::DiagnosticArray;
@@ -15,7 +16,7 @@ pub(crate) type Messages = BTreeMap<String, Vec<Vec<u8>>>;
 /// Reads all messages of a file, but what tells of the process itself: its statuses, and its log.
 pub(crate) fn messages(file: &Path) -> Messages {
     let choose: Choose<String> = Arc::new(|topic: &RecordedTopic<'_>| Some(topic.name.to_owned()));
-    let mut reader = open_messages(file, &choose).unwrap();
+    let mut reader = open_messages(file, &choose, &FileBudget::default()).unwrap();
     let mut messages = Messages::new();
     while let Some(read) = reader.advance().unwrap() {
         read.unwrap();

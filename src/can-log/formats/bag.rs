@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::recorded_topics::{Choose, MessageReader};
-use super::{mcap, refuse_pending_rows, sqlite};
+use super::{mcap, sqlite};
 use crate::compression::decompressed;
 use crate::counted_source::CountedSource;
 use crate::file_budget::FileBudget;
@@ -16,27 +16,17 @@ const BUFFER: usize = 64 << 10;
 /// Number of first bytes that identify the format.
 const MAGIC_LENGTH: u64 = 16;
 
-/// Opens a file of a bag, decompressed if necessary, to read the messages of the topics selected by `choose`.
+/// Opens a file of a bag, decompressed if necessary, to read the messages of the topics selected by `choose`,
+/// within a budget that all readers of a recording share.
 ///
 /// # Errors
 /// Fails if the file cannot be read, or holds no ROS 2 messages.
 pub fn open_messages<T: Send + 'static>(
     path: &Path,
     choose: &Choose<T>,
-) -> io::Result<Box<dyn MessageReader<T>>> {
-    open_messages_within(path, choose, &FileBudget::default())
-}
-
-/// Like [`open_messages`], within a budget that all readers of a recording share.
-///
-/// # Errors
-/// Fails if the file cannot be read, or holds no ROS 2 messages.
-pub fn open_messages_within<T: Send + 'static>(
-    path: &Path,
-    choose: &Choose<T>,
     budget: &FileBudget,
 ) -> io::Result<Box<dyn MessageReader<T>>> {
-    refuse_pending_rows(path)?;
+    sqlite::refuse_pending_rows(path)?;
     let file = BufReader::new(Box::new(regular_file::open(path)?) as Box<dyn Read + Send>);
     let mut source = decompressed(Box::new(CountedSource::new(file, budget.clone())), budget)?;
     let mut head = Vec::new();

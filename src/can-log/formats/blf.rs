@@ -19,6 +19,7 @@ use crate::exact::{append, skip};
 use crate::fields::{bus_error, data_frame, id, length_of_dlc};
 use crate::file_budget::Kept;
 use crate::format::{Mark, ObjectFormat, ObjectReader, ObjectSource, Outcome};
+use crate::little_endian::{u16_at, u32_at, u64_at};
 use can_signal::can::MAX_DATA;
 
 /// Largest valid size, bytes. Writers fill containers with 128 KiB, unpacked.
@@ -99,15 +100,17 @@ fn parse_object(object: &[u8], start: i64) -> Outcome<'static> {
     let header = object.get(..HEADER).ok_or(BadLine::BadLength)?;
     // The unit is 10 µs or 1 ns.
     let unit = if u32_at(header, 16) == 1 { 10_000 } else { 1 };
-    let time = u64::from(u32_at(header, 24)) | u64::from(u32_at(header, 28)) << 32;
-    let nanos = i64::try_from(time).ok().and_then(|time| time.checked_mul(unit)).ok_or(BadLine::NoTime)?;
-    let data = object.get(u16_at(object, 4).max(HEADER)..).unwrap_or_default();
+    let nanos = i64::try_from(u64_at(header, 24))
+        .ok()
+        .and_then(|time| time.checked_mul(unit))
+        .ok_or(BadLine::NoTime)?;
+    let data = object.get(usize::from(u16_at(object, 4)).max(HEADER)..).unwrap_or_default();
     let (channel, content) = match kind {
         1 | 86 => message(data),
         100 => fd_message(data),
         101 => fd_message_64(data),
         104 => data.first().map(|channel| (u32::from(*channel), Ok(bus_error()))),
-        _ => data.get(..2).map(|data| (channel(data), Ok(bus_error()))),
+        _ => data.get(..2).map(|data| (u16_at(data, 0).into(), Ok(bus_error()))),
     }
     .ok_or(BadLine::BadLength)?;
     Ok(Some(LogEntry::numbered(start.saturating_add(nanos), channel, content?)))
@@ -123,7 +126,7 @@ fn message(data: &[u8]) -> ChannelContent {
         // A DLC above 8 is sent unchanged, but the frame still has 8 bytes.
         frame(u32_at(data, 4), false, usize::from(data[3]).min(8), &data[8..])
     };
-    Some((channel(data), content))
+    Some((u16_at(data, 0).into(), content))
 }
 
 fn fd_message(data: &[u8]) -> ChannelContent {
@@ -133,7 +136,7 @@ fn fd_message(data: &[u8]) -> ChannelContent {
     } else {
         frame(u32_at(fixed, 4), fixed[13] & 1 != 0, usize::from(fixed[14]), &data[20..])
     };
-    Some((channel(fixed), content))
+    Some((u16_at(fixed, 0).into(), content))
 }
 
 fn fd_message_64(data: &[u8]) -> ChannelContent {
@@ -272,27 +275,11 @@ fn find_magic(source: &mut impl BufRead) -> io::Result<Option<u64>> {
 
 /// Parses Windows' `SYSTEMTIME`: eight 16-bit numbers, of which the third is the day of the week.
 fn system_time(bytes: &[u8]) -> Option<i64> {
-    let part = |index: usize| i64::try_from(u16_at(bytes, 2 * index)).ok();
-    let date = days(
-        u16_at(bytes, 0).try_into().ok()?,
-        u16_at(bytes, 2).try_into().ok()?,
-        u16_at(bytes, 6).try_into().ok()?,
-    );
-    let millis = ((part(4)? * 60 + part(5)?) * 60 + part(6)?) * 1000 + part(7)?;
+    let part = |index: usize| u16_at(bytes, 2 * index);
+    let date = days(part(0).into(), part(1).into(), part(3).into());
+    let [hours, minutes, seconds, millis] = [4, 5, 6, 7].map(|index| i64::from(part(index)));
+    let millis = ((hours * 60 + minutes) * 60 + seconds) * 1000 + millis;
     nanos(date, Some(millis * 1_000_000).filter(|time| *time < DAY))
-}
-
-/// Reads a number; missing bytes read as 0. Callers have checked the length.
-fn u32_at(bytes: &[u8], at: usize) -> u32 {
-    bytes.get(at..at + 4).and_then(|part| part.try_into().ok()).map_or(0, u32::from_le_bytes)
-}
-
-fn u16_at(bytes: &[u8], at: usize) -> usize {
-    bytes.get(at..at + 2).and_then(|part| part.try_into().ok()).map_or(0, u16::from_le_bytes).into()
-}
-
-fn channel(data: &[u8]) -> u32 {
-    u32::try_from(u16_at(data, 0)).unwrap_or(0)
 }
 
 #[cfg(test)]

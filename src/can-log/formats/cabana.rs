@@ -14,45 +14,37 @@
 use crate::clock::SECOND;
 use crate::entry::{BadLine, LogEntry};
 use crate::fields::{columns, id, number, packed_frame, text};
-use crate::format::{LineFormat, LineReader};
+use crate::format::{EachLine, LineFormat, Outcome};
 
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "cabana CSV",
     claims: is_heading,
     unit_ns: Some(SECOND),
-    reader: |unit_ns| Box::new(Cabana { unit_ns }),
+    reader: |unit_ns| Box::new(EachLine { unit_ns, read }),
 };
-
-/// A format with fixed columns.
-struct Cabana {
-    /// Unit of the stamps, ns.
-    unit_ns: i64,
-}
 
 fn is_heading(line: &[u8]) -> bool {
     line.eq_ignore_ascii_case(b"time,addr,bus,data")
 }
 
-impl LineReader for Cabana {
-    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {
-        if is_heading(line) {
-            return Ok(None);
-        }
-        let mut fields = columns(text(line)?, 0);
-        let nanos = fields.time(self.unit_ns)?;
-        let identifier = fields.text(BadLine::NoFrame)?;
-        let number = match identifier.strip_prefix("0x") {
-            Some(digits) => number(digits, 16),
-            None => number(identifier, 10),
-        };
-        let number = number.ok_or(BadLine::BadId)?;
-        let id = id(number, number > 0x7FF)?;
-        let bus = fields.channel()?;
-        let data = fields.text(BadLine::BadData)?;
-        let digits = data.strip_prefix("0x").unwrap_or(data);
-        fields.end()?;
-        Ok(Some(LogEntry::numbered(nanos, bus, packed_frame(id, digits.len() > 16, digits)?)))
+fn read(line: &[u8], unit_ns: i64) -> Outcome<'_> {
+    if is_heading(line) {
+        return Ok(None);
     }
+    let mut fields = columns(text(line)?, 0);
+    let nanos = fields.time(unit_ns)?;
+    let identifier = fields.text(BadLine::NoFrame)?;
+    let number = match identifier.strip_prefix("0x") {
+        Some(digits) => number(digits, 16),
+        None => number(identifier, 10),
+    };
+    let number = number.ok_or(BadLine::BadId)?;
+    let id = id(number, number > 0x7FF)?;
+    let bus = fields.channel()?;
+    let data = fields.text(BadLine::BadData)?;
+    let digits = data.strip_prefix("0x").unwrap_or(data);
+    fields.end()?;
+    Ok(Some(LogEntry::numbered(nanos, bus, packed_frame(id, digits.len() > 16, digits)?)))
 }
 
 #[cfg(test)]

@@ -39,7 +39,7 @@ pub(super) struct Message {
     segments: Vec<(usize, usize)>,
 }
 
-/// A structure in a message; missing numbers are 0.
+/// A structure in a message.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Struct<'a> {
     message: &'a Message,
@@ -169,28 +169,10 @@ fn sizes(pointer: u64) -> (usize, usize) {
 }
 
 impl<'a> Struct<'a> {
-    fn number<const N: usize>(&self, at: usize) -> [u8; N] {
-        let data = self
-            .message
-            .segment(self.segment)
-            .and_then(|bytes| bytes.get(self.start..)?.get(..self.words * WORD));
-        data.and_then(|data| data.get(at..)?.first_chunk().copied()).unwrap_or([0; N])
-    }
-
-    pub(super) fn u8(&self, at: usize) -> u8 {
-        u8::from_le_bytes(self.number(at))
-    }
-
-    pub(super) fn u16(&self, at: usize) -> u16 {
-        u16::from_le_bytes(self.number(at))
-    }
-
-    pub(super) fn u32(&self, at: usize) -> u32 {
-        u32::from_le_bytes(self.number(at))
-    }
-
-    pub(super) fn u64(&self, at: usize) -> u64 {
-        u64::from_le_bytes(self.number(at))
+    /// Returns the numbers of the structure; empty if they are not in the segment.
+    pub(super) fn numbers(&self) -> &'a [u8] {
+        let segment = self.message.segment(self.segment);
+        segment.and_then(|bytes| bytes.get(self.start..)?.get(..self.words * WORD)).unwrap_or_default()
     }
 
     fn pointer(&self, index: usize) -> Option<usize> {

@@ -10,45 +10,37 @@
 //! missing. Types that begin with `C` are comments, events and statistics.
 
 use crate::clock::SECOND;
-use crate::entry::{BadLine, EntryContent, LogEntry};
+use crate::entry::{BadLine, LogEntry};
 use crate::fields::{fields, id, number, text, text_before_comment};
-use crate::format::{LineFormat, LineReader};
+use crate::format::{EachLine, LineFormat, Outcome};
 
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "CRTD",
-    claims: |line| Crtd { unit_ns: SECOND }.read(line).is_ok(),
+    claims: |line| read(line, SECOND).is_ok(),
     unit_ns: Some(SECOND),
-    reader: |unit_ns| Box::new(Crtd { unit_ns }),
+    reader: |unit_ns| Box::new(EachLine { unit_ns, read }),
 };
 
-/// A format without headings.
-struct Crtd {
-    /// Unit of the stamps, ns.
-    unit_ns: i64,
-}
-
-impl LineReader for Crtd {
-    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {
-        let mut fields = fields(text_before_comment(line), 16);
-        let nanos = fields.time(self.unit_ns)?;
-        let kind = fields.text(BadLine::NoFrame)?;
-        if kind.len() == 3 && kind.starts_with('C') && kind.bytes().all(|byte| byte.is_ascii_uppercase()) {
-            return Ok(None);
-        }
-        text(line)?;
-        let digits = kind.bytes().take_while(u8::is_ascii_digit).count();
-        let (bus, kind) = kind.split_at(digits);
-        let bus = if bus.is_empty() { 1 } else { number(bus, 10).ok_or(BadLine::NoInterface)? };
-        let extended = match kind {
-            "R11" | "T11" => false,
-            "R29" | "T29" => true,
-            _ => return Err(BadLine::NoFrame),
-        };
-        let id = id(fields.next().and_then(|field| number(field, 16)).ok_or(BadLine::BadId)?, extended)?;
-        let length = fields.clone().count();
-        let content: EntryContent = fields.data_frame(id, length > 8, length)?;
-        Ok(Some(LogEntry::numbered(nanos, bus, content)))
+fn read(line: &[u8], unit_ns: i64) -> Outcome<'_> {
+    let mut fields = fields(text_before_comment(line), 16);
+    let nanos = fields.time(unit_ns)?;
+    let kind = fields.text(BadLine::NoFrame)?;
+    if kind.len() == 3 && kind.starts_with('C') && kind.bytes().all(|byte| byte.is_ascii_uppercase()) {
+        return Ok(None);
     }
+    text(line)?;
+    let digits = kind.bytes().take_while(u8::is_ascii_digit).count();
+    let (bus, kind) = kind.split_at(digits);
+    let bus = if bus.is_empty() { 1 } else { number(bus, 10).ok_or(BadLine::NoInterface)? };
+    let extended = match kind {
+        "R11" | "T11" => false,
+        "R29" | "T29" => true,
+        _ => return Err(BadLine::NoFrame),
+    };
+    let id = id(fields.next().and_then(|field| number(field, 16)).ok_or(BadLine::BadId)?, extended)?;
+    let length = fields.clone().count();
+    let content = fields.data_frame(id, length > 8, length)?;
+    Ok(Some(LogEntry::numbered(nanos, bus, content)))
 }
 
 #[cfg(test)]
@@ -74,11 +66,7 @@ mod tests {
             "1542473901500000 can3 1A0##0000102030405060708090A0B",
         ];
         assert_eq!(lines, expected);
-        assert_eq!(
-            Crtd { unit_ns: SECOND }.read(b"1.0 CXX caf\xE9"),
-            Ok(None),
-            "a comment in another character set"
-        );
+        assert_eq!(read(b"1.0 CXX caf\xE9", SECOND), Ok(None), "a comment in another character set");
     }
 
     #[test]
@@ -97,6 +85,6 @@ mod tests {
             ("1.0 1R11 1A0 1 2 3 4 5 6 7 8 9", BadLine::BadLength),
         ];
         assert_refused(FORMAT, &[], &cases);
-        assert_eq!(Crtd { unit_ns: SECOND }.read(b"1.0 1R11 1A0 \xFF"), Err(BadLine::NotText));
+        assert_eq!(read(b"1.0 1R11 1A0 \xFF", SECOND), Err(BadLine::NotText));
     }
 }

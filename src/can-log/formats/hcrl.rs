@@ -12,30 +12,22 @@
 use crate::clock::SECOND;
 use crate::entry::{BadLine, EntryContent, LogEntry};
 use crate::fields::{LineFields, columns, fields, id, number, text};
-use crate::format::{LineFormat, LineReader};
+use crate::format::{EachLine, LineFormat, Outcome};
 
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "HCRL data set",
-    claims: |line| Hcrl { unit_ns: SECOND }.read(line).is_ok(),
+    claims: |line| read(line, SECOND).is_ok(),
     unit_ns: Some(SECOND),
-    reader: |unit_ns| Box::new(Hcrl { unit_ns }),
+    reader: |unit_ns| Box::new(EachLine { unit_ns, read }),
 };
 
-/// A format without headings.
-struct Hcrl {
-    /// Unit of the stamps, ns.
-    unit_ns: i64,
-}
-
-impl LineReader for Hcrl {
-    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {
-        let line = text(line)?;
-        let (nanos, content) = match line.strip_prefix("Timestamp:") {
-            Some(rest) => named(fields(rest, 16), self.unit_ns)?,
-            None => labelled(columns(line, 0), self.unit_ns)?,
-        };
-        Ok(Some(LogEntry::numbered(nanos, 0, content)))
-    }
+fn read(line: &[u8], unit_ns: i64) -> Outcome<'_> {
+    let line = text(line)?;
+    let (nanos, content) = match line.strip_prefix("Timestamp:") {
+        Some(rest) => named(fields(rest, 16), unit_ns)?,
+        None => labelled(columns(line, 0), unit_ns)?,
+    };
+    Ok(Some(LogEntry::numbered(nanos, 0, content)))
 }
 
 fn labelled<'a>(

@@ -18,6 +18,7 @@ use crate::entry::BadLine;
 use crate::exact::{append, append_rest, skip};
 use crate::file_budget::{Kept, is_limit};
 use crate::format::{Mark, ObjectFormat, ObjectSource, damaged};
+use crate::little_endian::{u16_at, u32_at, u64_at};
 use gateway_base::time::WallStamp;
 
 pub(super) const FORMAT: ObjectFormat = ObjectFormat {
@@ -170,8 +171,7 @@ impl Chunk {
     fn read(file: &mut ObjectSource) -> io::Result<Self> {
         let mut head = [0; CHUNK_HEAD];
         file.read_exact(&mut head)?;
-        let number = |at: usize| u32::from_le_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]);
-        let (checksum, name_length) = (number(24), number(28));
+        let (checksum, name_length) = (u32_at(&head, 24), u32_at(&head, 28));
         if name_length > 64 {
             return Err(damaged("a chunk has no compression that is known"));
         }
@@ -246,8 +246,7 @@ impl<T> Content<T> {
         }
         self.kept.budget().spend(RECORD_WORK)?;
         source.read_exact(&mut head[1..])?;
-        let (opcode, length) =
-            (head[0], u64::from_le_bytes([1, 2, 3, 4, 5, 6, 7, 8].map(|at: usize| head[at])));
+        let (opcode, length) = (head[0], u64_at(&head, 1));
         match opcode {
             op::CHUNK => return Ok(Some(Step::Chunk)),
             op::DATA_END | op::FOOTER => return Ok(Some(Step::DataEnd)),
@@ -285,14 +284,14 @@ impl<T> Content<T> {
         let mut head = [0; MESSAGE_HEAD];
         let rest = length.checked_sub(MESSAGE_HEAD as u64).ok_or_else(|| damaged("a message has no head"))?;
         source.read_exact(&mut head)?;
-        let channel = u16::from_le_bytes([head[0], head[1]]);
+        let channel = u16_at(&head, 0);
         let is_read = self.channels.get(&channel).is_some_and(Option::is_some);
         if !is_read || rest > MAX_RECORD {
             skip(source, rest)?;
             return Ok(if is_read { Step::TooLong } else { Step::Other });
         }
-        let logged = u64::from_le_bytes([6, 7, 8, 9, 10, 11, 12, 13].map(|at: usize| head[at]));
-        self.message = Some((channel, WallStamp::from_nanos(i64::try_from(logged).unwrap_or(i64::MAX))));
+        let logged = i64::try_from(u64_at(&head, 6)).unwrap_or(i64::MAX);
+        self.message = Some((channel, WallStamp::from_nanos(logged)));
         self.read_body(source, rest)?;
         Ok(Step::Message)
     }

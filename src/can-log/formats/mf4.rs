@@ -9,9 +9,10 @@
 use std::collections::BTreeMap;
 use std::io::{self, ErrorKind};
 
-use super::mf4_blocks::{Blocks, u64_at};
+use super::mf4_blocks::Blocks;
 use super::mf4_records::{DataGroup, Entry};
 use crate::format::{Mark, ObjectFormat, ObjectReader, ObjectSource, Outcome, refused};
+use crate::little_endian::u64_at;
 
 pub(super) const FORMAT: ObjectFormat = ObjectFormat {
     name: "ASAM MDF 4 (MF4)",

@@ -10,6 +10,7 @@ use std::ops::Range;
 use crate::exact::{append_rest, missing_part};
 use crate::file_budget::{FileBudget, Kept};
 use crate::format::{ObjectSource, damaged, refused};
+use crate::little_endian::u64_at;
 
 /// Cost of visiting a block, nominal ns.
 const BLOCK_WORK: u64 = 100;
@@ -90,7 +91,7 @@ impl Blocks {
 
     /// Returns a block. Fails if the file ends within it, or there is none at this position.
     pub(super) fn block(&self, at: u64) -> io::Result<Block<'_>> {
-        let (kind, content, is_cut) = self.locate(at)?;
+        let (kind, content, is_cut) = self.data(at)?;
         if is_cut {
             return Err(self.cut());
         }
@@ -99,11 +100,6 @@ impl Blocks {
         let parts = links.and_then(|links| self.bytes[content].split_at_checked(links));
         let (links, data) = parts.ok_or_else(|| unexpected(kind))?;
         Ok(Block { kind, links, data })
-    }
-
-    /// Returns the kind and content range of a data block, and true if the file ends within the content.
-    pub(super) fn data(&self, at: u64) -> io::Result<([u8; 2], Range<usize>, bool)> {
-        self.locate(at)
     }
 
     pub(super) fn bytes(&self, range: Range<usize>) -> &[u8] {
@@ -118,7 +114,8 @@ impl Blocks {
         Ok(String::from_utf8_lossy(&text[..end]).into_owned())
     }
 
-    fn locate(&self, at: u64) -> io::Result<([u8; 2], Range<usize>, bool)> {
+    /// Returns the kind and content range of a block, and true if the file ends within the content.
+    pub(super) fn data(&self, at: u64) -> io::Result<([u8; 2], Range<usize>, bool)> {
         self.budget.spend(BLOCK_WORK)?;
         let start = usize::try_from(at).map_err(|_| self.cut())?;
         let head = start.checked_add(HEAD).and_then(|end| self.bytes.get(start..end));
@@ -145,17 +142,3 @@ impl Blocks {
 pub(super) fn unexpected(kind: [u8; 2]) -> io::Error {
     damaged(format!("MF4: unexpected block {}", String::from_utf8_lossy(&kind)))
 }
-
-macro_rules! number_at {
-    ($name:ident, $type:ty) => {
-        /// Missing bytes read as 0.
-        pub(super) fn $name(bytes: &[u8], at: usize) -> $type {
-            let bytes = bytes.get(at..).and_then(|bytes| bytes.first_chunk().copied());
-            bytes.map(<$type>::from_le_bytes).unwrap_or_default()
-        }
-    };
-}
-number_at!(u16_at, u16);
-number_at!(u32_at, u32);
-number_at!(u64_at, u64);
-number_at!(f64_at, f64);

@@ -3,9 +3,11 @@
 
 use std::io;
 
-use super::mf4_blocks::{Block, Blocks, f64_at, u16_at, u32_at, u64_at};
+use super::mf4_blocks::{Block, Blocks};
+use crate::clock::nanos_of_seconds;
 use crate::entry::BadLine;
 use crate::format::damaged;
+use crate::little_endian::{f64_at, u16_at, u32_at, u64_at};
 
 /// Kinds of a channel.
 const VARIABLE_LENGTH: u8 = 1;
@@ -164,14 +166,13 @@ pub(super) struct FrameChannels {
     pub(super) kind: FrameKind,
     /// Seconds since the start of the measurement.
     pub(super) time: Option<Channel>,
-    pub(super) bus: Option<Channel>,
-    pub(super) id: Option<Channel>,
-    pub(super) extended: Option<Channel>,
-    pub(super) fd: Option<Channel>,
-    pub(super) dlc: Option<Channel>,
-    pub(super) length: Option<Channel>,
-    pub(super) data: Option<Channel>,
+    /// The channels named in [`PARTS`].
+    pub(super) parts: [Option<Channel>; PARTS.len()],
 }
+
+/// Ends of the names of channels: bus, identifier, whether it has 29 bits, whether the frame is CAN FD, DLC,
+/// length and data.
+const PARTS: [&str; 7] = [".BusChannel", ".ID", ".IDE", ".EDL", ".DLC", ".DataLength", ".DataBytes"];
 
 const KINDS: [(&str, FrameKind); 3] = [
     ("CAN_DataFrame", FrameKind::Data),
@@ -182,8 +183,7 @@ const KINDS: [(&str, FrameKind); 3] = [
 impl FrameChannels {
     /// Reads the channels of a group, starting at `first`; `None` if its records are not CAN frames.
     pub(super) fn of(file: &Blocks, first: Option<u64>) -> io::Result<Option<Self>> {
-        let [time, bus, id, extended, fd, dlc, length, data] = [const { None }; 8];
-        let mut found = Self { kind: FrameKind::Data, time, bus, id, extended, fd, dlc, length, data };
+        let mut found = Self { kind: FrameKind::Data, time: None, parts: [const { None }; PARTS.len()] };
         let mut is_frame = false;
         let mut links = Vec::from_iter(first);
         while let Some(link) = links.pop() {
@@ -204,34 +204,27 @@ impl FrameChannels {
             if part.is_empty() {
                 (found.kind, is_frame) = (kind, true);
             }
-            let channel = match part {
-                ".BusChannel" => &mut found.bus,
-                ".ID" => &mut found.id,
-                ".IDE" => &mut found.extended,
-                ".EDL" => &mut found.fd,
-                ".DLC" => &mut found.dlc,
-                ".DataLength" => &mut found.length,
-                ".DataBytes" => &mut found.data,
-                _ => continue,
-            };
-            *channel = Some(Channel::of(file, &block)?);
+            if let Some(index) = PARTS.iter().position(|known| *known == part) {
+                found.parts[index] = Some(Channel::of(file, &block)?);
+            }
         }
         Ok(is_frame.then_some(found))
     }
 
+    /// Returns the channel of the data bytes.
+    pub(super) fn data(&self) -> Option<&Channel> {
+        self.parts.last()?.as_ref()
+    }
+
     /// Returns the number of pairs in conversion tables.
     pub(super) fn pairs(&self) -> u64 {
-        let Self { kind: _, time, bus, id, extended, fd, dlc, length, data } = self;
-        let channels = [time, bus, id, extended, fd, dlc, length, data].into_iter().flatten();
+        let channels = self.parts.iter().chain([&self.time]).flatten();
         channels.map(|channel| channel.conversion.pairs() as u64).sum()
     }
 
     /// Returns the time of a record in ns since the start of the measurement.
     pub(super) fn nanos(&self, record: &[u8], index: u64) -> Result<i64, BadLine> {
         let Some(time) = &self.time else { return Ok(0) };
-        let seconds = time.value(record, index).filter(|seconds| seconds.abs() < 9e9);
-        #[allow(clippy::cast_possible_truncation)] // ±9e18 is in range
-        let nanos = seconds.map(|seconds| (seconds * 1e9).round() as i64);
-        nanos.ok_or(BadLine::NoTime)
+        time.value(record, index).and_then(nanos_of_seconds).ok_or(BadLine::NoTime)
     }
 }

@@ -6,10 +6,11 @@ use std::ops::Range;
 
 use flate2::read::ZlibDecoder;
 
-use super::mf4_blocks::{Blocks, u32_at, u64_at, unexpected};
+use super::mf4_blocks::{Blocks, unexpected};
 use crate::exact::append_rest;
 use crate::file_budget::Kept;
 use crate::format::damaged;
+use crate::little_endian::{u32_at, u64_at};
 
 /// Largest unpacked content of a block, bytes. The format allows 4 MiB.
 const MAX_UNPACKED: u64 = 64 << 20;

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 use std::io::{self, ErrorKind};
 
-use super::mf4_blocks::{Blocks, u16_at, u32_at, u64_at};
+use super::mf4_blocks::Blocks;
 use super::mf4_channels::{Channel, FrameChannels, FrameKind};
 use super::mf4_data::DataReader;
 use crate::entry::{BadLine, EntryContent, LogEntry};
 use crate::fields::{bus_error, data_frame, id, length_of_dlc};
 use crate::file_budget::Kept;
 use crate::format::damaged;
+use crate::little_endian::{u16_at, u32_at, u64_at};
 
 /// Cost of a record besides the conversions of its values, nominal ns.
 const RECORD_WORK: u64 = 50;
@@ -97,7 +98,7 @@ impl DataGroup {
 
     /// Collects the values of variable length, which lie in their own blocks or between the other records.
     fn collect_values(&mut self, file: &Blocks, data: Option<u64>, numbers: &BTreeMap<u64, u64>) {
-        let values = |group: &ChannelGroup| group.frames.as_ref()?.data.as_ref()?.values;
+        let values = |group: &ChannelGroup| group.frames.as_ref()?.data()?.values;
         let links: Vec<_> =
             self.groups.iter().filter_map(|(number, group)| Some((*number, values(group)?))).collect();
         let mut between = BTreeMap::new();
@@ -216,21 +217,21 @@ fn next_record<'a>(
 fn entry(frames: &FrameChannels, record: &[u8], index: u64, values: &[u8], start: i64) -> Entry {
     let nanos = start.saturating_add(frames.nanos(record, index)?);
     let number = |channel: &Option<Channel>| channel.as_ref()?.number(record, index);
+    let [bus, id_channel, extended, fd, dlc, length, data] = &frames.parts;
     let content = match frames.kind {
         FrameKind::Remote => EntryContent::Remote,
         FrameKind::Error => bus_error(),
         FrameKind::Data => {
-            let number_and_flag = number(&frames.id).ok_or(BadLine::BadId)?;
+            let number_and_flag = number(id_channel).ok_or(BadLine::BadId)?;
             // Writers without a channel for it mark 29 bits by a flag in the identifier.
-            let is_extended = number(&frames.extended).map_or(number_and_flag > 0x7FF, |flag| flag != 0);
+            let is_extended = number(extended).map_or(number_and_flag > 0x7FF, |flag| flag != 0);
             let id = id(number_and_flag & 0x1FFF_FFFF, is_extended)?;
-            let bytes =
-                frames.data.as_ref().and_then(|data| data.bytes(record, values)).ok_or(BadLine::BadData)?;
-            let is_fd = number(&frames.fd).map(|flag| flag != 0);
-            let length = match (&frames.length, &frames.dlc) {
-                (Some(_), _) => number(&frames.length).and_then(|length| usize::try_from(length).ok()),
+            let bytes = data.as_ref().and_then(|data| data.bytes(record, values)).ok_or(BadLine::BadData)?;
+            let is_fd = number(fd).map(|flag| flag != 0);
+            let length = match (length, dlc) {
+                (Some(_), _) => number(length).and_then(|length| usize::try_from(length).ok()),
                 (None, Some(_)) => {
-                    number(&frames.dlc).and_then(|dlc| length_of_dlc(dlc, is_fd.unwrap_or(bytes.len() > 8)))
+                    number(dlc).and_then(|dlc| length_of_dlc(dlc, is_fd.unwrap_or(bytes.len() > 8)))
                 }
                 (None, None) => Some(bytes.len()),
             };
@@ -239,5 +240,5 @@ fn entry(frames: &FrameChannels, record: &[u8], index: u64, values: &[u8], start
             data_frame(id, is_fd.unwrap_or(length > 8), data)?
         }
     };
-    Ok(LogEntry::numbered(nanos, number(&frames.bus).unwrap_or(0), content))
+    Ok(LogEntry::numbered(nanos, number(bus).unwrap_or(0), content))
 }

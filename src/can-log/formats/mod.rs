@@ -56,7 +56,7 @@ mod unrecognised;
 
 use std::io;
 
-pub use bag::{open_messages, open_messages_within};
+pub use bag::open_messages;
 pub use recorded_topics::{Choose, LoggedMessage, MessageReader, RecordedTopic, TopicChoice};
 pub use ros_frames::received_frame;
 pub(super) use sqlite::refuse_pending_rows;

@@ -15,6 +15,7 @@ use super::capnp::{Message, Struct, begins};
 use crate::entry::{BadLine, LogEntry};
 use crate::fields::{data_frame, id};
 use crate::format::{Mark, ObjectFormat, ObjectReader, ObjectSource, Outcome};
+use crate::little_endian::{u16_at, u32_at, u64_at};
 
 pub(super) const FORMAT: ObjectFormat = ObjectFormat {
     name: "openpilot rlog and qlog",
@@ -47,9 +48,9 @@ impl ObjectReader for Openpilot {
                 return Ok(None);
             }
             let Some(event) = self.message.root() else { return Ok(Some(Err(BadLine::NoFrame))) };
-            match (event.u16(8), nanos(&event)) {
+            match (u16_at(event.numbers(), 8), nanos(&event)) {
                 (INIT_DATA, Ok(nanos)) => {
-                    let wall = event.structure(0).map_or(0, |data| data.u64(8));
+                    let wall = event.structure(0).map_or(0, |data| u64_at(data.numbers(), 8));
                     let wall = i64::try_from(wall).ok().filter(|wall| *wall > 0);
                     self.start = wall.map_or(0, |wall| wall - nanos);
                 }
@@ -68,7 +69,7 @@ impl Openpilot {
         let event = self.message.root().ok_or(BadLine::NoFrame)?;
         let Some(frame) = event.structures(0).ok_or(BadLine::NoFrame)?.get(position) else { return Ok(None) };
         self.next_frame = Some(position + 1);
-        if frame.u8(6) >= SENT {
+        if bus(&frame) >= SENT {
             return Ok(None);
         }
         entry(self.start.saturating_add(nanos(&event)?), &frame).map(Some)
@@ -77,14 +78,18 @@ impl Openpilot {
 
 /// Returns the time of an event on the log's clock, ns.
 fn nanos(event: &Struct<'_>) -> Result<i64, BadLine> {
-    i64::try_from(event.u64(0)).map_err(|_| BadLine::NoTime)
+    i64::try_from(u64_at(event.numbers(), 0)).map_err(|_| BadLine::NoTime)
+}
+
+fn bus(frame: &Struct<'_>) -> u8 {
+    frame.numbers().get(6).copied().unwrap_or(0)
 }
 
 fn entry(nanos: i64, frame: &Struct<'_>) -> Result<LogEntry<'static>, BadLine> {
-    let number = frame.u32(0);
+    let number = u32_at(frame.numbers(), 0);
     let data = frame.bytes(0).ok_or(BadLine::BadData)?;
     let content = data_frame(id(number, number > 0x7FF)?, data.len() > 8, data)?;
-    Ok(LogEntry::numbered(nanos, frame.u8(6).into(), content))
+    Ok(LogEntry::numbered(nanos, bus(frame).into(), content))
 }
 
 #[cfg(test)]

@@ -12,30 +12,22 @@
 use crate::clock::SECOND;
 use crate::entry::{BadLine, EntryContent, LogEntry};
 use crate::fields::{SpacedFields, decimal, fields, id, number, text};
-use crate::format::{LineFormat, LineReader};
+use crate::format::{EachLine, LineFormat, Outcome};
 
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "serial sniffer",
-    claims: |line| Plain { unit_ns: SECOND }.read(line).is_ok(),
+    claims: |line| read(line, SECOND).is_ok(),
     unit_ns: Some(SECOND / 1000),
-    reader: |unit_ns| Box::new(Plain { unit_ns }),
+    reader: |unit_ns| Box::new(EachLine { unit_ns, read }),
 };
 
-/// Formats without headings.
-struct Plain {
-    /// Unit of the stamps, ns.
-    unit_ns: i64,
-}
-
-impl LineReader for Plain {
-    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {
-        let text = text(line)?;
-        let (nanos, content) = match text.split_once(':') {
-            Some((start, data)) => timed(start, self.unit_ns, fields(data, 16))?,
-            None => (0, serial(fields(text, 16))?),
-        };
-        Ok(Some(LogEntry::numbered(nanos, 0, content)))
-    }
+fn read(line: &[u8], unit_ns: i64) -> Outcome<'_> {
+    let text = text(line)?;
+    let (nanos, content) = match text.split_once(':') {
+        Some((start, data)) => timed(start, unit_ns, fields(data, 16))?,
+        None => (0, serial(fields(text, 16))?),
+    };
+    Ok(Some(LogEntry::numbered(nanos, 0, content)))
 }
 
 fn timed(start: &str, unit_ns: i64, mut data: SpacedFields<'_>) -> Result<(i64, EntryContent), BadLine> {

@@ -14,7 +14,7 @@ use base64::engine::general_purpose::STANDARD;
 use crate::clock::SECOND;
 use crate::entry::{BadLine, EntryContent, LogEntry};
 use crate::fields::{bus_error, columns, data_frame, id, number, text};
-use crate::format::{LineFormat, LineReader, begins};
+use crate::format::{EachLine, LineFormat, Outcome, begins};
 use can_signal::can::MAX_DATA;
 
 const HEADING: &str = "timestamp,arbitration_id,extended,remote,error,dlc,data";
@@ -23,39 +23,31 @@ pub(super) const FORMAT: LineFormat = LineFormat {
     name: "python-can CSV",
     claims: |line| begins(line, &[HEADING]),
     unit_ns: Some(SECOND),
-    reader: |unit_ns| Box::new(PythonCsv { unit_ns }),
+    reader: |unit_ns| Box::new(EachLine { unit_ns, read }),
 };
 
-/// A format with fixed columns.
-struct PythonCsv {
-    /// Unit of the stamps, ns.
-    unit_ns: i64,
-}
-
-impl LineReader for PythonCsv {
-    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {
-        if begins(line, &[HEADING]) {
-            return Ok(None);
-        }
-        let mut fields = columns(text(line)?, 0);
-        let nanos = fields.time(self.unit_ns)?;
-        let identifier = fields.text(BadLine::NoFrame)?;
-        let number = identifier.strip_prefix("0x").and_then(|digits| number(digits, 16));
-        let mut flag = || match fields.next() {
-            Some("0") => Ok(false),
-            Some("1") => Ok(true),
-            _ => Err(BadLine::NoFrame),
-        };
-        let (extended, remote, error) = (flag()?, flag()?, flag()?);
-        let content = if error {
-            bus_error()
-        } else {
-            let id = id(number.ok_or(BadLine::BadId)?, extended)?;
-            let length = fields.length()?;
-            if remote { EntryContent::Remote } else { data(id, length, fields.text(BadLine::BadData)?)? }
-        };
-        Ok(Some(LogEntry::numbered(nanos, 0, content)))
+fn read(line: &[u8], unit_ns: i64) -> Outcome<'_> {
+    if begins(line, &[HEADING]) {
+        return Ok(None);
     }
+    let mut fields = columns(text(line)?, 0);
+    let nanos = fields.time(unit_ns)?;
+    let identifier = fields.text(BadLine::NoFrame)?;
+    let number = identifier.strip_prefix("0x").and_then(|digits| number(digits, 16));
+    let mut flag = || match fields.next() {
+        Some("0") => Ok(false),
+        Some("1") => Ok(true),
+        _ => Err(BadLine::NoFrame),
+    };
+    let (extended, remote, error) = (flag()?, flag()?, flag()?);
+    let content = if error {
+        bus_error()
+    } else {
+        let id = id(number.ok_or(BadLine::BadId)?, extended)?;
+        let length = fields.length()?;
+        if remote { EntryContent::Remote } else { data(id, length, fields.text(BadLine::BadData)?)? }
+    };
+    Ok(Some(LogEntry::numbered(nanos, 0, content)))
 }
 
 fn data(id: can_signal::can::frame::CanId, length: usize, text: &str) -> Result<EntryContent, BadLine> {

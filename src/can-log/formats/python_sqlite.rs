@@ -6,12 +6,13 @@
 use std::io;
 
 use super::sqlite_file::{Database, Rows, Table, Value};
-use crate::clock::SECOND;
+use crate::clock::{SECOND, nanos_of_seconds};
 use crate::entry::{BadLine, EntryContent, LogEntry};
 use crate::fields::{bus_error, data_frame, id};
 use crate::format::{ObjectReader, Outcome};
 
-const COLUMNS: [&str; 7] = ["ts", "arbitration_id", "extended", "remote", "error", "dlc", "data"];
+/// Columns of the table `messages`.
+pub(super) const COLUMNS: [&str; 7] = ["ts", "arbitration_id", "extended", "remote", "error", "dlc", "data"];
 
 pub(super) struct PythonSqlite {
     database: Database,
@@ -19,11 +20,6 @@ pub(super) struct PythonSqlite {
 }
 
 impl PythonSqlite {
-    /// Returns the table of frames; `None` for a database not written by python-can.
-    pub(super) fn table(database: &Database) -> io::Result<Option<Table<7>>> {
-        database.table("messages", COLUMNS)
-    }
-
     pub(super) fn new(database: Database, table: Table<7>) -> Self {
         let rows = Rows::new(table, &database);
         Self { database, rows }
@@ -64,12 +60,8 @@ fn entry(
 fn nanos(time: Value<'_>) -> Option<i64> {
     match time {
         Value::Integer(seconds) => seconds.checked_mul(SECOND),
-        Value::Real(seconds) if seconds.abs() < 9e9 => {
-            #[allow(clippy::cast_possible_truncation)] // ±9e18 is in range
-            let nanos = (seconds * 1e9).round() as i64;
-            Some(nanos)
-        }
-        Value::Real(_) | Value::Null | Value::Text(_) | Value::Blob(_) => None,
+        Value::Real(seconds) => nanos_of_seconds(seconds),
+        Value::Null | Value::Text(_) | Value::Blob(_) => None,
     }
 }
 

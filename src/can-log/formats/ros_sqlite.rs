@@ -9,7 +9,8 @@ use crate::entry::BadLine;
 use crate::file_budget::Kept;
 use gateway_base::time::WallStamp;
 
-const COLUMNS: [&str; 3] = ["topic_id", "timestamp", "data"];
+/// Columns of the table `messages`.
+pub(super) const COLUMNS: [&str; 3] = ["topic_id", "timestamp", "data"];
 
 /// Reads the messages of the chosen topics.
 pub(super) struct RosSqlite<T> {
@@ -25,11 +26,6 @@ pub(super) struct RosSqlite<T> {
     kept: Kept,
 }
 
-/// Returns the table of messages; `None` for a database not written by `rosbag2`.
-pub(super) fn table(database: &Database) -> io::Result<Option<Table<3>>> {
-    database.table("messages", COLUMNS)
-}
-
 impl<T> RosSqlite<T> {
     /// Reads the topics.
     pub(super) fn new(database: Database, messages: Table<3>, choose: Choose<T>) -> io::Result<Self> {
@@ -40,11 +36,11 @@ impl<T> RosSqlite<T> {
                 let Ok(texts) = row else { continue };
                 let [name, type_name, encoding] = &texts.map(text);
                 if let Some(topic) = choice.take(&RecordedTopic { name, type_name, encoding }) {
-                    topics.insert(rows.row_number(), topic);
+                    topics.insert(rows.row_number, topic);
                 }
             }
         }
-        let (messages, kept) = (Rows::new(messages, &database), database.keep());
+        let (messages, kept) = (Rows::new(messages, &database), database.budget.keep());
         Ok(Self { database, messages, topics, choice, message: None, content: Vec::new(), kept })
     }
 }

@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::io;
 use std::path::Path;
 
-use super::python_sqlite::PythonSqlite;
+use super::python_sqlite::{self, PythonSqlite};
 use super::recorded_topics::Choose;
 use super::ros_frames::{Frames, choose_frames};
 use super::ros_sqlite::{self, RosSqlite};
@@ -14,12 +14,15 @@ use crate::format::{Mark, ObjectFormat, ObjectReader, ObjectSource, refused};
 pub(super) const FORMAT: ObjectFormat =
     ObjectFormat { name: "SQLite of python-can or rosbag2", mark: Mark::Magics(&[MAGIC]), reader: open };
 
+/// Table of frames or of ROS 2 messages, by its columns.
+const MESSAGES: &str = "messages";
+
 fn open(source: ObjectSource) -> io::Result<Box<dyn ObjectReader>> {
     let database = Database::read(source)?;
-    if let Some(table) = PythonSqlite::table(&database)? {
+    if let Some(table) = database.table(MESSAGES, python_sqlite::COLUMNS)? {
         return Ok(Box::new(PythonSqlite::new(database, table)));
     }
-    if let Some(table) = ros_sqlite::table(&database)? {
+    if let Some(table) = database.table(MESSAGES, ros_sqlite::COLUMNS)? {
         return Ok(Box::new(Frames(RosSqlite::new(database, table, choose_frames())?)));
     }
     Err(refused(
@@ -32,7 +35,7 @@ fn open(source: ObjectSource) -> io::Result<Box<dyn ObjectReader>> {
 /// Opens a `rosbag2` database to read the messages of chosen topics.
 pub(super) fn messages<T>(source: ObjectSource, choose: Choose<T>) -> io::Result<RosSqlite<T>> {
     let database = Database::read(source)?;
-    match ros_sqlite::table(&database)? {
+    match database.table(MESSAGES, ros_sqlite::COLUMNS)? {
         Some(table) => RosSqlite::new(database, table, choose),
         None => Err(refused("the SQLite database is not one of rosbag2", "give the file or folder of a bag")),
     }

@@ -75,7 +75,7 @@ pub(super) struct Database {
     page_size: usize,
     /// Number of usable bytes per page; the rest is reserved for extensions.
     usable: usize,
-    budget: FileBudget,
+    pub(super) budget: FileBudget,
     /// Memory of `bytes`.
     _kept: Kept,
     /// Reason why the file could not be read to its end.
@@ -138,11 +138,6 @@ impl Database {
             }
         }
         Ok(None)
-    }
-
-    /// Returns a reservation for keeping data of the database in memory.
-    pub(super) fn keep(&self) -> Kept {
-        self.budget.keep()
     }
 
     /// Returns the usable bytes of a page, counted from 1. Fails if it is not in the file.
@@ -208,18 +203,14 @@ pub(super) struct Rows<const N: usize> {
     payload: Vec<u8>,
     /// Memory of `payload`.
     kept: Kept,
-    row_number: i64,
+    /// Number of the last row, which is the value of a column INTEGER PRIMARY KEY.
+    pub(super) row_number: i64,
 }
 
 impl<const N: usize> Rows<N> {
     pub(super) fn new(table: Table<N>, database: &Database) -> Self {
         let (path, payload, kept) = (vec![(table.root, 0)], Vec::new(), database.budget.keep());
         Self { table, path, visited: 0, payload, kept, row_number: 0 }
-    }
-
-    /// Returns the number of the last row, which is the value of a column INTEGER PRIMARY KEY.
-    pub(super) fn row_number(&self) -> i64 {
-        self.row_number
     }
 
     /// Returns the values of the next row, `None` at the end. Fails if pages are missing or damaged.

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use can_log::file_budget::{ENTRY_WORK, FileBudget};
 use can_log::{
     Choose, EntryContent, Log, MessageReader, RecordedTopic, begins_like_a_bag, files_of_bag, is_breakage,
-    open_messages_within, received_frame,
+    open_messages, received_frame,
 };
 
 use super::ros::messages::timed_call;
@@ -155,7 +155,7 @@ impl SampleLog {
         });
         let topic = |(name, kind)| SampleTopic { name, kind, received: 0, undecodable: 0, reason: None };
         Ok(Self {
-            reader: open_messages_within(&first, &choose, &budget)?,
+            reader: open_messages(&first, &choose, &budget)?,
             choose,
             budget,
             topics: topics.into_iter().map(topic).collect(),
@@ -214,7 +214,7 @@ impl SampleLog {
 
     fn open_next(&mut self) -> io::Result<()> {
         while let Some(next) = self.rest.pop_front() {
-            match open_messages_within(&next, &self.choose, &self.budget) {
+            match open_messages(&next, &self.choose, &self.budget) {
                 Ok(reader) => {
                     self.reader = reader;
                     return Ok(());
