@@ -70,32 +70,26 @@ pub enum EntryContent {
 
 /// Reason why a line of a recording cannot be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Display)]
+#[allow(missing_docs)] // the texts say it
 pub enum BadLine {
-    /// Longer than any line of the format.
     #[display("too long for a line of a recording")]
     TooLong,
-    /// It is not UTF-8 text.
     #[display("not text")]
     NotText,
-    /// The time is missing.
     #[display("the time is missing")]
     NoTime,
-    /// The interface name or number is missing.
     #[display("the interface is missing")]
     NoInterface,
     /// The frame is missing, or of a kind that the format does not define.
     #[display("the frame is missing")]
     NoFrame,
-    /// An identifier that is malformed or out of range.
     #[display("invalid identifier")]
     BadId,
     /// Data that is not bytes, or fewer than announced.
     #[display("data is damaged or missing")]
     BadData,
-    /// A length that is invalid for a frame.
     #[display("invalid data length")]
     BadLength,
-    /// A CAN XL frame.
     #[display("CAN XL frames are not supported")]
     CanXl,
 }

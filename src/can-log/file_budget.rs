@@ -45,8 +45,8 @@ struct Counters {
 
 /// A limit that reading a file has reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs)] // the texts say it
 pub enum LimitReached {
-    /// Unpacking and following references is too costly.
     #[error(
         "its packed or repeated content costs more time than {} MB of plain content, the limit for the {read} bytes read; \
          unpack the file first, or read it in parts", .limit / WORK_PER_BYTE / 1_000_000
@@ -54,10 +54,8 @@ pub enum LimitReached {
     Work {
         /// Nominal ns.
         limit: u64,
-        /// Bytes read of the file.
         read: u64,
     },
-    /// Too much memory would be needed.
     #[error(
         "reading on needs more than {} MiB of memory, the limit for the {read} bytes read; unpack the file first, or read \
          it in parts", .limit >> 20
@@ -65,7 +63,6 @@ pub enum LimitReached {
     Memory {
         /// Bytes.
         limit: u64,
-        /// Bytes read of the file.
         read: u64,
     },
 }

@@ -12,53 +12,23 @@ pub(super) const POINTS_FOR_NODE: usize = 6;
 
 /// An error of a map, with the faulty element.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the texts say it
 pub enum MapError {
-    /// A tag has an unusable value.
     #[error("{element}: tag `{key}` is `{value}`, {expected} expected")]
-    BadTag {
-        /// The element with the tag.
-        element: OsmElement,
-        /// Key of the tag.
-        key: &'static str,
-        /// The value in the file.
-        value: String,
-        /// Expected values.
-        expected: &'static str,
-    },
+    BadTag { element: OsmElement, key: &'static str, value: String, expected: &'static str },
     /// A lanelet does not have exactly one way on one of its sides.
     #[error("relation {lanelet}: {count} members of the role `{role}`, a lanelet has one")]
-    Sides {
-        /// Id of the lanelet's relation.
-        lanelet: i64,
-        /// The role that names the side, `left` or `right`.
-        role: &'static str,
-        /// Number of ways on that side.
-        count: usize,
-    },
-    /// A bound is not a line.
+    Sides { lanelet: i64, role: &'static str, count: usize },
     #[error("way {way}: a bound of lanelet {lanelet} needs two points at least")]
-    ShortBound {
-        /// Id of the bound's way.
-        way: i64,
-        /// Id of the lanelet's relation.
-        lanelet: i64,
-    },
+    ShortBound { way: i64, lanelet: i64 },
     /// This node, the first of its kind, lies far outside of any map.
     #[error("node {0}: it lies {MAX_DISTANCE_M:e} metres or more from the origin of the map")]
     TooFar(i64),
-    /// With this lanelet, the lanelets have too many points to hold in memory.
     #[error(
         "relation {lanelet}: with it, the lanelets have more than {most} points, the most for a map whose ways have {nodes}: lanelets \
          that are too long, or share their ways; check the coordinates"
     )]
-    TooLarge {
-        /// Id of the lanelet's relation.
-        lanelet: i64,
-        /// Maximum number of points.
-        most: usize,
-        /// Number of points of all ways.
-        nodes: usize,
-    },
+    TooLarge { lanelet: i64, most: usize, nodes: usize },
     /// This node, the first of its kind, cannot be projected.
     #[error("node {0}: its `lat` and `lon` are missing, or the projection does not reach there")]
     NotProjected(i64),

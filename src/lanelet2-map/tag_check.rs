@@ -35,16 +35,14 @@ pub struct MapFinding {
 
 /// A reason why the signal at a lanelet may be wrong or missing.
 #[derive(Debug, Clone, PartialEq, Display)]
+#[allow(missing_docs)] // the texts say it
 pub enum MapFlaw {
-    /// Its `turn_direction` does not match its bend.
     #[display("tagged {}, but it bends {}", tag.name(), bend(*bend_deg))]
     OtherDirection {
-        /// The direction that the tag names.
         tag: TurnDirection,
         /// The bend from its start to its end, degrees, positive to the left.
         bend_deg: f64,
     },
-    /// This value of its `turn_direction` is unknown, and is ignored.
     #[display(
         "its turn_direction {_0:?} names no direction: expected left, right or straight, in lower case"
     )]
@@ -57,20 +55,17 @@ pub enum MapFlaw {
     ReachesBehindOtherTurn {
         /// The tag `turn_signal_distance`, metres.
         distance_m: f64,
-        /// The lanelet that turns to the other side.
         other: LaneId,
     },
     /// A turn is split: consecutive lanelets have the same tag.
     #[display("a turn tagged {} ({}) is split over the lanelets {}", tag.name(), bend(*bend_deg), listed(lanes))]
     SplitTurn {
-        /// The direction that the tag names.
         tag: TurnDirection,
         /// All of its lanelets, in driving direction.
         lanes: Vec<LaneId>,
         /// The bend from the start of the first to the end of the last, degrees, positive to the left.
         bend_deg: f64,
     },
-    /// It turns off at a fork and has no `turn_direction`.
     #[display("turns off by {} where the road forks after {after}, without a turn_direction", bend(*bend_deg))]
     UntaggedFork {
         /// The lanelet after which the road forks.
@@ -91,28 +86,21 @@ pub enum MapFlaw {
         /// True if the lanelet lies to the left of the straighter one.
         is_left: bool,
     },
-    /// A roundabout names it, but it is not on the map.
     #[display("a roundabout names it, but it is not on the map")]
     NotOnMap,
-    /// A roundabout assigns it a role, but it does not refer to the roundabout.
     #[display("a roundabout gives it a role, but it does not refer to the roundabout")]
     NoReference,
-    /// It refers to a roundabout that assigns it no role.
     #[display("refers to a roundabout that gives it no role")]
     NoRole,
-    /// An entry leads to no lanelet of its roundabout.
     #[display("an entry that leads to no lanelet of its roundabout")]
     EntryLeadsNowhere,
-    /// No lanelet of its roundabout leads to this exit.
     #[display("an exit to which no lanelet of its roundabout leads")]
     ExitFromNowhere,
-    /// An entry signals for this exit, which its roundabouts do not have.
     #[display("signals on entry for the exit {_0}, which its roundabout does not have")]
     UnknownExit(LaneId),
     /// An entry lists this exit both for the left and for the right.
     #[display("signals on entry both left and right for the exit {_0}")]
     ContradictingExit(LaneId),
-    /// An exit without `enable_exit_turn_signal` on a lanelet of the ring before it.
     #[display("an exit with no enable_exit_turn_signal on the lanelet of the ring before it")]
     UntaggedExit,
 }

@@ -49,13 +49,12 @@ enum Generation {
 
 /// The reason why an architecture, or one of its topics, is refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs)] // the texts say it
 pub enum ArchitectureError {
-    /// The text is not of the form `awf/universe/<yyyymmdd>`.
     #[error(
         "architecture `{0}` is not of the form `{PREFIX}<yyyymmdd>`; use `{PREFIX}20240605`, for example"
     )]
     Malformed(String),
-    /// The messages for the date are unknown.
     #[error("architecture `{0}` is not supported; use `{PREFIX}20230906`, or `{PREFIX}20240605` or later")]
     Unsupported(String),
     /// A semantic error of upstream.

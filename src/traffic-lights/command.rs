@@ -21,6 +21,7 @@ pub const RATES_HZ: RangeInclusive<f64> = 0.001..=1000.0;
 
 /// The reason why a text is not an action. Quoted parts of the command are shortened if they are very long.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the texts say it
 pub enum CommandError {
     /// The text before the first blank or parenthesis is not the name of one of these commands: it belongs to
     /// another receiver, or lacks its `@v1`.
@@ -29,84 +30,53 @@ pub enum CommandError {
     /// The text before the first blank or parenthesis is nearly the name of one of these commands. In
     /// upstream mode it counts as another receiver's command.
     #[error("`{found}` is not a command; `{known}` is")]
-    NearMiss {
-        /// The name in the text.
-        found: String,
-        /// The name of the command.
-        known: &'static str,
-    },
-    /// Parentheses, commas or quotes are wrong.
+    NearMiss { found: String, known: &'static str },
     #[error("column {column}: {kind}")]
     Form {
         /// Position of the mistake, in characters, from 1.
         column: usize,
-        /// The kind of mistake.
         kind: FormError,
     },
-    /// The command has too few or too many arguments.
     #[error("{name} takes {expected}, {actual} given; an argument with blanks stands in double quotes")]
     Count {
-        /// Name of the command.
         name: &'static str,
         /// The expected number, as in `2 or 3 arguments`.
         expected: &'static str,
-        /// The number of arguments in the text.
         actual: usize,
     },
-    /// An argument is not the id of a light.
     #[error(transparent)]
     Id(#[from] SignalIdError),
-    /// An id has more than the 32 bits that upstream reserves for it.
     #[error("{0} does not fit 32 bits, upstream's size of an id here")]
     LongId(i64),
-    /// An argument is not a state, or not a valid state for this light.
     #[error(transparent)]
     State(#[from] StateError),
-    /// The rate is not a number in [`RATES_HZ`].
     #[error("rate `{0}`: expected a number from {min} to {max} Hz", min = RATES_HZ.start(), max = RATES_HZ.end())]
     Rate(String),
     /// The confidence is not a number from 0 to 1; upstream accepts any number.
     #[error("confidence `{0}`: expected a number from 0 to 1")]
     Confidence(String),
-    /// No controller has this name.
     #[error("no controller is called `{found}`; there are {known}")]
-    Controller {
-        /// The name in the text.
-        found: String,
-        /// The names of the scenario's controllers.
-        known: String,
-    },
-    /// The controller has no phase of this name.
+    Controller { found: String, known: String },
     #[error("controller `{controller}` has no phase `{found}`; it has {known}")]
-    Phase {
-        /// Name of the controller.
-        controller: String,
-        /// The name in the text.
-        found: String,
-        /// The names of the controller's phases.
-        known: String,
-    },
+    Phase { controller: String, found: String, known: String },
 }
 
 /// A mistake in parentheses, commas or quotes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
+#[allow(missing_docs)] // the texts say it
 pub enum FormError {
-    /// Something other than `(` follows the name.
     #[error("expected `(` after the name")]
     NoOpening,
-    /// The text ends within the parentheses.
     #[error("`)` is missing")]
     NoClosing,
     /// Two commas in a row, or a comma before the first or after the last argument.
     #[error("an argument is missing")]
     NoArgument,
-    /// A quoted argument does not end.
     #[error("the closing `\"` is missing")]
     NoQuote,
     /// Quotes in the middle of an argument, or a second `(`.
     #[error("expected a comma, a blank or `)` after an argument")]
     NoSeparator,
-    /// Text follows the closing parenthesis.
     #[error("nothing may follow the `)`")]
     Surplus,
 }

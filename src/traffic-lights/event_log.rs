@@ -16,25 +16,16 @@ pub struct LoggedEvent {
 
 /// An event of the scenario. Acts, events and phases are given by their positions in the scenario.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)] // the fields are positions in the scenario
 pub enum ScenarioEvent {
     /// A controller entered a phase.
-    PhaseEntered {
-        /// The controller that entered the phase.
-        controller: ControllerIndex,
-        /// Position of the phase in the controller's cycle.
-        phase: usize,
-    },
+    PhaseEntered { controller: ControllerIndex, phase: usize },
     /// The act at this position has begun.
     ActStarted(usize),
     /// The act at this position ended: all its events were complete, or its stop trigger fired.
     ActEnded(usize),
     /// An event began; its actions follow.
-    EventStarted {
-        /// Position of the act.
-        act: usize,
-        /// Position of the event in the act.
-        event: usize,
-    },
+    EventStarted { act: usize, event: usize },
     /// An action was performed.
     ActionDone(ActionSource),
     /// The scenario has ended; its controllers and events have stopped.
@@ -43,18 +34,12 @@ pub enum ScenarioEvent {
 
 /// The source of an action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)] // the fields are positions in the scenario
 pub enum ActionSource {
     /// An init action, performed before the first frame, by its position.
     Init(usize),
     /// An action of an event.
-    Event {
-        /// Position of the act.
-        act: usize,
-        /// Position of the event in the act.
-        event: usize,
-        /// Position of the action in the event.
-        action: usize,
-    },
+    Event { act: usize, event: usize, action: usize },
     /// A command from outside the scenario.
     Outside,
 }

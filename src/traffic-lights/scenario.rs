@@ -175,10 +175,10 @@ pub enum Edge {
 
 /// The test of a condition.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)] // their names say it
 pub enum Test {
     /// `SimulationTimeCondition`: the time since the start.
     SimulationTime {
-        /// The comparison of the simulation time with `value`.
         rule: Rule,
         /// Time since the start of the scenario.
         value: Duration,
@@ -193,28 +193,16 @@ pub enum Test {
         exact: bool,
     },
     /// `TrafficSignalControllerCondition`: the current phase's name.
-    Phase {
-        /// The controller whose phase is tested.
-        controller: ControllerIndex,
-        /// The expected name of its phase.
-        phase: String,
-    },
+    Phase { controller: ControllerIndex, phase: String },
     /// `ParameterCondition` and `VariableCondition`: the present value.
     Variable {
-        /// The variable whose value is tested.
         variable: VariableIndex,
-        /// The comparison of its value with `value`.
         rule: Rule,
         /// A value of the same kind.
         value: VariableValue,
     },
     /// `StoryboardElementStateCondition`, of a story, act, group of events, event or action by its name.
-    Element {
-        /// Name of the element.
-        name: String,
-        /// The expected state or transition.
-        state: ElementState,
-    },
+    Element { name: String, state: ElementState },
 }
 
 /// A comparison of two values (OpenSCENARIO `Rule`).
@@ -257,28 +245,21 @@ pub enum ElementState {
 /// An action on the lights, which completes at once
 /// (docs/spec/traffic-lights.md, "Actions and commands").
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)] // their names say it
 pub enum Action {
     /// Replaces the state of the target: `TrafficSignalStateAction`.
-    SetState {
-        /// The light or group to set.
-        target: SignalTarget,
-        /// The new state.
-        state: StateText,
-    },
+    SetState { target: SignalTarget, state: StateText },
     /// Makes a light or group dark, or no longer detected: `ClearTrafficSignal`.
     Clear(SignalTarget),
     /// Enters a phase, whatever the current phase is: `TrafficSignalControllerAction`.
     EnterPhase {
-        /// The controller.
         controller: ControllerIndex,
         /// Name of the phase. Improved mode checks it when reading it, upstream when using it.
         phase: String,
     },
     /// Replaces the V2I ground truth: `V2ITrafficSignalStateAction`.
     SetV2iState {
-        /// Way or relation id.
         id: i64,
-        /// The new state.
         state: StateText,
         /// New rate of the V2I topics, Hz, above zero; `None` keeps the present one.
         rate_hz: Option<f64>,
@@ -302,18 +283,12 @@ pub enum Action {
     },
     /// Sets a variable: `SetAction` of a `ParameterAction` or `VariableAction`.
     SetVariable {
-        /// The variable to set.
         variable: VariableIndex,
         /// A value of the same kind.
         value: VariableValue,
     },
     /// Changes a variable: `ModifyAction` of a `ParameterAction` or `VariableAction`.
-    ModifyVariable {
-        /// The numeric variable to change.
-        variable: VariableIndex,
-        /// The change of its value.
-        by: Modification,
-    },
+    ModifyVariable { variable: VariableIndex, by: Modification },
     /// Ends the scenario; its controllers and events stop. `true` means `exitSuccess`, `false` means
     /// `exitFailure`.
     End(bool),

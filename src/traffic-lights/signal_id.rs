@@ -9,8 +9,8 @@ use super::text::{is_blank, printable};
 
 /// The reason why a text is not the id of a light, with the faulty part, shortened if it is very long.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs)] // the texts say it
 pub enum SignalIdError {
-    /// The text has more parts than an id and a channel.
     #[error("`{0}` is more than an id and a channel, as in `34802 v2i`")]
     Format(String),
     /// The part before the first blank is not an id.

@@ -16,27 +16,16 @@ pub enum StateWriter {
 
 /// The reason why a state must not be written.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs)] // the texts say it
 pub enum StateError {
-    /// The text has a mistake.
     #[error("state `{text}`: {mistake}", text = printable(text))]
-    Mistake {
-        /// The text as it was written.
-        text: String,
-        /// The mistake, as text.
-        mistake: String,
-    },
-    /// The state is unknown, which is invalid for ground truth.
+    Mistake { text: String, mistake: String },
     #[error(
         "state `{text}`: `unknown` is what a pipeline reports, so it can be written to `{store}_detected` but \
          not to `{store}`",
         text = printable(text)
     )]
-    Reserved {
-        /// The text as it was written.
-        text: String,
-        /// The store to which it was to be written.
-        store: StoreId,
-    },
+    Reserved { text: String, store: StoreId },
 }
 
 /// Refuses a state with a mistake, which upstream detects when applying the state (Q20), and `unknown`

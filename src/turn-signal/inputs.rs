@@ -125,14 +125,12 @@ pub enum InputFinding {
 
 /// A reason why a planning factor cannot be used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
+#[allow(missing_docs)] // the texts say it
 pub enum FactorFlaw {
-    /// A position or an offset is not a number.
     #[display("a position or an offset is not a number")]
     NotFinite,
-    /// A start or an end is missing.
     #[display("no start and end")]
     NoStretch,
-    /// The side is missing.
     #[display("no side")]
     NoSide,
 }

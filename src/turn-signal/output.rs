@@ -6,30 +6,16 @@ use super::decision::Decision;
 use crate::light_command::{HazardCommand, TurnCommand};
 use gateway_base::time::WallStamp;
 
-/// A command to publish, or a decision to report.
+/// A command to publish, or a decision to report. Each stamp is the time of the decision.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)] // their names say it
 pub enum TurnSignalOutput {
     /// A `TurnIndicatorsCommand` to publish.
-    TurnCommand {
-        /// The command of the turn indicators.
-        command: TurnCommand,
-        /// Time of the decision.
-        stamp: WallStamp,
-    },
+    TurnCommand { command: TurnCommand, stamp: WallStamp },
     /// A `HazardLightsCommand` to publish.
-    HazardCommand {
-        /// The command of the hazard lights.
-        command: HazardCommand,
-        /// Time of the decision.
-        stamp: WallStamp,
-    },
+    HazardCommand { command: HazardCommand, stamp: WallStamp },
     /// The sections of a cycle to publish, for a viewer and for the planner, on the configured topics.
-    Sections {
-        /// The decision of the cycle, with its sections.
-        decision: Arc<Decision>,
-        /// Time of the decision.
-        stamp: WallStamp,
-    },
+    Sections { decision: Arc<Decision>, stamp: WallStamp },
     /// A decision whose command or reason differs from the previous one; for reports, not published.
     Decision(Arc<Decision>),
 }

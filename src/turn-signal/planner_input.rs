@@ -14,6 +14,7 @@ use lanelet2_map::lane_network::LaneId;
 
 /// One message for the decider.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)] // their names say it
 pub enum PlannerInput {
     /// The message `nav_msgs/Odometry` of the localisation.
     Odometry {
@@ -29,19 +30,9 @@ pub enum PlannerInput {
     /// The message `autoware_planning_msgs/Trajectory`, of a planner that sends no planning factors.
     Trajectory(Arc<[TrajectoryPoint]>),
     /// `autoware_internal_planning_msgs/PlanningFactorArray` of one module.
-    Factors {
-        /// The sending module.
-        topic: FactorTopic,
-        /// All factors of the module.
-        factors: Arc<[PlanningFactor]>,
-    },
+    Factors { topic: FactorTopic, factors: Arc<[PlanningFactor]> },
     /// `autoware_planning_msgs/PoseWithUuidStamped`: the goal of a pull-over.
-    ModifiedGoal {
-        /// Id of the route to which it belongs.
-        route: u128,
-        /// The goal that replaces the route's.
-        goal: Pose,
-    },
+    ModifiedGoal { route: u128, goal: Pose },
     /// The message `autoware_adapi_v1_msgs/OperationModeState` of the system.
     OperationMode(OperationMode),
     /// `autoware_internal_planning_msgs/Scenario`: whether the planner drives lanes.

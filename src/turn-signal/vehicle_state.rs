@@ -32,11 +32,11 @@ pub struct VehicleUse {
 
 /// A state of the vehicle that requests hazard lights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
+#[allow(missing_docs)] // the texts say it
 pub enum VehicleHazard {
     /// A door is open while the vehicle stands, but not in park.
     #[display("a door is open at standstill")]
     OpenDoor,
-    /// Reverse gear is engaged.
     #[display("reverse gear is engaged")]
     Reverse,
 }

@@ -21,20 +21,16 @@ const ENOUGH_ERRORS: u64 = 100;
 
 /// Reason why an interface is not scanned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs)] // the texts say it
 pub enum ScanRefusal {
-    /// No interface has this name.
     #[error("there is no interface of that name")]
     Missing,
-    /// It is not a CAN interface.
     #[error("it is not a CAN interface")]
     NotCan,
-    /// It has no controller, and so no bit rate.
     #[error("it is virtual, and has no bit rate")]
     Virtual,
-    /// The interface is up, and therefore possibly in use.
     #[error("it is up, and its bit rate is not changed while others may use it")]
     Up,
-    /// Its driver has no listen-only mode, so a wrong bit rate would disturb the bus.
     #[error("its driver has no listen-only mode, so that a wrong bit rate would disturb the bus")]
     NoListenOnly,
 }

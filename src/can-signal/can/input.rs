@@ -8,44 +8,27 @@ use gateway_base::time::WallStamp;
 
 /// One event on a CAN bus.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(missing_docs)] // their names say it
 pub enum CanInput {
     /// A data frame arrived.
     Frame {
-        /// Bus of the event.
         bus: BusIndex,
-        /// The frame as received.
         frame: Frame,
         /// Receive time of the kernel or stamp of the recording.
         stamp: WallStamp,
     },
     /// The link below a bus changed.
-    Link {
-        /// Bus above the link.
-        bus: BusIndex,
-        /// New state of the link.
-        state: LinkState,
-    },
+    Link { bus: BusIndex, state: LinkState },
     /// The kernel dropped frames because the receive queue was full.
     Drops {
-        /// Bus of the event.
         bus: BusIndex,
         /// Number of frames dropped since the last report.
         lost: u32,
     },
     /// The controller or driver sent an error frame.
-    ErrorFrame {
-        /// Bus of the event.
-        bus: BusIndex,
-        /// The error frame as received.
-        error: ErrorFrame,
-    },
+    ErrorFrame { bus: BusIndex, error: ErrorFrame },
     /// The kernel reported the state of the controller on request, changed or not.
-    Controller {
-        /// Bus of the controller.
-        bus: BusIndex,
-        /// Report of the kernel.
-        report: ControllerReport,
-    },
+    Controller { bus: BusIndex, report: ControllerReport },
     /// Records of a recording could not be read.
     BadRecords {
         /// Bus to which they are attributed.

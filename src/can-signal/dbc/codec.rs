@@ -42,18 +42,12 @@ impl Layout {
 
 /// Reason why a layout is invalid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs)] // the texts say it
 pub enum LayoutError {
-    /// The length in bits is not 1 to 64.
     #[error("{0} bits long: a signal has 1 to 64")]
     Length(u16),
-    /// The signal reaches beyond the last byte of the message.
     #[error("needs {needed} bytes, the message has {available}")]
-    OutsideMessage {
-        /// Number of bytes needed for all bits.
-        needed: usize,
-        /// Number of bytes in the message.
-        available: usize,
-    },
+    OutsideMessage { needed: usize, available: usize },
 }
 
 /// The raw value lies outside [`SignalCodec::range`].

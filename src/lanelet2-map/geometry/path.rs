@@ -33,8 +33,8 @@ pub struct Path {
 
 /// A reason why points do not form a path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[allow(missing_docs)] // the texts say it
 pub enum PathError {
-    /// Fewer than two different points.
     #[error("the path has fewer than two different points")]
     TooShort,
     /// The point with this index, from 0, is not a finite pose.

@@ -121,8 +121,8 @@ pub struct OsmError {
 
 /// A reason why a file is refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs)] // the texts say it
 pub enum OsmFault {
-    /// A byte is not UTF-8.
     #[error("not UTF-8")]
     NotUtf8,
     /// The text could not be read to its end; contains the system's message.
@@ -134,45 +134,21 @@ pub enum OsmFault {
     /// The text is XML, but not a map; contains the outermost element, if any.
     #[error("not an OSM file: <osm> expected at the top{}", .0.as_ref().map_or_else(String::new, |name| format!(", found <{name}>")))]
     NotOsm(Option<String>),
-    /// The text ends before `</osm>`.
     #[error("the file ends before </osm>: it is cut short")]
     Truncated,
-    /// An attribute is missing.
     #[error("{element} has no `{key}`")]
-    MissingAttribute {
-        /// The element without it.
-        element: ElementRef,
-        /// Name of the attribute.
-        key: &'static str,
-    },
-    /// A value is unusable.
+    MissingAttribute { element: ElementRef, key: &'static str },
     #[error("{element}: `{key}` is `{value}`, {expected} expected")]
-    BadValue {
-        /// The element with the value.
-        element: ElementRef,
-        /// Name of the attribute or tag.
-        key: &'static str,
-        /// The value in the file.
-        value: String,
-        /// Expected values.
-        expected: &'static str,
-    },
-    /// An id is used twice within a kind.
+    BadValue { element: ElementRef, key: &'static str, value: String, expected: &'static str },
     #[error("{element} appears twice, first on line {first_line}")]
     Duplicate {
-        /// Kind and id of both.
         element: OsmElement,
         /// Line of the first one, from 1.
         first_line: usize,
     },
     /// An element refers to an element that is deleted or not in the file.
     #[error("{from} refers to {to}, which is not in the file")]
-    Missing {
-        /// The referring element.
-        from: OsmElement,
-        /// The element that is missing.
-        to: OsmElement,
-    },
+    Missing { from: OsmElement, to: OsmElement },
 }
 
 impl OsmError {

@@ -9,31 +9,21 @@ use crate::projection::{MgrsSquare, UTM_SCALE};
 
 /// A reason why a text does not name a projector.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs)] // the texts say it
 pub enum ProjectorError {
     /// This line, from 1, is not of the form `key: value`.
     #[error("map projector info, line {0}: `key: value` expected")]
     NotAKey(usize),
-    /// A key appears twice.
     #[error("map projector info, line {line}: `{key}` appears twice")]
     Twice {
         /// Line of the file, from 1.
         line: usize,
-        /// Name of the key.
         key: String,
     },
-    /// A key is missing.
     #[error("map projector info: `{0}` is missing")]
     Missing(&'static str),
-    /// A value is unusable.
     #[error("map projector info: `{key}` is `{value}`, {expected} expected")]
-    BadValue {
-        /// Name of the key.
-        key: &'static str,
-        /// The value in the file.
-        value: String,
-        /// Expected values.
-        expected: &'static str,
-    },
+    BadValue { key: &'static str, value: String, expected: &'static str },
 }
 
 impl Projector {

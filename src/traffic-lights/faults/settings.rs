@@ -54,23 +54,12 @@ pub struct Confusion {
 
 /// Contradicting settings.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the texts say it
 pub enum FaultError {
-    /// The sum of the probabilities of one colour's confusions exceeds 1.
     #[error("confusions of `{}` add up to {sum}; at most 1 is possible", color.name())]
-    Confusions {
-        /// The colour of the light.
-        color: Color,
-        /// The sum of the probabilities.
-        sum: f64,
-    },
-    /// The jitter exceeds the latency, so that a message would arrive before it is sent.
+    Confusions { color: Color, sum: f64 },
     #[error("the jitter is {jitter:?}; at most the latency, {latency:?}, is possible")]
-    Jitter {
-        /// The configured jitter.
-        jitter: Duration,
-        /// The configured latency.
-        latency: Duration,
-    },
+    Jitter { jitter: Duration, latency: Duration },
 }
 
 impl Default for Spells {

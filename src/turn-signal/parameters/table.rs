@@ -152,23 +152,12 @@ const fn row2(name: &'static str, aliases: &'static [&'static str], slot: Slot) 
 
 /// The reason a parameter was refused. Nothing changed.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[allow(missing_docs)] // the texts say it
 pub enum ParameterError {
-    /// There is no parameter with this name.
     #[error("`{name}` is not a parameter of the turn signal decider")]
-    Unknown {
-        /// The name as given.
-        name: String,
-    },
-    /// The value is invalid.
+    Unknown { name: String },
     #[error("`{name}` = `{value}`: give {expected}")]
-    Value {
-        /// Name of the parameter.
-        name: &'static str,
-        /// The value as given.
-        value: String,
-        /// The accepted values.
-        expected: &'static str,
-    },
+    Value { name: &'static str, value: String, expected: &'static str },
 }
 
 impl DeciderParameters {

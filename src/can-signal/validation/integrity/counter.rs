@@ -31,32 +31,15 @@ pub struct CounterRule {
 
 /// Reason why a [`CounterRule`] or [`Counter`] is invalid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs)] // the texts say it
 pub enum CounterError {
-    /// The range has fewer than two values.
     #[error("the counter runs from {first} to {last}, but needs at least two values")]
-    Range {
-        /// First value of the counter.
-        first: u32,
-        /// Last value of the counter.
-        last: u32,
-    },
+    Range { first: u32, last: u32 },
     /// The largest step is 0, or so large that a step back looks the same.
     #[error("the largest step is {max_step}, but this range allows 1 to {most}")]
-    Step {
-        /// Largest step that was requested.
-        max_step: u32,
-        /// Largest step possible with the range.
-        most: u32,
-    },
-    /// The signal cannot hold all values of the range.
+    Step { max_step: u32, most: u32 },
     #[error("the counter's signal holds only {lowest} to {highest}")]
-    Signal {
-        /// Lowest raw value of the signal.
-        lowest: i128,
-        /// Highest raw value of the signal.
-        highest: i128,
-    },
-    /// A multiplexor removes the signal from some frames.
+    Signal { lowest: i128, highest: i128 },
     #[error("a counter signal must be in every frame, but this one is multiplexed")]
     Multiplexed,
 }

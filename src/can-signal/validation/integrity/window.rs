@@ -59,27 +59,16 @@ pub struct Window {
 
 /// Violation of AUTOSAR's constraints on the limits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs)] // the texts say it
 pub enum WindowError {
-    /// A window size outside 1 to 64.
     #[error("a window holds 1 to 64 results, not {0}")]
     Size(u8),
-    /// The window of another state is longer than the window of the valid state.
     #[error("the window of the valid state must be the longest")]
     ValidNotLongest,
-    /// More results are required than the window holds.
     #[error("a window of {size} results cannot hold {min_ok} good ones and {max_error} errors")]
-    TooMany {
-        /// Number of results in the window.
-        size: u8,
-        /// Least number of good results.
-        min_ok: u8,
-        /// Largest number of errors.
-        max_error: u8,
-    },
-    /// `min_ok` violates 1 ≤ valid ≤ init ≤ invalid.
+    TooMany { size: u8, min_ok: u8, max_error: u8 },
     #[error("min_ok must be at least 1 and must not fall from valid to init to invalid")]
     MinOkOrder,
-    /// `max_error` violates valid ≥ init ≥ invalid.
     #[error("max_error must not rise from valid to init to invalid")]
     MaxErrorOrder,
 }

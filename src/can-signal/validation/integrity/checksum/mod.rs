@@ -46,19 +46,12 @@ pub struct Checksum {
 
 /// Reason why a signal cannot hold a checksum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs)] // the texts say it
 pub enum ChecksumError {
-    /// The signal is wider or narrower than the result of the rule.
     #[error("the checksum has {rule} bits, but its signal has {signal}")]
-    Width {
-        /// Width of the result in bits.
-        rule: u32,
-        /// Width of the signal in bits.
-        signal: u32,
-    },
-    /// The signal is signed.
+    Width { rule: u32, signal: u32 },
     #[error("a checksum signal must be unsigned")]
     Signed,
-    /// A multiplexor removes the signal from some frames.
     #[error("a checksum signal must be in every frame, but this one is multiplexed")]
     Multiplexed,
     /// The signal shares a byte with other signals, but the rule skips whole bytes.

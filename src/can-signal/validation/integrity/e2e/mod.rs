@@ -28,18 +28,10 @@ pub struct E2e {
 
 /// Reason why a profile cannot be applied to a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs)] // the texts say it
 pub enum E2eError {
-    /// The header reaches beyond the end of the message.
     #[error("the header takes bytes {offset} to {last}, but the message has {length} bytes")]
-    Header {
-        /// First byte of the header.
-        offset: usize,
-        /// Last byte of the header.
-        last: usize,
-        /// Bytes of the message.
-        length: usize,
-    },
-    /// The message is longer than a CAN FD frame.
+    Header { offset: usize, last: usize, length: usize },
     #[error("a frame has at most 64 bytes, but the message has {0}")]
     Length(usize),
     /// The Data ID has more than 12 bits; four bits are sent and eight enter the CRC.
