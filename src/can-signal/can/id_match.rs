@@ -235,15 +235,9 @@ fn key(id: CanId) -> u32 {
     }
 }
 
-impl<T> Default for IdTable<T> {
-    fn default() -> Self {
-        Self { exact: Vec::new(), groups: Vec::new() }
-    }
-}
-
 impl<T> FromIterator<(IdMatch, T)> for IdTable<T> {
     fn from_iter<I: IntoIterator<Item = (IdMatch, T)>>(values: I) -> Self {
-        let mut table = Self::default();
+        let mut table = Self { exact: Vec::new(), groups: Vec::new() };
         for (ids, value) in values {
             match ids.sources {
                 None => table.exact.push((key(ids.described), value)),

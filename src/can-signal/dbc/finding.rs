@@ -1,9 +1,16 @@
 //! Collects findings about a DBC file.
 
+use derive_more::{Display, From};
+
 use super::model::{DbcFinding, DbcSeverity};
 
 /// Largest number of characters in the excerpt of a finding.
 const EXCERPT: usize = 60;
+
+/// Reason for a finding, as text.
+#[derive(Debug, Display, From)]
+#[from(&str, String)]
+pub(super) struct Reason(String);
 
 /// Findings about a file in the order of detection.
 #[derive(Debug, Default)]
@@ -27,15 +34,15 @@ impl StatementLocation {
 }
 
 impl DbcFindings {
-    pub(super) fn rejected(&mut self, location: &StatementLocation, reason: impl Into<String>) {
+    pub(super) fn rejected(&mut self, location: &StatementLocation, reason: impl Into<Reason>) {
         self.add(location, DbcSeverity::Rejected, reason.into());
     }
 
-    pub(super) fn note(&mut self, location: &StatementLocation, reason: impl Into<String>) {
+    pub(super) fn note(&mut self, location: &StatementLocation, reason: impl Into<Reason>) {
         self.add(location, DbcSeverity::Note, reason.into());
     }
 
-    fn add(&mut self, location: &StatementLocation, severity: DbcSeverity, reason: String) {
+    fn add(&mut self, location: &StatementLocation, severity: DbcSeverity, Reason(reason): Reason) {
         let StatementLocation { line, excerpt } = location.clone();
         self.0.push(DbcFinding { line, severity, excerpt, reason });
     }

@@ -9,6 +9,7 @@ use can_dbc::{
     SignalExtendedValueType, ValDescription, ValueDescription,
 };
 
+use super::finding::Reason;
 use super::model::Number;
 use super::repair;
 use super::statement::{Statement, is_keyword};
@@ -46,63 +47,53 @@ pub(super) enum Parsed {
     DefaultCycle(Option<u32>),
     FrameFormats(Vec<String>),
     DefaultFrameFormat(EnumValue),
-    /// A property of a message or of one of its signals.
-    Detail {
-        id: u32,
-        detail: Detail,
-    },
+    Detail(Property),
     Nothing,
 }
 
 /// A property of a message or of one of its signals.
+#[derive(Debug)]
+pub(super) struct Property {
+    /// Number of the message in the file, including the flag bit.
+    pub(super) number: u32,
+    /// Name of the signal; `None` for a property of the message.
+    pub(super) signal: Option<String>,
+    pub(super) detail: Detail,
+}
+
+/// The content of a property.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Detail {
     /// Period of the message in ms; `None` for 0.
     Cycle(Option<u32>),
     FrameFormat(EnumValue),
     LongName(String),
-    SignalLongName {
-        signal: String,
-        name: String,
-    },
-    Values {
-        signal: String,
-        values: Values,
-    },
-    /// Names of the values of a signal as a reference to a table.
-    ValuesByTable {
-        signal: String,
-        table: String,
-    },
-    Number {
-        signal: String,
-        number: Number,
-    },
-    /// Multiplexor values for which a signal is present.
-    Multiplexed {
-        signal: String,
-        multiplexor: String,
-        ranges: Vec<RangeInclusive<u64>>,
-    },
+    /// Names of the values of a signal.
+    Values(Values),
+    /// The same as the name of a table.
+    ValuesByTable(String),
+    Number(Number),
+    Multiplexed(MultiplexRule),
     /// An unreadable statement about the multiplexor of a signal.
-    UnreadableMultiplexing {
-        signal: String,
-    },
+    UnreadableMultiplexing,
+}
+
+/// Content of an `SG_MUL_VAL_` statement for one signal.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct MultiplexRule {
+    pub(super) multiplexor: String,
+    /// Multiplexor values for which the signal is present; empty when unreadable.
+    pub(super) ranges: Vec<RangeInclusive<u64>>,
 }
 
 impl Detail {
     /// Returns the number of entries that count towards [`MAX_ENTRIES`](super::model::MAX_ENTRIES).
     pub(super) fn entries(&self) -> usize {
         1 + match self {
-            Self::Values { values, .. } => values.len(),
-            Self::Multiplexed { ranges, .. } => ranges.len(),
-            Self::Cycle(_)
-            | Self::FrameFormat(_)
-            | Self::LongName(_)
-            | Self::SignalLongName { .. }
-            | Self::ValuesByTable { .. }
-            | Self::Number { .. }
-            | Self::UnreadableMultiplexing { .. } => 0,
+            Self::Values(values) => values.len(),
+            Self::Multiplexed(rule) => rule.ranges.len(),
+            Self::Cycle(_) | Self::FrameFormat(_) | Self::LongName(_) => 0,
+            Self::ValuesByTable(_) | Self::Number(_) | Self::UnreadableMultiplexing => 0,
         }
     }
 }
@@ -124,16 +115,14 @@ pub(super) struct ParsedStatement {
 }
 
 /// Parses one statement; the error is the text of the finding.
-pub(super) fn read(statement: &Statement<'_>) -> Result<ParsedStatement, String> {
+pub(super) fn read(statement: &Statement<'_>) -> Result<ParsedStatement, Reason> {
     let text = statement.text.as_ref();
     if text.len() > MAX_STATEMENT {
-        return Err(format!("longer than {} MiB", MAX_STATEMENT >> 20));
+        return Err(format!("longer than {} MiB", MAX_STATEMENT >> 20).into());
     }
     let plain =
-        |parsed: Result<Parsed, String>| parsed.map(|parsed| ParsedStatement { parsed, irregularity: None });
-    if let Some(reason) = missing_colon(statement.keyword(), text) {
-        return Err(reason);
-    }
+        |parsed: Result<Parsed, Reason>| parsed.map(|parsed| ParsedStatement { parsed, irregularity: None });
+    check_colon(statement.keyword(), text)?;
     match statement.keyword() {
         "BO_" => repaired(text, repair::message, read_message),
         "SG_" => repaired(text, repair::signal, read_signal),
@@ -147,29 +136,30 @@ pub(super) fn read(statement: &Statement<'_>) -> Result<ParsedStatement, String>
         // A list of names, which the grammar need not parse.
         "NS_" => plain(Ok(Parsed::Nothing)),
         keyword if is_keyword(keyword) => plain(read_unused(text)),
-        _ => Err("not a DBC statement".to_owned()),
+        _ => Err("not a DBC statement".into()),
     }
 }
 
-/// Returns the reason to reject a statement whose colon is missing; `None` if the colon is present or not
-/// needed.
-fn missing_colon(keyword: &str, text: &str) -> Option<String> {
+/// Fails if the colon of a statement that needs one is missing.
+fn check_colon(keyword: &str, text: &str) -> Result<(), Reason> {
     let words = match keyword {
         "BO_" => 3,
         "SG_" => 2,
-        _ => return None,
+        _ => return Ok(()),
     };
-    let begin = text.split('"').next().unwrap_or_default();
+    if text.split('"').next().unwrap_or_default().contains(':') {
+        return Ok(());
+    }
     let head: Vec<_> = text.split_ascii_whitespace().take(words).collect();
-    (!begin.contains(':')).then(|| format!("expected \":\" after {:?}", head.join(" ")))
+    Err(format!("expected \":\" after {:?}", head.join(" ")).into())
 }
 
 /// Parses the text as it is or, when that fails, as repaired.
 fn repaired(
     text: &str,
     repair: fn(&str) -> Option<String>,
-    read: fn(&str) -> Result<Parsed, String>,
-) -> Result<ParsedStatement, String> {
+    read: fn(&str) -> Result<Parsed, Reason>,
+) -> Result<ParsedStatement, Reason> {
     match read(text) {
         Ok(parsed) => Ok(ParsedStatement { irregularity: repair::irregularity(text), parsed }),
         Err(reason) => match repair(text).map(|text| read(&text)) {
@@ -181,73 +171,69 @@ fn repaired(
     }
 }
 
-fn read_message(text: &str) -> Result<Parsed, String> {
+fn read_message(text: &str) -> Result<Parsed, Reason> {
     let message = one(parse(text)?.messages)?;
     let id = checked_id(text, message.id)?;
     Ok(Parsed::Message { id, name: message.name, length: message.size })
 }
 
-fn read_signal(text: &str) -> Result<Parsed, String> {
+fn read_signal(text: &str) -> Result<Parsed, Reason> {
     // The grammar accepts signals only inside a message.
     let message = one(parse(&format!("BO_ 0 M: 8 N\n{text}"))?.messages)?;
     if repair::has_bare_multiplex_mark(text) {
-        return Err("the multiplexer value after `m` is missing".to_owned());
+        return Err("the multiplexer value after `m` is missing".into());
     }
     Ok(Parsed::Signal(Box::new(one(message.signals)?)))
 }
 
-fn read_table(text: &str) -> Result<Parsed, String> {
+fn read_table(text: &str) -> Result<Parsed, Reason> {
     let table = one(parse(text)?.value_tables)?;
     Ok(Parsed::Table { name: table.name, values: named(table.descriptions) })
 }
 
-fn read_values(text: &str) -> Result<Parsed, String> {
+fn read_values(text: &str) -> Result<Parsed, Reason> {
     let parsed = parse(text);
     if parsed.is_err()
-        && let Some((id, signal, table)) = repair::table_reference(text)
+        && let Some((number, signal, table)) = repair::table_reference(text)
     {
-        let detail = Detail::ValuesByTable { signal: signal.to_owned(), table: table.to_owned() };
-        return Ok(Parsed::Detail { id, detail });
+        let detail = Detail::ValuesByTable(table.to_owned());
+        return Ok(Parsed::Detail(Property { number, signal: Some(signal.to_owned()), detail }));
     }
     match one(parsed?.value_descriptions)? {
         ValueDescription::Signal { message_id, name, value_descriptions } => {
-            let detail = Detail::Values { signal: name, values: named(value_descriptions) };
-            Ok(Parsed::Detail { id: checked_id(text, message_id)?, detail })
+            property(text, message_id, Some(name), Detail::Values(named(value_descriptions)))
         }
         ValueDescription::EnvironmentVariable { .. } => Ok(Parsed::Nothing),
     }
 }
 
-fn read_number(text: &str) -> Result<Parsed, String> {
+fn read_number(text: &str) -> Result<Parsed, Reason> {
     let types = one(parse(text)?.signal_extended_value_type_list)?;
     let number = match types.signal_extended_value_type {
         SignalExtendedValueType::SignedOrUnsignedInteger => Number::Integer,
         SignalExtendedValueType::IEEEfloat32Bit => Number::Float32,
         SignalExtendedValueType::IEEEdouble64bit => Number::Float64,
     };
-    let detail = Detail::Number { signal: types.signal_name, number };
-    Ok(Parsed::Detail { id: checked_id(text, types.message_id)?, detail })
+    property(text, types.message_id, Some(types.signal_name), Detail::Number(number))
 }
 
-fn read_multiplexing(text: &str) -> Result<Parsed, String> {
+fn read_multiplexing(text: &str) -> Result<Parsed, Reason> {
     let multiplex = one(parse(text)?.extended_multiplex)?;
     let ranges: Vec<_> = multiplex.mappings.iter().map(|range| range.min_value..=range.max_value).collect();
     if ranges.iter().any(RangeInclusive::is_empty) {
-        return Err("a range ends before it begins".to_owned());
+        return Err("a range ends before it begins".into());
     }
-    let (signal, multiplexor) = (multiplex.signal_name, multiplex.multiplexor_signal_name);
-    let detail = Detail::Multiplexed { signal, multiplexor, ranges };
-    Ok(Parsed::Detail { id: checked_id(text, multiplex.message_id)?, detail })
+    let rule = MultiplexRule { multiplexor: multiplex.multiplexor_signal_name, ranges };
+    property(text, multiplex.message_id, Some(multiplex.signal_name), Detail::Multiplexed(rule))
 }
 
-fn read_attribute(text: &str) -> Result<Parsed, String> {
+fn read_attribute(text: &str) -> Result<Parsed, Reason> {
     let parsed = parse(text)?;
     if let Some(attribute) = parsed.attribute_values_signal.into_iter().next() {
         let Some(name) = long_name(&attribute.name, LONG_NAME[1], attribute.value)? else {
             return Ok(Parsed::Nothing);
         };
-        let detail = Detail::SignalLongName { signal: attribute.signal_name, name };
-        return Ok(Parsed::Detail { id: checked_id(text, attribute.message_id)?, detail });
+        return property(text, attribute.message_id, Some(attribute.signal_name), Detail::LongName(name));
     }
     let Some(attribute) = parsed.attribute_values_message.into_iter().next() else {
         return Ok(Parsed::Nothing);
@@ -260,11 +246,11 @@ fn read_attribute(text: &str) -> Result<Parsed, String> {
             None => return Ok(Parsed::Nothing),
         },
     };
-    Ok(Parsed::Detail { id: checked_id(text, attribute.message_id)?, detail })
+    property(text, attribute.message_id, None, detail)
 }
 
 /// Returns the long name in the value of an attribute; `None` for another attribute, and for an empty name.
-fn long_name(attribute: &str, wanted: &str, value: AttributeValue) -> Result<Option<String>, String> {
+fn long_name(attribute: &str, wanted: &str, value: AttributeValue) -> Result<Option<String>, Reason> {
     match value {
         _ if attribute != wanted => Ok(None),
         AttributeValue::String(name) if name.is_empty() => Ok(None),
@@ -275,14 +261,14 @@ fn long_name(attribute: &str, wanted: &str, value: AttributeValue) -> Result<Opt
         AttributeValue::String(_)
         | AttributeValue::Uint(_)
         | AttributeValue::Int(_)
-        | AttributeValue::Double(_) => Err("a name has only letters, digits and underscores".to_owned()),
+        | AttributeValue::Double(_) => Err("a name has only letters, digits and underscores".into()),
     }
 }
 
-fn read_definition(text: &str) -> Result<Parsed, String> {
+fn read_definition(text: &str) -> Result<Parsed, Reason> {
     let parsed = parse(text)?;
     if used(&parsed) > 0 {
-        return Err("followed by another statement on the same line".to_owned());
+        return Err("followed by another statement on the same line".into());
     }
     Ok(match parsed.attribute_definitions.into_iter().next() {
         Some(AttributeDefinition::Message(name, AttributeValueType::Enum(names))) if name == FRAME_FORMAT => {
@@ -292,7 +278,7 @@ fn read_definition(text: &str) -> Result<Parsed, String> {
     })
 }
 
-fn read_default(text: &str) -> Result<Parsed, String> {
+fn read_default(text: &str) -> Result<Parsed, Reason> {
     let Some(default) = parse(text)?.attribute_defaults.into_iter().next() else {
         return Ok(Parsed::Nothing);
     };
@@ -303,25 +289,25 @@ fn read_default(text: &str) -> Result<Parsed, String> {
     }
 }
 
-fn enum_value(value: AttributeValue) -> Result<EnumValue, String> {
+fn enum_value(value: AttributeValue) -> Result<EnumValue, Reason> {
     let index = match value {
         AttributeValue::String(name) => return Ok(EnumValue::Name(name)),
         AttributeValue::Uint(index) => usize::try_from(index).ok(),
         AttributeValue::Int(index) => usize::try_from(index).ok(),
         AttributeValue::Double(_) => None,
     };
-    index.map(EnumValue::Index).ok_or_else(|| "not a position in a list".to_owned())
+    index.map(EnumValue::Index).ok_or("not a position in a list".into())
 }
 
-fn read_unused(text: &str) -> Result<Parsed, String> {
+fn read_unused(text: &str) -> Result<Parsed, Reason> {
     match used(&parse(text)?) {
         0 => Ok(Parsed::Nothing),
-        _ => Err("followed by another statement on the same line".to_owned()),
+        _ => Err("followed by another statement on the same line".into()),
     }
 }
 
 /// Returns a period in ms; `None` for 0, which means no period.
-fn milliseconds(value: &AttributeValue) -> Result<Option<u32>, String> {
+fn milliseconds(value: &AttributeValue) -> Result<Option<u32>, Reason> {
     let whole = match value {
         AttributeValue::Uint(value) => u32::try_from(*value).ok(),
         AttributeValue::Int(value) => u32::try_from(*value).ok(),
@@ -331,7 +317,7 @@ fn milliseconds(value: &AttributeValue) -> Result<Option<u32>, String> {
         }
         AttributeValue::String(text) => text.parse().ok(),
     };
-    whole.map(|ms| (ms > 0).then_some(ms)).ok_or_else(|| "not a whole number of milliseconds".to_owned())
+    whole.map(|ms| (ms > 0).then_some(ms)).ok_or("not a whole number of milliseconds".into())
 }
 
 fn named(descriptions: Vec<ValDescription>) -> Values {
@@ -339,33 +325,33 @@ fn named(descriptions: Vec<ValDescription>) -> Values {
     descriptions.into_iter().map(|value| (i128::from(value.id), unescaped(value.description))).collect()
 }
 
+fn property(text: &str, id: MessageId, signal: Option<String>, detail: Detail) -> Result<Parsed, Reason> {
+    Ok(Parsed::Detail(Property { number: checked_id(text, id)?, signal, detail }))
+}
+
 /// Returns the identifier in the file, checked against the identifier that the grammar returns, since the
 /// grammar drops bits that do not fit.
-fn checked_id(text: &str, parsed: MessageId) -> Result<u32, String> {
+fn checked_id(text: &str, parsed: MessageId) -> Result<u32, Reason> {
     let mut fields = text.split('"').step_by(2).flat_map(str::split_ascii_whitespace).skip(1);
     let id = fields.find(|field| !matches!(*field, "BO_" | "SG_")).and_then(|field| field.parse().ok());
     let id: u32 = id.ok_or("no 32-bit message id")?;
     match MessageId::try_from(id) {
         Ok(same) if same == parsed => Ok(id),
-        Ok(_) | Err(_) => Err("ambiguous message id".to_owned()),
+        Ok(_) | Err(_) => Err("ambiguous message id".into()),
     }
 }
 
 /// Returns the only item; fails when the statement was parsed as no item or several.
-fn one<T>(mut items: Vec<T>) -> Result<T, String> {
+fn one<T>(mut items: Vec<T>) -> Result<T, Reason> {
     match (items.pop(), items.is_empty()) {
         (Some(item), true) => Ok(item),
-        _ => Err("not one statement of its kind".to_owned()),
+        _ => Err("not one statement of its kind".into()),
     }
 }
 
-fn parse(text: &str) -> Result<Dbc, String> {
+fn parse(text: &str) -> Result<Dbc, Reason> {
     let parsed = Dbc::try_from(format!("{text}\n").as_str()).map_err(|error| reason(&error))?;
-    if used(&parsed) > 1 {
-        Err("followed by another statement on the same line".to_owned())
-    } else {
-        Ok(parsed)
-    }
+    if used(&parsed) > 1 { Err("followed by another statement on the same line".into()) } else { Ok(parsed) }
 }
 
 /// Returns the number of statements of used kinds, since the grammar accepts several on one line.

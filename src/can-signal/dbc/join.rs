@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use super::codec::SignalCodec;
-use super::finding::{DbcFindings, StatementLocation};
-use super::grammar::{Detail, EnumValue, Values};
+use super::finding::{DbcFindings, Reason, StatementLocation};
+use super::grammar::{Detail, EnumValue, MultiplexRule, Property, Values};
 use super::model::{Contradiction, Database, MAX_ENTRIES, Message, Number, Signal};
-use super::multiplex::{MultiplexRule, Multiplexing};
-use super::outline::{MessageOutline, Outline, Property, SignalOutline};
+use super::multiplex::Multiplexing;
+use super::outline::{MessageOutline, Outline, SignalOutline};
 use crate::can::FrameFormat;
 
 pub(super) fn database(outline: Outline) -> Database {
@@ -24,15 +24,15 @@ pub(super) fn database(outline: Outline) -> Database {
     let by_number: BTreeMap<_, _> =
         messages.iter().enumerate().map(|(at, message)| (message.number, at)).collect();
     let mut details: Vec<_> = messages.iter().map(|_| Details::default()).collect();
-    for property in properties {
+    for (location, property) in properties {
         match by_number.get(&property.number) {
-            Some(at) => details[*at].add(&messages[*at], property, &tables, &mut findings),
+            Some(at) => details[*at].add(&messages[*at], location, property, &tables, &mut findings),
             None if lost_messages.contains(&property.number) || is_reported(&property.detail) => {}
-            None => findings.rejected(&property.location, format!("no message with id {}", property.number)),
+            None => findings.rejected(&location, format!("no message with id {}", property.number)),
         }
     }
     let named = messages.iter().zip(&mut details);
-    let named = named.map(|(message, details)| (message.name.as_str(), details.long_name.take()));
+    let named = named.map(|(message, details)| (message.name.as_str(), details.long_names.remove("")));
     let (names, shared) = names(named, &mut findings);
     let lines = shared.into_iter().map(|(name, [a, b])| (name, [a, b].map(|at| messages[at].location.line)));
     let mut contradictions: Vec<_> =
@@ -134,8 +134,7 @@ struct MessagePeriod(Option<u32>);
 struct Details {
     cycle: Option<MessagePeriod>,
     format: Option<EnumValue>,
-    long_name: Option<(StatementLocation, String)>,
-    /// Long names of signals by their names in the statements.
+    /// Long names of signals by their names in the statements; the message's by an empty name.
     long_names: BTreeMap<String, (StatementLocation, String)>,
     /// Names of signals that have a second, different definition, with the line of the second definition.
     redefined: Vec<(String, usize)>,
@@ -148,12 +147,13 @@ impl Details {
     fn add(
         &mut self,
         message: &MessageOutline,
+        location: StatementLocation,
         property: Property,
         tables: &BTreeMap<String, Values>,
         findings: &mut DbcFindings,
     ) {
-        let Property { location, detail, .. } = property;
-        if let Some(signal) = signal_of(&detail)
+        let Property { signal, detail, .. } = property;
+        if let Some(signal) = &signal
             && !message.signal_names.contains_key(signal)
         {
             if !message.lost_signals.contains(signal) && !is_reported(&detail) {
@@ -161,18 +161,15 @@ impl Details {
             }
             return;
         }
+        let signal = signal.unwrap_or_default();
         let first = match detail {
             Detail::Cycle(cycle) => *self.cycle.get_or_insert(MessagePeriod(cycle)) == MessagePeriod(cycle),
             Detail::FrameFormat(format) => *self.format.get_or_insert_with(|| format.clone()) == format,
             Detail::LongName(name) => {
-                self.long_name.get_or_insert_with(|| (location.clone(), name.clone())).1 == name
-            }
-            Detail::SignalLongName { signal, name } => {
                 let known = self.long_names.entry(signal);
                 known.or_insert_with(|| (location.clone(), name.clone())).1 == name
             }
-            Detail::Multiplexed { signal, multiplexor, ranges } => {
-                let rule = MultiplexRule { multiplexor, ranges };
+            Detail::Multiplexed(rule) => {
                 let known = self.rules.entry(signal).or_insert_with(|| rule.clone());
                 let same = *known == rule;
                 if !same {
@@ -180,13 +177,13 @@ impl Details {
                 }
                 same
             }
-            Detail::UnreadableMultiplexing { signal } => {
+            Detail::UnreadableMultiplexing => {
                 self.rules.insert(signal, MultiplexRule { multiplexor: String::new(), ranges: Vec::new() });
                 true
             }
-            Detail::Number { signal, number } => *self.numbers.entry(signal).or_insert(number) == number,
-            Detail::Values { signal, values } => self.add_values(signal, &location, &values),
-            Detail::ValuesByTable { signal, table } => match tables.get(&table) {
+            Detail::Number(number) => *self.numbers.entry(signal).or_insert(number) == number,
+            Detail::Values(values) => self.add_values(signal, &location, &values),
+            Detail::ValuesByTable(table) => match tables.get(&table) {
                 Some(values) => self.add_values(signal, &location, values),
                 None => return findings.rejected(&location, format!("no VAL_TABLE_ {table}")),
             },
@@ -252,18 +249,17 @@ impl Details {
         names: Names,
         codec: SignalCodec,
         findings: &mut DbcFindings,
-    ) -> Result<Signal, String> {
+    ) -> Result<Signal, Reason> {
         let SignalOutline { location, parsed, .. } = outline;
         let number = self.numbers.get(&parsed.name).copied().unwrap_or(Number::Integer);
         let bits = codec.bit_length();
-        match number {
-            Number::Float32 if bits != 32 => {
-                return Err(format!("SIG_VALTYPE_ requires 32 bits, but it has {bits}"));
-            }
-            Number::Float64 if bits != 64 => {
-                return Err(format!("SIG_VALTYPE_ requires 64 bits, but it has {bits}"));
-            }
-            Number::Integer | Number::Float32 | Number::Float64 => {}
+        let needed = match number {
+            Number::Integer => bits,
+            Number::Float32 => 32,
+            Number::Float64 => 64,
+        };
+        if bits != needed {
+            return Err(format!("SIG_VALTYPE_ requires {needed} bits, but it has {bits}").into());
         }
         let values = self.values.remove(&parsed.name);
         if let Some((location, values)) = &values {
@@ -296,18 +292,6 @@ fn check_values(
     }
 }
 
-fn signal_of(detail: &Detail) -> Option<&str> {
-    match detail {
-        Detail::Cycle(_) | Detail::FrameFormat(_) | Detail::LongName(_) => None,
-        Detail::Values { signal, .. }
-        | Detail::ValuesByTable { signal, .. }
-        | Detail::SignalLongName { signal, .. }
-        | Detail::Number { signal, .. }
-        | Detail::Multiplexed { signal, .. }
-        | Detail::UnreadableMultiplexing { signal } => Some(signal),
-    }
-}
-
 fn is_reported(detail: &Detail) -> bool {
-    matches!(detail, Detail::UnreadableMultiplexing { .. })
+    matches!(detail, Detail::UnreadableMultiplexing)
 }

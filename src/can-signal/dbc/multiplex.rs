@@ -9,6 +9,8 @@ use std::ops::RangeInclusive;
 use can_dbc::MultiplexIndicator;
 
 use super::codec::{LayoutError, SignalCodec};
+use super::finding::Reason;
+use super::grammar::MultiplexRule;
 use super::outline::SignalOutline;
 use crate::can::MAX_DATA;
 
@@ -17,14 +19,6 @@ const MAX_DEPTH: usize = 8;
 
 /// Multiplexor values for which a signal is present.
 type Values = Vec<RangeInclusive<u64>>;
-
-/// Content of an `SG_MUL_VAL_` statement for one signal.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct MultiplexRule {
-    pub(super) multiplexor: String,
-    /// Multiplexor values for which the signal is present; empty when unreadable.
-    pub(super) ranges: Values,
-}
 
 /// The signals of one message with their multiplexors.
 #[derive(Debug)]
@@ -60,11 +54,11 @@ impl<'a> Multiplexing<'a> {
     }
 
     /// Returns the compiled signal; the error is the text of the finding.
-    pub(super) fn codec(&self, index: usize) -> Result<SignalCodec, String> {
+    pub(super) fn codec(&self, index: usize) -> Result<SignalCodec, Reason> {
         self.nested_codec(&self.signals[index], MAX_DEPTH)
     }
 
-    fn nested_codec(&self, signal: &SignalOutline, depth: usize) -> Result<SignalCodec, String> {
+    fn nested_codec(&self, signal: &SignalOutline, depth: usize) -> Result<SignalCodec, Reason> {
         let plain = SignalCodec::new(signal.layout, self.message_length)
             .map_err(|error: LayoutError| error.to_string())?;
         let Some((multiplexor, ranges)) = self.parent(signal)? else {
@@ -73,21 +67,19 @@ impl<'a> Multiplexing<'a> {
         let depth = depth.checked_sub(1).ok_or("multiplexed by itself or nested too deeply")?;
         let codec = plain.multiplexed(&self.nested_codec(&self.signals[multiplexor], depth)?, &ranges);
         let reachable = codec.select(&mut [0; MAX_DATA]).is_ok();
-        reachable
-            .then_some(codec)
-            .ok_or_else(|| "its multiplexor has no bits for the value that selects it".to_owned())
+        reachable.then_some(codec).ok_or("its multiplexor has no bits for the value that selects it".into())
     }
 
     /// Returns the index of the multiplexor above `signal` with its values; `None` for a plain signal.
-    fn parent(&self, signal: &SignalOutline) -> Result<Option<(usize, Values)>, String> {
+    fn parent(&self, signal: &SignalOutline) -> Result<Option<(usize, Values)>, Reason> {
         use MultiplexIndicator::{MultiplexedSignal, Multiplexor, MultiplexorAndMultiplexedSignal, Plain};
         match (signal.parsed.multiplexer_indicator, self.rules.get(&signal.parsed.name)) {
             (Plain | Multiplexor, None) => Ok(None),
-            (Plain, Some(_)) => Err("multiplexed by SG_MUL_VAL_ but not by SG_".to_owned()),
+            (Plain, Some(_)) => Err("multiplexed by SG_MUL_VAL_ but not by SG_".into()),
             (MultiplexedSignal(value) | MultiplexorAndMultiplexedSignal(value), None) => {
                 Ok(Some((self.only?, vec![value..=value])))
             }
-            (_, Some(rule)) if rule.ranges.is_empty() => Err("its SG_MUL_VAL_ is unreadable".to_owned()),
+            (_, Some(rule)) if rule.ranges.is_empty() => Err("its SG_MUL_VAL_ is unreadable".into()),
             // cantools writes every multiplexor as `M`, even below another multiplexor.
             (Multiplexor | MultiplexedSignal(_) | MultiplexorAndMultiplexedSignal(_), Some(rule)) => {
                 let multiplexor = self.by_name.get(rule.multiplexor.as_str()).copied();

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::codec::{ByteOrder, Layout};
-use super::finding::{DbcFindings, StatementLocation};
-use super::grammar::{self, Detail, EnumValue, Parsed, ParsedStatement, Values};
+use super::finding::{DbcFindings, Reason, StatementLocation};
+use super::grammar::{self, Detail, EnumValue, Parsed, ParsedStatement, Property, Values};
 use super::model::MAX_ENTRIES;
 use super::repair;
 use super::statement::{self, Statement};
@@ -23,7 +23,8 @@ const MAX_SIGNALS: usize = 4_000;
 #[derive(Debug, Default)]
 pub(super) struct Outline {
     pub(super) messages: Vec<MessageOutline>,
-    pub(super) properties: Vec<Property>,
+    /// Statements about messages and signals elsewhere in the file.
+    pub(super) properties: Vec<(StatementLocation, Property)>,
     pub(super) tables: BTreeMap<String, Values>,
     pub(super) default_cycle: Option<u32>,
     pub(super) frame_formats: Vec<String>,
@@ -62,14 +63,6 @@ pub(super) struct SignalOutline {
     pub(super) parsed: can_dbc::Signal,
 }
 
-/// A statement about a message or signal elsewhere in the file.
-#[derive(Debug)]
-pub(super) struct Property {
-    pub(super) location: StatementLocation,
-    pub(super) number: u32,
-    pub(super) detail: Detail,
-}
-
 /// The message to which `SG_` statements belong.
 #[derive(Debug)]
 enum Current {
@@ -79,7 +72,7 @@ enum Current {
     /// A rejected message, whose finding is added once its signals are counted.
     Rejected {
         location: StatementLocation,
-        reason: String,
+        reason: Reason,
         is_note: bool,
         signals: usize,
         /// Set if the rejected message is a second definition of an earlier message.
@@ -180,15 +173,15 @@ impl OutlineReader {
             Parsed::DefaultCycle(default) => self.outline.default_cycle = default,
             Parsed::FrameFormats(names) => self.outline.frame_formats = names,
             Parsed::DefaultFrameFormat(default) => self.outline.default_frame_format = Some(default),
-            Parsed::Detail { id, detail } => {
-                self.outline.entries += detail.entries();
-                self.outline.properties.push(Property { location, number: id, detail });
+            Parsed::Detail(property) => {
+                self.outline.entries += property.detail.entries();
+                self.outline.properties.push((location, property));
             }
             Parsed::Signal(_) | Parsed::Nothing => {}
         }
     }
 
-    fn unreadable(&mut self, location: StatementLocation, statement: &Statement<'_>, reason: String) {
+    fn unreadable(&mut self, location: StatementLocation, statement: &Statement<'_>, reason: Reason) {
         let fields: Vec<_> = statement.text.split_ascii_whitespace().take(3).collect();
         if let ["BO_", number, ..] = fields[..] {
             self.outline.lost_messages.extend(number.parse::<u32>());
@@ -199,8 +192,8 @@ impl OutlineReader {
         if let ["SG_MUL_VAL_", number, signal] = fields[..]
             && let Ok(number) = number.parse()
         {
-            let detail = Detail::UnreadableMultiplexing { signal: signal.to_owned() };
-            self.outline.properties.push(Property { location, number, detail });
+            let (signal, detail) = (Some(signal.to_owned()), Detail::UnreadableMultiplexing);
+            self.outline.properties.push((location, Property { number, signal, detail }));
         }
     }
 
@@ -209,7 +202,7 @@ impl OutlineReader {
             self.outline.lost_messages.insert(number);
             return self.reject_message(
                 location,
-                "pseudo-message of signals without a message".to_owned(),
+                "pseudo-message of signals without a message".into(),
                 true,
                 None,
             );
@@ -250,7 +243,7 @@ impl OutlineReader {
         (!first.is_empty()).then_some(Again { number, name, length, first, signals, unreadable })
     }
 
-    fn checked(&self, number: u32, name: &str, length: u64) -> Result<(CanId, usize), String> {
+    fn checked(&self, number: u32, name: &str, length: u64) -> Result<(CanId, usize), Reason> {
         let id =
             if number & EXTENDED == 0 { CanId::standard(number) } else { CanId::extended(number ^ EXTENDED) };
         let id = id.ok_or_else(|| {
@@ -263,10 +256,10 @@ impl OutlineReader {
         let bytes = usize::try_from(length).ok().filter(|bytes| *bytes <= MAX_DATA);
         let bytes = bytes.ok_or_else(|| format!("{length} bytes: a frame has at most {MAX_DATA}"))?;
         if self.ids.contains(&id) {
-            return Err(format!("id {number} is taken by a message above"));
+            return Err(format!("id {number} is taken by a message above").into());
         }
         if self.names.contains(name) {
-            return Err(format!("the name {name} is taken by a message above"));
+            return Err(format!("the name {name} is taken by a message above").into());
         }
         Ok((id, bytes))
     }
@@ -294,7 +287,7 @@ impl OutlineReader {
         };
         let Some(message) = message else { return };
         let parsed = grammar::read(statement).and_then(|ParsedStatement { parsed, irregularity }| {
-            let Parsed::Signal(signal) = parsed else { return Err("not a signal".to_owned()) };
+            let Parsed::Signal(signal) = parsed else { return Err("not a signal".into()) };
             Ok((*signal, irregularity))
         });
         let name = signal_name(statement);
@@ -302,7 +295,7 @@ impl OutlineReader {
         let checked = parsed.and_then(|(signal, irregularity)| {
             let layout = layout(&signal)?;
             if message.signals.len() == MAX_SIGNALS {
-                return Err(format!("more than {MAX_SIGNALS} signals in one message"));
+                return Err(format!("more than {MAX_SIGNALS} signals in one message").into());
             }
             let Some(known) = message.signal_names.get(&signal.name) else {
                 return Ok((signal, layout, irregularity));
@@ -310,7 +303,7 @@ impl OutlineReader {
             if !is_same_signal(&message.signals[*known].parsed, &signal) {
                 redefined.push((position, Some(signal.name.clone()), location.line));
             }
-            Err("a signal above has the same name".to_owned())
+            Err("a signal above has the same name".into())
         });
         match checked {
             Ok((parsed, layout, irregularity)) => {
@@ -332,7 +325,7 @@ impl OutlineReader {
     fn reject_message(
         &mut self,
         location: StatementLocation,
-        reason: String,
+        reason: Reason,
         is_note: bool,
         again: Option<Again>,
     ) {
@@ -352,7 +345,7 @@ impl OutlineReader {
             outline.redefined.extend(other.map(|first| (*first, None, location.line)));
         }
         if signals > 0 {
-            reason = format!("{reason} (with its signals: {signals})");
+            reason = format!("{reason} (with its signals: {signals})").into();
         }
         if is_note {
             self.outline.findings.note(&location, reason);
@@ -367,7 +360,7 @@ fn signal_name<'a>(statement: &'a Statement<'_>) -> &'a str {
     statement.text.split_ascii_whitespace().nth(1).unwrap_or_default().trim_end_matches(':')
 }
 
-fn layout(signal: &can_dbc::Signal) -> Result<Layout, String> {
+fn layout(signal: &can_dbc::Signal) -> Result<Layout, Reason> {
     let start = u16::try_from(signal.start_bit).map_err(|_| "the start bit lies beyond every frame")?;
     let length = u16::try_from(signal.size).map_err(|_| "longer than every frame")?;
     let order = match signal.byte_order {
@@ -375,7 +368,7 @@ fn layout(signal: &can_dbc::Signal) -> Result<Layout, String> {
         can_dbc::ByteOrder::BigEndian => ByteOrder::Motorola,
     };
     if !(signal.factor.is_finite() && signal.offset.is_finite()) {
-        return Err("factor or offset is not a finite number".to_owned());
+        return Err("factor or offset is not a finite number".into());
     }
     Ok(Layout { start, length, order, signed: signal.value_type == can_dbc::ValueType::Signed })
 }

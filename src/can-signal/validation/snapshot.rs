@@ -170,7 +170,7 @@ impl Received<'_> {
                 wrong_format: counts.wrong_format,
                 integrity: integrity.map(|(counts, rules)| IntegritySnapshot {
                     has_checksum: rules.protection.has_checksum(),
-                    has_counter: rules.protection.has_counter(),
+                    has_counter: rules.protection.counter_rule().is_some(),
                     is_trusted: self.observations.is_trusted(index),
                     trusted: counts.trusted,
                     rejected: IntegrityCounts::rejected(&counts),

@@ -60,7 +60,7 @@ impl MessageEvidence {
     pub(super) fn new(bound: &BoundMessage, described: Option<&Message>) -> Self {
         let protection = bound.integrity.as_ref().map(|rules| &rules.protection);
         let has_checksum = protection.is_some_and(Protection::has_checksum);
-        let has_counter = protection.is_some_and(Protection::has_counter);
+        let has_counter = protection.and_then(Protection::counter_rule).is_some();
         Self {
             length: described.map_or(0, |message| message.length),
             cycle: described.and_then(|message| message.cycle_ms).map(|ms| Duration::from_millis(ms.into())),

@@ -95,9 +95,12 @@ impl Protection {
         matches!(self, Self::Fields { checksum: Some(_), .. } | Self::E2e { .. })
     }
 
-    /// Returns true if frames carry a counter, as with every E2E profile.
-    pub fn has_counter(&self) -> bool {
-        matches!(self, Self::Fields { counter: Some(_), .. } | Self::E2e { .. })
+    /// Returns the rule of the counter that frames carry; every E2E profile has one.
+    pub fn counter_rule(&self) -> Option<&CounterRule> {
+        match self {
+            Self::Fields { counter, .. } => counter.as_ref().map(Counter::rule),
+            Self::E2e { counter, .. } => Some(counter),
+        }
     }
 }
 
@@ -138,10 +141,8 @@ impl IntegrityChecker {
 
     /// Resets the state, e.g. after the link was lost, but keeps the counts.
     pub fn forget(&mut self) {
-        match &self.rules.protection {
-            Protection::Fields { counter: Some(counter), .. } => self.counter.forget(counter.rule()),
-            Protection::E2e { counter, .. } => self.counter.forget(counter),
-            Protection::Fields { counter: None, .. } => {}
+        if let Some(rule) = self.rules.protection.counter_rule() {
+            self.counter.forget(rule);
         }
         self.window = WindowState::default();
         self.last_intact = None;

@@ -117,28 +117,20 @@ impl fmt::Display for Reject {
 
 /// Number of checked frames since start, by verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[allow(missing_docs)] // others: frames rejected as the variant of `Reject`
 pub struct IntegrityCounts {
     /// Frames that were trusted.
     pub trusted: u64,
     /// Frames missing before trusted frames according to the counter, including damaged frames.
     pub lost: u64,
-    /// Frames rejected as [`Reject::WrongLength`].
     pub wrong_length: u64,
-    /// Frames rejected as [`Reject::WrongChecksum`].
     pub wrong_checksum: u64,
-    /// Frames rejected as [`Reject::WrongDataId`].
     pub wrong_data_id: u64,
-    /// Frames rejected as [`Reject::CounterOutOfRange`].
     pub counter_out_of_range: u64,
-    /// Frames rejected as [`Reject::Initial`].
     pub initial: u64,
-    /// Frames rejected as [`Reject::Repeated`].
     pub repeated: u64,
-    /// Frames rejected as [`Reject::WrongSequence`].
     pub wrong_sequence: u64,
-    /// Frames rejected as [`Reject::Syncing`].
     pub syncing: u64,
-    /// Frames rejected as [`Reject::NotValid`].
     pub not_valid: u64,
 }
 

@@ -6,20 +6,12 @@ use crate::can::{CanId, MAX_DATA};
 impl Protection {
     /// Returns the first counter value; 0 without a counter.
     pub fn first_counter(&self) -> u32 {
-        match self {
-            Self::Fields { counter: Some(counter), .. } => counter.rule().range().0,
-            Self::E2e { counter, .. } => counter.range().0,
-            Self::Fields { counter: None, .. } => 0,
-        }
+        self.counter_rule().map_or(0, |rule| rule.range().0)
     }
 
     /// Returns the counter value that follows `value`.
     pub fn next_counter(&self, value: u32) -> u32 {
-        match self {
-            Self::Fields { counter: Some(counter), .. } => counter.rule().next(value),
-            Self::E2e { counter, .. } => counter.next(value),
-            Self::Fields { counter: None, .. } => value,
-        }
+        self.counter_rule().map_or(value, |rule| rule.next(value))
     }
 
     /// Writes counter and checksum into the first `length` bytes of `data`. Returns `false` when they do not
