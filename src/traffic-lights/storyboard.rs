@@ -144,7 +144,7 @@ impl ActTriggers {
             while board.acts[index].events[event].0.state == RunState::Standby
                 && fires(trigger, planned.start.as_ref(), board, scenario, scenario_state)? != Some(false)
             {
-                execute((index, event), planned, board, scenario, scenario_state)?;
+                execute(index, event, planned, board, scenario, scenario_state)?;
                 if scenario_state.verdict.is_some() {
                     return Ok(());
                 }
@@ -164,7 +164,8 @@ impl ActTriggers {
 }
 
 fn execute(
-    (act, event): (usize, usize),
+    act: usize,
+    event: usize,
     planned: &Event,
     board: &mut ElementBoard,
     scenario: &Scenario,

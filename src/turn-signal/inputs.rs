@@ -1,7 +1,6 @@
 //! The inputs of a decision, and findings about them
 //! (docs/spec/turn-signal-decider.md, "Inputs and outputs").
 
-use std::fmt;
 use std::time::Duration;
 
 use derive_more::Display;
@@ -60,14 +59,17 @@ pub struct AgeLimits {
     pub own_command: Duration,
 }
 
-/// Something wrong with the inputs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Something wrong with the inputs. Written with its numbers, e.g. `odometry is 700 ms old`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
+#[display("{}", self.message())]
 pub enum InputFinding {
     /// Without odometry: no command.
     NoOdometry,
     /// The odometry of this age is too old: no command.
+    #[display("odometry is {} ms old", _0.as_millis())]
     OldOdometry(Duration),
     /// The odometry lies this far in the future: no command.
+    #[display("odometry is {} ms in the future", _0.as_millis())]
     FutureOdometry(Duration),
     /// The odometry is not a number: no command.
     OdometryNotFinite,
@@ -80,12 +82,14 @@ pub enum InputFinding {
     /// The planned path has no points: only the command of the manoeuvres.
     EmptyPlannedPath,
     /// The planned path of this age is too old; the signal does not depend on it.
+    #[display("the planned path is {} ms old", _0.as_millis())]
     OldPlannedPath(Duration),
     /// No lanelet of the route is on the map: only the command of the manoeuvres.
     NoLaneAround,
     /// The middle of the lanelets is not a path: only the command of the manoeuvres.
     NoDistancePath(PathError),
     /// A manoeuvre is too old and left out.
+    #[display("{kind} is {} ms old", age.as_millis())]
     OldManoeuvre {
         /// Kind of the manoeuvre.
         kind: ManoeuvreKind,
@@ -93,6 +97,7 @@ pub enum InputFinding {
         age: Duration,
     },
     /// The clock went backwards by this time; minimum durations start again.
+    #[display("the clock went back by {} ms", _0.as_millis())]
     TimeWentBack(Duration),
     /// The route is another one; what was remembered of the old one is forgotten.
     NewRoute,
@@ -110,9 +115,11 @@ pub enum InputFinding {
     /// A manoeuvre of this kind is left out: it needs a usable planned path.
     NoPathFor(ManoeuvreKind),
     /// The scenario of this age, lane driving or not, is too old: no command.
+    #[display("the scenario is {} ms old", _0.as_millis())]
     OldScenario(Duration),
     /// The system's hazard request of this age is too old: hazard lights are neither commanded on nor off for
     /// it.
+    #[display("the hazard request is {} ms old", _0.as_millis())]
     OldHazardRequest(Duration),
     /// The state of the vehicle requests hazard lights.
     VehicleHazard(VehicleHazard),
@@ -175,37 +182,6 @@ impl InputFinding {
             Self::VehicleHazard(state) => catalogue::vehicle_asks(state),
             Self::UnknownVehicleHazard(state) => catalogue::unknown_whether(state),
             Self::NoVehicleSpeed => catalogue::no_vehicle_speed(),
-        }
-    }
-}
-
-/// Writes the finding with its numbers, e.g. `odometry is 700 ms old`.
-impl fmt::Display for InputFinding {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::OldOdometry(age) => write!(f, "odometry is {} ms old", age.as_millis()),
-            Self::FutureOdometry(ahead) => write!(f, "odometry is {} ms in the future", ahead.as_millis()),
-            Self::OldPlannedPath(age) => write!(f, "the planned path is {} ms old", age.as_millis()),
-            Self::OldManoeuvre { kind, age } => write!(f, "{kind} is {} ms old", age.as_millis()),
-            Self::TimeWentBack(by) => write!(f, "the clock went back by {} ms", by.as_millis()),
-            Self::OldScenario(age) => write!(f, "the scenario is {} ms old", age.as_millis()),
-            Self::OldHazardRequest(age) => write!(f, "the hazard request is {} ms old", age.as_millis()),
-            Self::NoOdometry
-            | Self::OdometryNotFinite
-            | Self::NoRoad
-            | Self::NoRoute
-            | Self::NotLaneDriving
-            | Self::EmptyPlannedPath
-            | Self::NoLaneAround
-            | Self::NoDistancePath(_)
-            | Self::NewRoute
-            | Self::RouteRefused(_)
-            | Self::PlannedPathNotFinite
-            | Self::BadFactor { .. }
-            | Self::NoPathFor(_)
-            | Self::VehicleHazard(_)
-            | Self::UnknownVehicleHazard(_)
-            | Self::NoVehicleSpeed => self.message().fmt(f),
         }
     }
 }

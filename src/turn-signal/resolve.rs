@@ -27,6 +27,7 @@ pub enum CandidateSource {
 }
 
 named_by_variant!(CandidateSource);
+display_by_name!(CandidateSource, Case);
 
 impl CandidateSource {
     /// All sources, in order.
@@ -304,7 +305,7 @@ fn evaluate(
     let distances = record.distances(path_frame);
     let outcome = if record.turn.side().is_none() {
         CandidateOutcome::NoSide
-    } else if !record.is_finite() || !distances.are_finite() {
+    } else if !record.is_finite() || !distances.values().iter().all(|distance| distance.is_finite()) {
         CandidateOutcome::NotFinite
     } else if distances.desired_start_m > 0.0 {
         CandidateOutcome::NotReached
@@ -317,13 +318,8 @@ fn evaluate(
     } else {
         CandidateOutcome::Won
     };
-    EvaluatedCandidate {
-        source,
-        subject: record.subject,
-        turn: record.turn,
-        distances: Some(distances),
-        outcome,
-    }
+    let Section { subject, turn, .. } = record;
+    EvaluatedCandidate { source, subject, turn, distances: Some(distances), outcome }
 }
 
 fn set_outcome(evaluated: &mut [EvaluatedCandidate; 3], source: CandidateSource, outcome: CandidateOutcome) {
@@ -338,27 +334,11 @@ impl EvaluatedCandidate {
         let distances = self.distances.filter(|_| self.outcome == CandidateOutcome::Won)?;
         Some(Contender { source: self.source, side: self.turn.side()?, distances })
     }
-}
 
-impl Distances {
-    fn are_finite(&self) -> bool {
-        [self.desired_start_m, self.desired_end_m, self.required_start_m, self.required_end_m]
-            .iter()
-            .all(|distance| distance.is_finite())
-    }
-}
-
-display_by_name!(CandidateSource, Case);
-
-impl EvaluatedCandidate {
     /// Returns the outcome with the command and the distances, as text.
     pub fn reason(&self) -> String {
         let Some(distances) = self.distances else { return self.outcome.to_string() };
-        let Distances { desired_start_m, desired_end_m, required_start_m, required_end_m } = distances;
-        format!(
-            "{} ({}, ds {desired_start_m:.2} de {desired_end_m:.2} rs {required_start_m:.2} re \
-             {required_end_m:.2} m)",
-            self.outcome, self.turn
-        )
+        let [ds, de, rs, re] = distances.values();
+        format!("{} ({}, ds {ds:.2} de {de:.2} rs {rs:.2} re {re:.2} m)", self.outcome, self.turn)
     }
 }

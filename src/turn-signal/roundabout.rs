@@ -51,9 +51,7 @@ impl RoundaboutMemory {
 
     /// Clears the memory. Must be called when the route changes.
     pub fn clear(&mut self) {
-        self.entries.clear();
-        self.exits.clear();
-        self.passed.clear();
+        *self = Self::default();
     }
 
     /// Returns the pose of the rear axle when this entry came within range.

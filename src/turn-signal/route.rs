@@ -4,7 +4,8 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::error::Error;
-use std::fmt;
+
+use derive_more::Display;
 
 use super::catalogue;
 use super::compat::DeciderQuirks;
@@ -32,7 +33,8 @@ pub struct Route {
 }
 
 /// A reason why a route is refused.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
+#[display("{}", self.message())]
 pub enum RouteError {
     /// The route has no lanelets.
     Empty,
@@ -53,12 +55,6 @@ impl RouteError {
             Self::Unknown(lane) => catalogue::unknown_lanelet(lane),
             Self::StartNotFinite => catalogue::start_not_finite(),
         }
-    }
-}
-
-impl fmt::Display for RouteError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.message().fmt(f)
     }
 }
 

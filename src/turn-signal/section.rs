@@ -1,6 +1,8 @@
 //! A section record: the signal of one manoeuvre and the stretch to which it applies
 //! (docs/spec/turn-signal-decider.md, "Conventions").
 
+use std::ops::Range;
+
 use super::junction::JunctionAhead;
 use super::side::Side;
 use super::subject::SignalSubject;
@@ -57,6 +59,11 @@ pub struct Distances {
 }
 
 impl Distances {
+    /// Returns the desired start, desired end, required start and required end.
+    pub fn values(&self) -> [f64; 4] {
+        [self.desired_start_m, self.desired_end_m, self.required_start_m, self.required_end_m]
+    }
+
     /// Returns whether the front is past the start of the required section, and the rear axle not past its
     /// end.
     pub fn are_required(&self) -> bool {
@@ -65,18 +72,15 @@ impl Distances {
 }
 
 impl Section {
-    /// Returns a record that blinks on one side.
-    pub fn blinking(side: Side, desired: (Pose, Pose), required: (Pose, Pose)) -> Self {
+    /// Returns a record that blinks on one side, with the poses of both stretches.
+    pub fn blinking(side: Side, desired: Range<Pose>, required: Range<Pose>) -> Self {
         Self {
             turn: side.into(),
-            hazard: HazardCommand::NoCommand,
-            desired_start: desired.0,
-            desired_end: desired.1,
-            required_start: required.0,
-            required_end: required.1,
-            subject: SignalSubject::Unnamed,
-            place: None,
-            junction: None,
+            desired_start: desired.start,
+            desired_end: desired.end,
+            required_start: required.start,
+            required_end: required.end,
+            ..Self::default()
         }
     }
 

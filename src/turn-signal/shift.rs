@@ -247,7 +247,7 @@ pub fn judge(context: &DecisionContext<'_>, shift: &Shift<'_>) -> ShiftOutcome {
     let tolerance_m = if shift.is_announced { START_TOLERANCE_M } else { 0.0 };
     let is_ahead = ahead_m - context.vehicle.front_m() + tolerance_m > 0.0;
     let desired_start = if is_ahead { context.ego() } else { start };
-    let section = Section::blinking(offsets.side(), (desired_start, end), (start, end));
+    let section = Section::blinking(offsets.side(), desired_start..end, start..end);
     ShiftOutcome { section, verdict: ShiftVerdict::Signalled }
 }
 

@@ -36,19 +36,21 @@ named_by_variant!(Side);
 
 impl Side {
     /// Returns the opposite side.
-    pub const fn opposite(self) -> Self {
+    pub fn opposite(self) -> Self {
+        self.choose(Self::Right, Self::Left)
+    }
+
+    /// Returns the value for this side.
+    pub fn choose<T>(self, left: T, right: T) -> T {
         match self {
-            Self::Left => Self::Right,
-            Self::Right => Self::Left,
+            Self::Left => left,
+            Self::Right => right,
         }
     }
 }
 
 impl From<Side> for TurnCommand {
     fn from(side: Side) -> Self {
-        match side {
-            Side::Left => Self::Left,
-            Side::Right => Self::Right,
-        }
+        side.choose(Self::Left, Self::Right)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::section::Section;
 use super::subject::SignalSubject;
-use crate::light_command::{HazardCommand, TurnCommand};
+use crate::light_command::TurnCommand;
 use lanelet2_map::geometry::path::PathFrame;
 use lanelet2_map::geometry::polyline::{back_pose, front_pose, without_near_earlier};
 use lanelet2_map::geometry::required_end::required_end;
@@ -80,14 +80,12 @@ impl TurnLane {
     pub fn section(&self, subject: SignalSubject, turn: TurnCommand, desired_start: Pose) -> Section {
         Section {
             turn,
-            hazard: HazardCommand::NoCommand,
             desired_start,
             desired_end: self.back,
             required_start: self.front,
             required_end: self.required_end,
             subject,
-            place: None,
-            junction: None,
+            ..Section::default()
         }
     }
 }

@@ -144,7 +144,7 @@ mod tests {
         let path = Path::new((0..80).map(|x| at(f64::from(x)))).unwrap();
         let limits = NearestLimits { distance_m: 3.0, yaw_rad: 1.0 };
         let record = |side, from: f64, to: f64| {
-            Section::blinking(side, (at(from), at(to)), (at(from + 10.0), at(to - 10.0)))
+            Section::blinking(side, at(from)..at(to), at(from + 10.0)..at(to - 10.0))
         };
         let candidates = Candidates {
             intersection: Some(Section {

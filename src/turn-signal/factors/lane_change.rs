@@ -30,7 +30,7 @@ pub(super) fn sideways(
     };
     let crossing = path_offsets.zip(context.path).and_then(|(path_offsets, path)| {
         let index = |pose| path_offsets.nearest_index(pose);
-        crossing(context.road, path, (index(interval.start()), index(interval.end())))
+        crossing(context.road, path, index(interval.start())..=index(interval.end()))
     });
     let phase = match (crossing, topic) {
         (Some(_), _) => LaneChangePhase::Running,

@@ -1,5 +1,7 @@
 //! The planned path relative to the middle of its lanelets: its lateral offset, and where it crosses a bound.
 
+use std::ops::RangeInclusive;
+
 use super::factor::{FactorContext, Ramp};
 use super::reference_line::ReferenceLine;
 use crate::planner_input::PlannedPathPoint;
@@ -27,6 +29,14 @@ pub(super) struct PathOffsets {
     middle: ReferenceLine,
     /// Offset of each point of the path to the left of the middle of the lane, metres.
     offsets_m: Vec<f64>,
+}
+
+/// A ramp of a path, with the indices of its ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct RampSpan {
+    pub(super) start: usize,
+    pub(super) end: usize,
+    pub(super) ramp: Ramp,
 }
 
 impl PathOffsets {
@@ -79,8 +89,7 @@ impl PathOffsets {
     }
 
     pub(super) fn line(&self, start: Pose, end: Pose) -> ShiftLine {
-        let index = |pose: Pose| self.nearest_index(pose);
-        ShiftLine { start_index: index(start), end_index: index(end), start, end }
+        ShiftLine { start_index: self.nearest_index(start), end_index: self.nearest_index(end), start, end }
     }
 
     /// Returns the offset of a pose to the left of the path, metres.
@@ -91,17 +100,18 @@ impl PathOffsets {
 
     /// Returns the path with the offsets that result from these ramps, in order, linear within each ramp.
     pub(super) fn ramped(&self, ramps: &[Ramp]) -> Option<ShiftedPath> {
-        let spans: Vec<(usize, usize, &Ramp)> = ramps
+        let spans: Vec<RampSpan> = ramps
             .iter()
-            .map(|ramp| {
-                let index = |pose: Pose| self.nearest_index(pose);
-                (index(ramp.start), index(ramp.end), ramp)
+            .map(|ramp| RampSpan {
+                start: self.nearest_index(ramp.start),
+                end: self.nearest_index(ramp.end),
+                ramp: *ramp,
             })
             .collect();
         let first_m = ramps.first().map_or(0.0, |ramp| ramp.before_m);
         let shift_m = |at: usize| {
-            let begun = spans.iter().rfind(|(start, ..)| *start <= at);
-            begun.map_or(first_m, |(start, end, ramp)| {
+            let begun = spans.iter().rfind(|span| span.start <= at);
+            begun.map_or(first_m, |RampSpan { start, end, ramp }| {
                 let share = if at >= *end { 1.0 } else { share(at - start, end - start) };
                 ramp.before_m + (ramp.after_m - ramp.before_m) * share
             })
@@ -114,31 +124,32 @@ impl PathOffsets {
     /// in one direction. A smooth path hardly moves at the ends of a ramp, so these ramps begin a little
     /// later and end a little earlier than planned.
     pub(super) fn own_ramps(&self, from: Pose, to: Pose, threshold_m: f64) -> Vec<Ramp> {
-        let within = (self.nearest_index(from), self.nearest_index(to));
-        let ramps = self.ramps_within(within, threshold_m, SAME_OFFSET_M).into_iter();
-        ramps.map(|(_, ramp)| ramp).collect()
+        let within = self.nearest_index(from)..=self.nearest_index(to);
+        let spans = self.ramps_within(within, threshold_m, SAME_OFFSET_M).into_iter();
+        spans.map(|span| span.ramp).collect()
     }
 
-    /// Returns the ramps between two points of the path, each with the indices of its ends. An offset that
-    /// moves back by no more than `ripple_m` does not end a ramp.
+    /// Returns the ramps between two points of the path. An offset that moves back by no more than `ripple_m`
+    /// does not end a ramp.
     pub(super) fn ramps_within(
         &self,
-        (first, last): (usize, usize),
+        points: RangeInclusive<usize>,
         threshold_m: f64,
         ripple_m: f64,
-    ) -> Vec<((usize, usize), Ramp)> {
-        let within = self.offsets_m.get(first..=last).unwrap_or_default();
-        let pose = |index: usize| self.poses.get(first + index).copied();
-        let ramp = |(start, end): (usize, usize)| {
+    ) -> Vec<RampSpan> {
+        let first = *points.start();
+        let within = self.offsets_m.get(points).unwrap_or_default();
+        let span = |ends: RangeInclusive<usize>| {
+            let (start, end) = (first + ends.start(), first + ends.end());
             let ramp = Ramp {
-                start: pose(start)?,
-                end: pose(end)?,
-                before_m: *within.get(start)?,
-                after_m: *within.get(end)?,
+                start: *self.poses.get(start)?,
+                end: *self.poses.get(end)?,
+                before_m: *within.get(*ends.start())?,
+                after_m: *within.get(*ends.end())?,
             };
-            Some(((first + start, first + end), ramp))
+            Some(RampSpan { start, end, ramp })
         };
-        swings(within, threshold_m, ripple_m).into_iter().filter_map(ramp).collect()
+        swings(within, threshold_m, ripple_m).into_iter().filter_map(span).collect()
     }
 
     /// Returns whether the path follows a ramp for more than half of its offset.
@@ -153,10 +164,10 @@ impl PathOffsets {
 pub(super) fn crossing(
     road: &LaneNetwork,
     path: &[PlannedPathPoint],
-    (from, to): (usize, usize),
+    points: RangeInclusive<usize>,
 ) -> Option<Pose> {
     let mut within: Option<&Lanelet> = None;
-    for point in path.get(from..=to).unwrap_or_default() {
+    for point in path.get(points).unwrap_or_default() {
         let position = point.pose.position;
         within = match within {
             None => point.lanes.iter().filter_map(|id| road.lane(*id)).find(|lane| lane.contains(position)),
@@ -201,7 +212,7 @@ fn lanes(context: &FactorContext<'_>, path: &[PlannedPathPoint]) -> Vec<LaneId> 
 
 /// Returns the first and last index of every change in one direction of at least `threshold_m`, through
 /// ripples of at most `ripple_m`.
-fn swings(offsets_m: &[f64], threshold_m: f64, ripple_m: f64) -> Vec<(usize, usize)> {
+fn swings(offsets_m: &[f64], threshold_m: f64, ripple_m: f64) -> Vec<RangeInclusive<usize>> {
     let mut found = Vec::new();
     let Some(first) = offsets_m.first() else { return Vec::new() };
     let (mut pivot, mut extreme) = ((0, *first), (0, *first));
@@ -222,7 +233,7 @@ fn swings(offsets_m: &[f64], threshold_m: f64, ripple_m: f64) -> Vec<(usize, usi
         let mut run = offsets_m.iter().enumerate().skip(from).take(to + 1 - from);
         let begins = run.clone().take_while(|(_, offset_m)| near(**offset_m, from_m)).last();
         let ends = run.find(|(_, offset_m)| near(**offset_m, to_m));
-        (begins.map_or(from, |(index, _)| index), ends.map_or(to, |(index, _)| index))
+        begins.map_or(from, |(index, _)| index)..=ends.map_or(to, |(index, _)| index)
     };
     found.into_iter().map(trimmed).collect()
 }
@@ -253,11 +264,11 @@ mod tests {
     #[test]
     fn a_profile_is_cut_into_its_swings() {
         let out_and_back = [0.0, 0.0, 0.02, 0.5, 1.0, 1.48, 1.5, 1.5, 1.49, 1.0, 0.4, 0.03, 0.0, 0.0];
-        assert_eq!(swings(&out_and_back, 0.3, SAME_OFFSET_M), [(2, 5), (8, 11)]);
+        assert_eq!(swings(&out_and_back, 0.3, SAME_OFFSET_M), [2..=5, 8..=11]);
         assert_eq!(swings(&[0.0, 0.29, 0.29], 0.3, SAME_OFFSET_M), [], "too little");
         assert_eq!(
             swings(&[0.0, -0.2, -0.17, -0.4], 0.3, SAME_OFFSET_M),
-            [(0, 3)],
+            [0..=3],
             "a ripple does not count"
         );
         assert_eq!(swings(&[], 0.3, SAME_OFFSET_M), []);

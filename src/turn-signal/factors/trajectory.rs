@@ -6,11 +6,12 @@
 //! the vehicle's lane becomes a manoeuvre whose kind follows from its start and end.
 
 use std::collections::VecDeque;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use super::avoidance;
 use super::factor::{FactorContext, Ramp};
-use super::path_offsets::{MAX_LANES_BETWEEN, PathOffsets, crossing};
+use super::path_offsets::{MAX_LANES_BETWEEN, PathOffsets, RampSpan, crossing};
 use super::pulling;
 use super::reference_line::ReferenceLine;
 use crate::decision_context::STOP_SPEED_MPS;
@@ -55,9 +56,6 @@ const AROUND_M: f64 = 20.0;
 pub struct DrivenPath {
     points: VecDeque<Odometry>,
 }
-
-/// A change of the offset, with the indices of its ends on the path.
-type Span = ((usize, usize), Ramp);
 
 impl DrivenPath {
     /// Adds a position of the vehicle.
@@ -168,25 +166,25 @@ fn derived(context: &FactorContext<'_>, points: &[PlannedPathPoint], ego_index: 
     let Some(offsets) = PathOffsets::new(&context) else { return Vec::new() };
     let offsets = offsets.smoothed(SMOOTHED_M);
     let threshold_m = context.parameters.shift_length_threshold_m;
-    let spans = offsets.ramps_within((0, points.len() - 1), threshold_m, RIPPLE_M);
+    let spans = offsets.ramps_within(0..=points.len() - 1, threshold_m, RIPPLE_M);
     // A vehicle that returns to its lane has not changed lanes.
-    let is_back = |((_, end), _): &Span| {
-        let lane = points.get(*end).and_then(|point| point.lanes.first());
+    let is_back = |span: &RampSpan| {
+        let lane = points.get(span.end).and_then(|point| point.lanes.first());
         lane.is_some_and(|lane| offsets.lanes.contains(lane))
     };
-    let crosses = |((start, end), _): &Span| {
-        leaves_sideways(context.road, points, (start.saturating_sub(TRIMMED), *end))
+    let crosses = |span: &RampSpan| {
+        leaves_sideways(context.road, points, span.start.saturating_sub(TRIMMED)..=span.end)
     };
     let last_back = spans.iter().rposition(|span| crosses(span) && is_back(span));
-    let changes_lane = |index: usize, span: &Span| last_back.is_none_or(|back| back < index) && crosses(span);
+    let changes_lane =
+        |index: usize, span: &RampSpan| last_back.is_none_or(|back| back < index) && crosses(span);
     // A completed lane change has made its lane the vehicle's own.
-    let is_over = |span: &&Span| {
-        let ((_, end), _) = span;
-        *end < ego_index
+    let is_over = |span: &&RampSpan| {
+        span.end < ego_index
             && crosses(span)
-            && off_middle_m(&context, &points[*end]).abs() < context.parameters.pull_out_minimum_shift_m
+            && off_middle_m(&context, &points[span.end]).abs() < context.parameters.pull_out_minimum_shift_m
     };
-    if let Some(((_, end), _)) = spans.iter().rfind(is_over)
+    if let Some(RampSpan { end, .. }) = spans.iter().rfind(is_over)
         && let Some(rest) = points.get(*end..)
     {
         return derived(&context, rest, ego_index - end);
@@ -194,12 +192,12 @@ fn derived(context: &FactorContext<'_>, points: &[PlannedPathPoint], ego_index: 
     let mut manoeuvres = Vec::new();
     let mut avoiding: Vec<Ramp> = Vec::new();
     for (index, span) in spans.iter().enumerate() {
-        let ((start, end), ramp) = span;
-        if index == 0 && pulls_out(&context, points, span) {
+        let RampSpan { start, end, ramp } = span;
+        if index == 0 && pulls_out(&context, points, ramp) {
             let lanes = offsets.lanes.clone();
             let pull_out = pulling::forwards(&context, Some(&offsets), &from_stand(points, ramp), lanes);
             manoeuvres.extend((*end >= ego_index).then_some(Manoeuvre::PullOut(pull_out)));
-        } else if index + 1 == spans.len() && pulls_over(&context, points, span) {
+        } else if index + 1 == spans.len() && pulls_over(&context, points, ramp) {
             let pull_over = pulling::decided(&context, &offsets, &to_stand(points, ramp));
             let is_over = has_arrived(&context, points);
             manoeuvres.extend((!is_over).then_some(Manoeuvre::PullOver(PullOver::Decided(pull_over))));
@@ -209,7 +207,7 @@ fn derived(context: &FactorContext<'_>, points: &[PlannedPathPoint], ego_index: 
             avoiding.push(*ramp);
         }
     }
-    let is_ahead = spans.iter().any(|((_, end), ramp)| *end >= ego_index && avoiding.contains(ramp));
+    let is_ahead = spans.iter().any(|span| span.end >= ego_index && avoiding.contains(&span.ramp));
     if is_ahead {
         manoeuvres.extend(avoidance::along(&context, &offsets, &avoiding, true).map(Manoeuvre::Avoidance));
     }
@@ -217,8 +215,8 @@ fn derived(context: &FactorContext<'_>, points: &[PlannedPathPoint], ego_index: 
 }
 
 /// Returns whether a path leaves its lanelet, between two indices, for a lanelet that does not follow it.
-fn leaves_sideways(road: &LaneNetwork, points: &[PlannedPathPoint], (from, to): (usize, usize)) -> bool {
-    let lanes = points.get(from..=to).unwrap_or_default().iter().filter_map(|point| point.lanes.first());
+fn leaves_sideways(road: &LaneNetwork, points: &[PlannedPathPoint], between: RangeInclusive<usize>) -> bool {
+    let lanes = points.get(between).unwrap_or_default().iter().filter_map(|point| point.lanes.first());
     let lanes: Vec<LaneId> = lanes.copied().collect();
     lanes.windows(2).any(|pair| !leads_to(road, pair[0], pair[1], MAX_LANES_BETWEEN))
 }
@@ -229,14 +227,14 @@ fn leads_to(road: &LaneNetwork, from: LaneId, to: LaneId, most: u32) -> bool {
 }
 
 /// Returns whether a path leads from standstill off the middle towards the middle.
-fn pulls_out(context: &FactorContext<'_>, points: &[PlannedPathPoint], (_, ramp): &Span) -> bool {
+fn pulls_out(context: &FactorContext<'_>, points: &[PlannedPathPoint], ramp: &Ramp) -> bool {
     let stood = points.first().is_some_and(|point| point.speed_mps.abs() < STOP_SPEED_MPS);
     let is_off = ramp.before_m.abs() >= context.parameters.pull_out_minimum_shift_m;
     stood && is_off && ramp.after_m.abs() < ramp.before_m.abs()
 }
 
 /// Returns whether a path ends at standstill, off the middle of the last lanelets of the route.
-fn pulls_over(context: &FactorContext<'_>, points: &[PlannedPathPoint], (_, ramp): &Span) -> bool {
+fn pulls_over(context: &FactorContext<'_>, points: &[PlannedPathPoint], ramp: &Ramp) -> bool {
     let Some(last) = points.last() else { return false };
     let off_m = off_middle_m(context, last);
     let stands = last.speed_mps.abs() < STOP_SPEED_MPS;
@@ -284,13 +282,14 @@ fn lane_change(
     context: &FactorContext<'_>,
     offsets: &PathOffsets,
     points: &[PlannedPathPoint],
-    (ends, ramp): &Span,
+    span: &RampSpan,
 ) -> LaneChange {
+    let ramp = span.ramp;
     LaneChange {
         side: if ramp.after_m > ramp.before_m { Side::Left } else { Side::Right },
         phase: LaneChangePhase::Running,
         start: Some(ramp.start),
-        crossing: crossing(context.road, points, *ends),
+        crossing: crossing(context.road, points, span.start..=span.end),
         end: Some(ramp.end),
         previous_path: offsets.poses.clone(),
         minimum_length_m: ramp.start.position.distance_m(ramp.end.position),

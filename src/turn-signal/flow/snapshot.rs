@@ -4,7 +4,6 @@ use derive_more::Display;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{DeciderRole, TurnSignalFlow};
 use crate::decision::{BasisKind, Decision};
 use crate::light_command::{HazardCommand, TurnCommand};
 use crate::manoeuvre::ManoeuvreOutcome;
@@ -13,7 +12,6 @@ use crate::resolve::{CandidateOutcome, CandidateSource, Case, EvaluatedCandidate
 use crate::signal_judge::{JudgedManoeuvre, SignalVerdict, VerdictCounts};
 use gateway_base::diagnostics::Level;
 use gateway_base::names::display_by_name;
-use gateway_base::time::{MonoTime, millis};
 
 /// The decider.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -118,38 +116,6 @@ pub struct CandidateSnapshot {
     pub distances_m: Option<[f64; 4]>,
 }
 
-impl TurnSignalFlow {
-    /// Returns the use of the decisions.
-    pub(super) fn role(&self) -> DeciderUse {
-        match self.settings.role {
-            DeciderRole::Command => DeciderUse::Command,
-            DeciderRole::Shadow { .. } => DeciderUse::Shadow,
-        }
-    }
-
-    /// Returns the present state.
-    pub fn snapshot(&self, now: MonoTime) -> DeciderSnapshot {
-        let message = self.summary();
-        let verdicts = self.judge.counts().total();
-        DeciderSnapshot {
-            role: self.role(),
-            level: message.level(),
-            message: message.text,
-            decision: self.decision.as_deref().map(DecisionSnapshot::of),
-            route: self.route_text(),
-            odometry_age_ms: self.latest.odometry.map(|odometry| millis(now.since(odometry.at))),
-            cycles: self.cycles,
-            changes: self.changes,
-            shortened_signals: self.decider.shortened(),
-            turn_agreement_percent: self.turn_comparison.percent().map(|percent| rounded(percent, 1e2)),
-            hazard_agreement_percent: self.hazard_comparison.percent().map(|percent| rounded(percent, 1e2)),
-            signal_verdicts: verdicts,
-            signal_agreement_percent: verdicts.agreement_percent().map(|percent| rounded(percent, 1e2)),
-            last_wrong_signal: self.last_wrong.clone(),
-        }
-    }
-}
-
 impl WrongSignal {
     /// Returns the displayed values of a judged signal.
     pub(super) fn of(judged: &JudgedManoeuvre) -> Self {
@@ -184,14 +150,7 @@ impl DecisionSnapshot {
 
 impl CandidateSnapshot {
     fn of(candidate: &EvaluatedCandidate) -> Self {
-        let distances = candidate.distances.map(|distances| {
-            [
-                distances.desired_start_m,
-                distances.desired_end_m,
-                distances.required_start_m,
-                distances.required_end_m,
-            ]
-        });
+        let distances = candidate.distances.map(|distances| distances.values());
         Self {
             source: candidate.source,
             subject: candidate.subject.name(candidate.turn),
@@ -206,6 +165,6 @@ impl CandidateSnapshot {
 }
 
 /// Rounds a number to a fraction of one; removes the sign of zero.
-fn rounded(number: f64, parts: f64) -> f64 {
+pub(super) fn rounded(number: f64, parts: f64) -> f64 {
     (number * parts).round() / parts + 0.0
 }

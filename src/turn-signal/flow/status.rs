@@ -3,20 +3,51 @@
 
 use std::fmt;
 
-use super::TurnSignalFlow;
 use super::shadow_comparison::{CommandDisagreement, ComparableCommand, ShadowComparison};
-use super::snapshot::DeciderUse;
+use super::snapshot::{DeciderSnapshot, DeciderUse, DecisionSnapshot, rounded};
+use super::{DeciderRole, TurnSignalFlow};
 use crate::catalogue;
 use crate::decision::{Basis, Decision};
 use crate::inputs::InputFinding;
 use crate::resolve::{CandidateSource, Resolution};
 use crate::signal_judge::VerdictKind;
 use gateway_base::diagnostics::{Level, MessagePart};
-use gateway_base::time::MonoTime;
+use gateway_base::time::{MonoTime, millis};
 
 type Value = (&'static str, String);
 
 impl TurnSignalFlow {
+    /// Returns the use of the decisions.
+    fn role(&self) -> DeciderUse {
+        match self.settings.role {
+            DeciderRole::Command => DeciderUse::Command,
+            DeciderRole::Shadow { .. } => DeciderUse::Shadow,
+        }
+    }
+
+    /// Returns the present state.
+    pub fn snapshot(&self, now: MonoTime) -> DeciderSnapshot {
+        let message = self.summary();
+        let verdicts = self.judge.counts().total();
+        let percent = |percent| rounded(percent, 1e2);
+        DeciderSnapshot {
+            role: self.role(),
+            level: message.level(),
+            message: message.text,
+            decision: self.decision.as_deref().map(DecisionSnapshot::of),
+            route: self.route_text(),
+            odometry_age_ms: self.latest.odometry.map(|odometry| millis(now.since(odometry.at))),
+            cycles: self.cycles,
+            changes: self.changes,
+            shortened_signals: self.decider.shortened(),
+            turn_agreement_percent: self.turn_comparison.percent().map(percent),
+            hazard_agreement_percent: self.hazard_comparison.percent().map(percent),
+            signal_verdicts: verdicts,
+            signal_agreement_percent: verdicts.agreement_percent().map(percent),
+            last_wrong_signal: self.last_wrong.clone(),
+        }
+    }
+
     /// Returns the message: the worst finding, otherwise the source of the command.
     pub(super) fn summary(&self) -> MessagePart {
         let Some(decision) = &self.decision else { return catalogue::nothing_decided() };
@@ -102,8 +133,7 @@ fn decided(decision: &Decision, values: &mut Vec<Value>) {
     match &decision.basis {
         Basis::Candidates(resolution) => evaluated(resolution, values),
         Basis::PathGenerator(tagged) => {
-            values.push(("winner", "none".to_owned()));
-            values.push(("lanelet", tagged.to_string()));
+            values.extend([("winner", "none".to_owned()), ("lanelet", tagged.to_string())]);
         }
         Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) => {
             values.push(("winner", "none".to_owned()));
@@ -120,11 +150,9 @@ fn evaluated(resolution: &Resolution, values: &mut Vec<Value>) {
     values.push(("winner", winner.map_or("none".to_owned(), |winner| winner.source.to_string())));
     values.push(("rule", resolution.case.map_or("none".to_owned(), |case| case.to_string())));
     if let Some(winner) = winner {
-        let metres = |metres: f64| format!("{metres:.2}");
-        values.push(("desired_start_m", metres(winner.distances.desired_start_m)));
-        values.push(("desired_end_m", metres(winner.distances.desired_end_m)));
-        values.push(("required_start_m", metres(winner.distances.required_start_m)));
-        values.push(("required_end_m", metres(winner.distances.required_end_m)));
+        let keys = ["desired_start_m", "desired_end_m", "required_start_m", "required_end_m"];
+        let distances = winner.distances.values().map(|metres| format!("{metres:.2}"));
+        values.extend(keys.into_iter().zip(distances));
     }
     for evaluated in &resolution.evaluated {
         values.push((evaluated.source.name(), evaluated.reason()));

@@ -9,10 +9,7 @@ use lanelet2_map::lane_network::{LaneId, Lanelet, TurnDirection};
 
 /// Returns whether the vehicle stands near or inside a turn to `side`.
 pub(super) fn stands_at_turn(context: &DecisionContext<'_>, lanes: &[LaneId], side: Side) -> bool {
-    let direction = match side {
-        Side::Left => TurnDirection::Left,
-        Side::Right => TurnDirection::Right,
-    };
+    let direction = side.choose(TurnDirection::Left, TurnDirection::Right);
     context.stands() && (is_near(context, lanes, direction) || is_inside(context, lanes, direction))
 }
 

@@ -67,7 +67,7 @@ impl ManoeuvreMemory {
                     return SignalReason::TooEarly;
                 };
                 let section =
-                    Section::blinking(change.side, (from, end), (start, change.crossing.unwrap_or(end)));
+                    Section::blinking(change.side, from..end, start..change.crossing.unwrap_or(end));
                 records.add(context, section);
                 return SignalReason::OwnRule;
             }
@@ -77,7 +77,7 @@ impl ManoeuvreMemory {
             }
             _ => (context.ego(), end),
         };
-        let section = Section::blinking(change.side, (start, end), (start, required_end));
+        let section = Section::blinking(change.side, start..end, start..required_end);
         records.add(context, section);
         SignalReason::OwnRule
     }

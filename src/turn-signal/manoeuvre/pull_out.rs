@@ -117,7 +117,7 @@ fn centerline_start(
     } else {
         let end = path.poses().get(path.index_of(context, pull_out.end)).copied().unwrap_or_default();
         let start = context.ego();
-        records.add(context, Section::blinking(side, (start, end), (start, end)));
+        records.add(context, Section::blinking(side, start..end, start..end));
     }
     SignalReason::OwnRule
 }

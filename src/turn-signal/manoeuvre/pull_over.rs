@@ -122,7 +122,7 @@ impl ManoeuvreMemory {
             // Once its path is decided, the pull-over stays announced.
             self.announced.announce(identity, context.ego());
         }
-        let section = Section::blinking(side, (deceleration, end), (stop.unwrap_or(deceleration), end));
+        let section = Section::blinking(side, deceleration..end, stop.unwrap_or(deceleration)..end);
         records.add(context, section);
         SignalReason::OwnRule
     }

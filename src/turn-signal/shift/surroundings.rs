@@ -14,10 +14,7 @@ pub(super) fn hatched_forbids(lane: &Lanelet, offsets: Offsets, threshold_m: f64
     let Offsets { before_m, after_m } = offsets;
     let (left_only, right_only) = (lane.left.is_hatched_only(), lane.right.is_hatched_only());
     let (near, far) = (|shift: f64| shift.abs() < threshold_m, |shift: f64| shift.abs() > threshold_m);
-    let (toward, from) = match offsets.side() {
-        Side::Left => (left_only, right_only),
-        Side::Right => (right_only, left_only),
-    };
+    let (toward, from) = offsets.side().choose((left_only, right_only), (right_only, left_only));
     near(before_m) && far(after_m) && toward
         || far(before_m) && near(after_m) && from
         || before_m > threshold_m && after_m > threshold_m && left_only
@@ -50,18 +47,10 @@ pub(super) fn is_inside(context: &DecisionContext<'_>, lanes: &[LaneId]) -> bool
 /// below it, metres.
 pub(super) fn distance_to_bound_m(context: &DecisionContext<'_>, side: Side) -> Option<f64> {
     let (vehicle, ego) = (context.vehicle, context.ego());
-    let aside_m = match side {
-        Side::Left => vehicle.left_m,
-        Side::Right => -vehicle.right_m,
-    };
-    let corner = ego.point_at(vehicle.front_m(), aside_m);
+    let corner = ego.point_at(vehicle.front_m(), side.choose(vehicle.left_m, -vehicle.right_m));
     let lane =
         context.road.closest(context.route.lanes(), Pose { position: corner, yaw_rad: ego.yaw_rad })?;
-    let bound = match side {
-        Side::Left => &lane.left_bound,
-        Side::Right => &lane.right_bound,
-    };
-    sideways_distance_m(ego, corner, bound)
+    sideways_distance_m(ego, corner, side.choose(&lane.left_bound, &lane.right_bound))
 }
 
 /// Returns the outline of the vehicle at a pose of its rear axle.

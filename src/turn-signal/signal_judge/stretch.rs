@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use super::{AskedSignal, DeciderReason, JudgeSettings, JudgedManoeuvre, SignalVerdict};
+use super::counts::SignalVerdict;
+use super::judged::{AskedSignal, DeciderReason, JudgeSettings, JudgedManoeuvre};
 use crate::light_command::TurnCommand;
 use crate::planner_input::Odometry;
 use crate::side::Side;
@@ -16,7 +17,7 @@ pub(super) struct ReceivedSignal {
     /// The time since which its side is not requested; `None` while it is requested.
     pub(super) unasked: Option<Unasked>,
     /// The beginning of the time in which no side is requested.
-    dark: Option<DarkStart>,
+    dark: Option<SignalStart>,
     was_asked: bool,
 }
 
@@ -28,11 +29,13 @@ pub(super) struct Unasked {
     follows: bool,
 }
 
+/// The beginning of a manoeuvre, or of the time in which no side is requested.
 #[derive(Debug, Clone, PartialEq)]
-struct DarkStart {
-    at: MonoTime,
-    odometry: Odometry,
-    reason: DeciderReason,
+pub(super) struct SignalStart {
+    pub(super) at: MonoTime,
+    pub(super) odometry: Odometry,
+    /// Reason of the decider at that time.
+    pub(super) reason: DeciderReason,
 }
 
 /// A manoeuvre while it is requested.
@@ -40,9 +43,7 @@ struct DarkStart {
 pub(super) struct Stretch {
     side: Side,
     subject: SignalSubject,
-    reason: DeciderReason,
-    start: MonoTime,
-    odometry: Odometry,
+    start: SignalStart,
     /// The signal was on before the side was requested.
     unasked: Option<Unasked>,
     required_since: Option<MonoTime>,
@@ -90,9 +91,9 @@ impl ReceivedSignal {
     }
 
     /// Records that no side is requested.
-    pub(super) fn note_dark(&mut self, (now, odometry): (MonoTime, Odometry), reason: DeciderReason) {
-        self.note_unasked(now);
-        self.dark.get_or_insert(DarkStart { at: now, odometry, reason });
+    pub(super) fn note_dark(&mut self, start: SignalStart) {
+        self.note_unasked(start.at);
+        self.dark.get_or_insert(start);
     }
 
     /// Records that the other side is requested.
@@ -118,7 +119,7 @@ impl ReceivedSignal {
 
     /// Returns the verdict on the time without a request, which ends now; `None` if it is short enough.
     pub(super) fn needless(&self, settings: &JudgeSettings, now: MonoTime) -> Option<JudgedManoeuvre> {
-        let DarkStart { at, odometry, reason } = self.dark.as_ref()?;
+        let SignalStart { at, odometry, reason } = self.dark.as_ref()?;
         let follows = self.unasked.is_some_and(|unasked| unasked.follows);
         let limit = if follows { settings.linger } else { settings.needless };
         (now.since(*at) > limit).then(|| JudgedManoeuvre {
@@ -142,17 +143,15 @@ impl ReceivedSignal {
 impl Stretch {
     /// Creates a manoeuvre that is requested from now on.
     pub(super) fn new(
-        (side, subject): (Side, Option<SignalSubject>),
-        reason: DeciderReason,
-        (start, odometry): (MonoTime, Odometry),
+        side: Side,
+        subject: SignalSubject,
+        start: SignalStart,
         unasked: Option<Unasked>,
     ) -> Self {
         Self {
             side,
-            subject: subject.unwrap_or_default(),
-            reason,
+            subject,
             start,
-            odometry,
             unasked,
             required_since: None,
             on_at: None,
@@ -173,13 +172,14 @@ impl Stretch {
         }
     }
 
-    /// Records a cycle. The opposite side is tolerated after the required section, and before it while the
-    /// signal lingers.
+    /// Records a cycle. The opposite side is tolerated after the required section; before it only with
+    /// `tolerates_opposite`, while the signal lingers or is held.
     pub(super) fn note(
         &mut self,
         now: MonoTime,
         received: Option<TurnCommand>,
-        (is_required, is_held, lingers): (bool, bool, bool),
+        is_required: bool,
+        tolerates_opposite: bool,
     ) {
         self.count_until(now);
         if is_required {
@@ -190,7 +190,7 @@ impl Stretch {
             None => Received::Unknown,
             Some(None) => Received::Dark,
             Some(Some(side)) if side == self.side => Received::Asked,
-            Some(Some(_)) if !is_required && (is_over || is_held || lingers) => Received::Tolerated,
+            Some(Some(_)) if !is_required && (is_over || tolerates_opposite) => Received::Tolerated,
             Some(Some(_)) => Received::Opposite,
         };
         if received == Received::Asked {
@@ -211,17 +211,17 @@ impl Stretch {
             JudgedManoeuvre {
                 side: self.side,
                 subject: Some(self.subject),
-                start: self.start,
+                start: self.start.at,
                 required_since: self.required_since,
                 end: now,
-                odometry: self.odometry,
+                odometry: self.start.odometry,
                 received: if verdict == SignalVerdict::WrongSide {
                     Some(self.side.opposite())
                 } else {
                     shown
                 },
                 verdict,
-                reason: self.reason,
+                reason: self.start.reason,
             }
         })
     }
@@ -241,7 +241,7 @@ impl Stretch {
         }
         if let Some(unasked) = self.unasked {
             let limit = if unasked.follows { settings.linger } else { settings.early };
-            let early_by = self.start.since(unasked.since);
+            let early_by = self.start.at.since(unasked.since);
             let is_planned = matches!(self.subject, SignalSubject::Manoeuvre(_)) && !unasked.follows;
             let ahead = self.required_since.map(|required| required.since(unasked.since));
             let is_usual = is_planned && ahead.is_some_and(|ahead| ahead <= settings.ahead);

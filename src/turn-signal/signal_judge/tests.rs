@@ -1,7 +1,8 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::subject::ManoeuvreKind;
+use crate::decision::BasisKind;
+use crate::side::Side;
 use lanelet2_map::geometry::Pose;
 
 const CYCLE_MS: usize = 100;

@@ -26,7 +26,7 @@ pub(crate) fn line(from: i32, to: i32) -> Path {
 
 /// `side D[a,b] R[c,d]`
 pub(crate) fn record(side: Side, desired: [f64; 2], required: [f64; 2]) -> Section {
-    let pair = |[start, end]: [f64; 2]| (at(start), at(end));
+    let pair = |[start, end]: [f64; 2]| at(start)..at(end);
     Section::blinking(side, pair(desired), pair(required))
 }
 

@@ -110,7 +110,7 @@ mod tests {
     }
 
     fn section(side: Side, subject: SignalSubject, [desired, start, end, over]: [f64; 4]) -> Section {
-        let section = Section::blinking(side, (at(desired), at(over)), (at(start), at(end)));
+        let section = Section::blinking(side, at(desired)..at(over), at(start)..at(end));
         Section { subject, ..section }
     }
 
