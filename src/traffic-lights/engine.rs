@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::bulb::BulbSet;
-use super::controller::{ControllerProgress, Controllers, FrameTimes};
+use super::controller::{Controllers, FrameTimes};
 use super::emission::{Emission, LightsTopic};
 use super::event_log::{ActionSource, LoggedEvent, ScenarioOutcome};
 use super::expiry::Expiry;
@@ -269,7 +269,7 @@ impl TrafficLights {
 
     /// Returns the four stores of light states.
     pub fn stores(&self) -> &Stores {
-        self.scenario_state.lights.stores()
+        &self.scenario_state.lights.stores
     }
 
     /// Returns the position of a controller's present phase; `None` before the first one.
@@ -286,7 +286,7 @@ impl TrafficLights {
     /// Returns the same states as [`Self::states`], as an iterator.
     pub(super) fn iter_states(&self, store: StoreId) -> impl Iterator<Item = (i64, LightObservation)> {
         let (map, truth, detected) =
-            (self.stores().map(), self.stores().truth(store.channel), self.stores().detected(store.channel));
+            (&self.stores().map, self.stores().truth(store.channel), self.stores().detected(store.channel));
         let state = |id: i64, Light { bulbs, confidence, .. }: &Light| {
             bulbs.map(|bulbs| (id, LightObservation { bulbs, confidence: *confidence }))
         };
@@ -304,14 +304,6 @@ impl TrafficLights {
 
     pub(super) fn publishes(&self, topic: LightsTopic) -> bool {
         self.topics.contains(&topic)
-    }
-
-    pub(super) fn rates(&self) -> (Rate, Rate) {
-        (self.scenario_state.ground_truth.rate, self.scenario_state.v2i.rate)
-    }
-
-    pub(super) fn controller(&self, controller: ControllerIndex) -> Option<&ControllerProgress> {
-        self.scenario_state.controllers.state(controller)
     }
 
     /// Returns nanoseconds since the start of the scenario.
@@ -355,7 +347,7 @@ impl TrafficLights {
             self.outbox.send_clock(wall);
         }
         if self.publishes(LightsTopic::Camera) {
-            self.outbox.send_camera(self.scenario_state.lights.stores(), wall);
+            self.outbox.send_camera(&self.scenario_state.lights.stores, wall);
         }
         if self.publishes(LightsTopic::GroundTruth) || self.publishes(LightsTopic::Markers) {
             self.scenario_state.ground_truth.start(now.nanos);
@@ -369,21 +361,21 @@ impl TrafficLights {
     fn publish_ground_truth(&mut self, wall: WallStamp) {
         self.scenario_state.ground_truth.tick();
         if self.publishes(LightsTopic::GroundTruth) {
-            self.outbox.send_ground_truth(self.scenario_state.lights.stores(), wall);
+            self.outbox.send_ground_truth(&self.scenario_state.lights.stores, wall);
         }
         if self.publishes(LightsTopic::Markers) {
-            self.outbox.send_markers(self.scenario_state.lights.stores(), LightChannel::Conventional, wall);
+            self.outbox.send_markers(&self.scenario_state.lights.stores, LightChannel::Conventional, wall);
         }
     }
 
     fn publish_v2i(&mut self, wall: WallStamp) {
         self.scenario_state.v2i.tick();
         if self.publishes(LightsTopic::V2i) {
-            self.scenario_state.lights.stores_mut().drop_past_predictions(wall);
-            self.outbox.send_v2i(self.scenario_state.lights.stores(), &self.scenario_state.predictions, wall);
+            self.scenario_state.lights.stores.drop_past_predictions(wall);
+            self.outbox.send_v2i(&self.scenario_state.lights.stores, &self.scenario_state.predictions, wall);
         }
         if self.publishes(LightsTopic::Markers) {
-            self.outbox.send_markers(self.scenario_state.lights.stores(), LightChannel::V2i, wall);
+            self.outbox.send_markers(&self.scenario_state.lights.stores, LightChannel::V2i, wall);
         }
     }
 }

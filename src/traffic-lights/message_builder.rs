@@ -51,7 +51,7 @@ pub(super) fn lights(
     heads: &BTreeSet<HeadIndex>,
 ) -> Vec<(i64, Vec<LightState>)> {
     let light = |(index, head): KnownHead<'_>| {
-        let way_id = sent_id(head.way_id, stores.quirks());
+        let way_id = sent_id(head.way_id, stores.quirks);
         let light = stores.truth(channel).light(index);
         let state = light.and_then(|&Light { bulbs, confidence, .. }| {
             bulbs.map(|bulbs| LightState { way_id, bulbs, confidence })
@@ -70,7 +70,7 @@ pub(super) fn groups(
     heads: &BTreeSet<HeadIndex>,
 ) -> Vec<(i64, Vec<Arc<GroupState>>)> {
     let ids: BTreeSet<i64> = known(stores, heads).flat_map(|(_, head)| head.relation_ids.to_vec()).collect();
-    let group = |id| merged(stores, channel, predictions, id, stores.map().group(id)?);
+    let group = |id| merged(stores, channel, predictions, id, stores.map.group(id)?);
     ids.into_iter().map(|id| (id, group(id).map(Arc::new).into_iter().collect())).collect()
 }
 
@@ -80,10 +80,10 @@ pub(super) fn groups_by_head(
     channel: LightChannel,
     predictions: Option<&Predictions>,
 ) -> Vec<Arc<GroupState>> {
-    let reports = if stores.quirks().detects_by_written_id {
+    let reports = if stores.quirks.detects_by_written_id {
         upstream_reports(stores, channel)
     } else {
-        let heads = (0..).map(HeadIndex).zip(stores.map().heads());
+        let heads = (0..).map(HeadIndex).zip(stores.map.heads());
         heads.filter_map(|(index, head)| report(stores, channel, index, head)).collect()
     };
     let mut groups = Vec::new();
@@ -97,23 +97,23 @@ pub(super) fn groups_by_head(
             let predictions = predictions.filter(|_| reports == HeadReports::All);
             let predictions = predictions.map_or(&[][..], |predictions| predictions.of(head));
             groups.push(GroupState {
-                relation_id: sent_id(*relation_id, stores.quirks()),
+                relation_id: sent_id(*relation_id, stores.quirks),
                 elements: bulbs.iter().map(|bulb| GroupElement { bulb, confidence }).collect(),
                 predictions: predictions.iter().map(prediction).collect(),
             });
         }
     }
     for layer in [StoreLayer::GroundTruth, StoreLayer::Detected] {
-        for (relation_id, state) in stores.received().states(layer).filter(|_| channel == LightChannel::V2i) {
+        for (relation_id, state) in stores.received.states(layer).filter(|_| channel == LightChannel::V2i) {
             // Both layers may have equal states.
             let sent = received(stores, channel, relation_id).0;
             if sent.is_some_and(|sent| std::ptr::eq(sent, state)) {
-                let relation_id = sent_id(relation_id, stores.quirks());
+                let relation_id = sent_id(relation_id, stores.quirks);
                 groups.push(GroupState { relation_id, ..of_received(state) });
             }
         }
     }
-    if stores.quirks().loses_upper_diagonals {
+    if stores.quirks.loses_upper_diagonals {
         forget_upper_diagonals(&mut groups);
     }
     groups.into_iter().map(Arc::new).collect()
@@ -140,7 +140,7 @@ pub(super) fn markers(
 ) -> Vec<(i64, Vec<LampMarker>)> {
     let lamps = |(index, head): KnownHead<'_>| {
         let bulbs = channels.iter().find_map(|channel| stores.shown(*channel, index));
-        let way_id = sent_id(head.way_id, stores.quirks());
+        let way_id = sent_id(head.way_id, stores.quirks);
         let marker = |bulbs: BulbSet| {
             head.lamps.iter().map(move |lamp| LampMarker {
                 way_id,
@@ -156,7 +156,7 @@ pub(super) fn markers(
 type KnownHead<'a> = (HeadIndex, &'a Head);
 
 fn known<'a>(stores: &'a Stores, heads: &'a BTreeSet<HeadIndex>) -> impl Iterator<Item = KnownHead<'a>> {
-    heads.iter().filter_map(|index| Some((*index, stores.map().at(*index)?)))
+    heads.iter().filter_map(|index| Some((*index, stores.map.at(*index)?)))
 }
 
 /// Returns the received state of a group, if it is sent, and the reports of its heads that are sent with it.
@@ -166,17 +166,17 @@ fn received(
     relation_id: i64,
 ) -> (Option<&ReceivedState>, HeadReports) {
     let state = |layer| {
-        let state = stores.received().state(layer, relation_id);
+        let state = stores.received.state(layer, relation_id);
         state.filter(|_| channel == LightChannel::V2i)
     };
     if let Some(detected) = state(StoreLayer::Detected) {
         return (Some(detected), HeadReports::None);
     }
     let Some(truth) = state(StoreLayer::GroundTruth) else { return (None, HeadReports::All) };
-    let mut heads = stores.map().group(relation_id).into_iter().flat_map(|group| &group.heads);
+    let mut heads = stores.map.group(relation_id).into_iter().flat_map(|group| &group.heads);
     // It replaces the truth of each head, and a detection hides truth.
     let is_shown = heads.any(|index| {
-        let head = stores.map().at(*index);
+        let head = stores.map.at(*index);
         head.is_none_or(|head| stores.detected(channel).light(head.way_id).bulbs.is_none())
     });
     (is_shown.then_some(truth), HeadReports::Detected)
@@ -200,7 +200,7 @@ fn merged(
 ) -> Option<GroupState> {
     let (received, of_heads) = received(stores, channel, relation_id);
     let reports = group.heads.iter().filter_map(|index| {
-        let report = report(stores, channel, *index, stores.map().at(*index)?)?;
+        let report = report(stores, channel, *index, stores.map.at(*index)?)?;
         (!report.bulbs.is_empty() && of_heads.include(&report)).then_some(report)
     });
     let reports: Vec<_> = reports.collect();
@@ -274,10 +274,10 @@ fn report<'a>(
 fn upstream_reports(stores: &Stores, channel: LightChannel) -> Vec<HeadReport<'_>> {
     let mut reports = Vec::new();
     let mut indices = BTreeMap::new();
-    let heads = stores.map().heads();
+    let heads = stores.map.heads();
     for (index, (head, light)) in (0..).map(HeadIndex).zip(heads.iter().zip(stores.truth(channel).lights())) {
         if let Some(bulbs) = light.bulbs {
-            indices.entry(sent_id(head.way_id, stores.quirks())).or_insert(reports.len());
+            indices.entry(sent_id(head.way_id, stores.quirks)).or_insert(reports.len());
             let (relation_ids, confidence) = (&*head.relation_ids, light.confidence);
             reports.push(HeadReport { head: index, relation_ids, bulbs, confidence, is_detected: false });
         }
@@ -286,8 +286,8 @@ fn upstream_reports(stores: &Stores, channel: LightChannel) -> Vec<HeadReport<'_
         let (bulbs, confidence) = (entry.light.bulbs.unwrap_or_default(), entry.light.confidence);
         if let Some(report) = indices.get(&key).and_then(|index: &usize| reports.get_mut(*index)) {
             (report.bulbs, report.confidence, report.is_detected) = (bulbs, confidence, true);
-        } else if let Some(head) = stores.map().at(entry.head) {
-            indices.entry(sent_id(head.way_id, stores.quirks())).or_insert(reports.len());
+        } else if let Some(head) = stores.map.at(entry.head) {
+            indices.entry(sent_id(head.way_id, stores.quirks)).or_insert(reports.len());
             reports.push(HeadReport {
                 head: entry.head,
                 relation_ids: &head.relation_ids,

@@ -68,7 +68,7 @@ impl Outbox {
         let channel = LightChannel::Conventional;
         let sources = [Some(&stores.truth(channel).change_log), None, None, None];
         let make = |heads: &_| message_builder::lights(stores, channel, heads);
-        let lights = self.ground_truth.update(sources, !stores.quirks().cuts_ids, make);
+        let lights = self.ground_truth.update(sources, !stores.quirks.cuts_ids, make);
         self.send(LightsTopic::GroundTruth, stamp, LightsContent::Lights(lights));
     }
 
@@ -85,16 +85,16 @@ impl Outbox {
     /// Upstream draws each channel with its own timer, over the markers of the other channel; improved mode
     /// draws both with the timer of the conventional channel (Q19).
     pub(super) fn send_markers(&mut self, stores: &Stores, timer: LightChannel, stamp: WallStamp) {
-        let channels = match (timer, stores.quirks().draws_each_channel) {
+        let channels = match (timer, stores.quirks.draws_each_channel) {
             (LightChannel::Conventional, false) => &LightChannel::ALL[..],
             (LightChannel::V2i, false) => return,
             (LightChannel::Conventional | LightChannel::V2i, true) => std::slice::from_ref(&timer),
         };
         let source = |channel| channels.contains(&channel).then(|| &stores.truth(channel).change_log);
-        let received = channels.contains(&LightChannel::V2i).then(|| &stores.received().change_log);
+        let received = channels.contains(&LightChannel::V2i).then(|| &stores.received.change_log);
         let sources = [source(LightChannel::Conventional), source(LightChannel::V2i), None, received];
         let make = |heads: &_| message_builder::markers(stores, channels, heads);
-        let markers = self.markers[timer as usize].update(sources, !stores.quirks().cuts_ids, make);
+        let markers = self.markers[timer as usize].update(sources, !stores.quirks.cuts_ids, make);
         self.send(LightsTopic::Markers, stamp, LightsContent::Markers(markers));
     }
 
@@ -122,9 +122,9 @@ impl TopicList<Arc<GroupState>> {
             Some(&stores.truth(channel).change_log),
             Some(&stores.detected(channel).change_log),
             predictions.map(|predictions| &predictions.change_log),
-            (channel == LightChannel::V2i).then(|| &stores.received().change_log),
+            (channel == LightChannel::V2i).then(|| &stores.received.change_log),
         ];
-        let is_merged = !one_group_per_head && !stores.quirks().one_group_per_head;
+        let is_merged = !one_group_per_head && !stores.quirks.one_group_per_head;
         self.update(sources, is_merged, |heads| {
             if is_merged {
                 message_builder::groups(stores, channel, predictions, heads)

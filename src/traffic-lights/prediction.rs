@@ -130,7 +130,7 @@ fn predict(
 fn states(phase: &Phase, lights: &SyncedStores) -> Result<BTreeMap<HeadIndex, BulbSet>, ActionRefusal> {
     let (mut copied, mut truth, mut detected) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
     for entry in &phase.entries {
-        for head in heads_of(lights.stores().map(), entry.target.id)? {
+        for head in heads_of(&lights.stores.map, entry.target.id)? {
             let store = entry.target.store;
             let known = match (store.channel, store.layer) {
                 (LightChannel::V2i, StoreLayer::Detected) => &mut detected,
@@ -171,7 +171,7 @@ fn predict_upstream(
                     text: state.text.clone(),
                     mistake: "only one bulb can be predicted".to_owned(),
                 })?;
-                for head in heads_of(lights.stores().map(), *id)? {
+                for head in heads_of(&lights.stores.map, *id)? {
                     add(found.entry(head).or_default(), start.after(offset), [bulb]);
                 }
             }
@@ -192,7 +192,7 @@ fn upstream_states<'a>(phase: &'a Phase, lights: &SyncedStores) -> BTreeMap<i64,
     let explicit: Vec<_> = states.keys().copied().collect();
     for entry in of(LightChannel::Conventional) {
         let id = entry.target.id;
-        let is_copied = lights.stores().map().head(id).is_some_and(|head| lights.is_enabled(head));
+        let is_copied = lights.stores.map.head(id).is_some_and(|head| lights.is_enabled(head));
         if is_copied && explicit.binary_search(&id).is_err() {
             states.entry(id).or_default().push(&entry.state);
         }

@@ -207,36 +207,27 @@ pub enum Test {
 
 /// A comparison of two values (OpenSCENARIO `Rule`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[allow(missing_docs)] // as named by OpenSCENARIO
 pub enum Rule {
-    /// Both values are equal.
     EqualTo,
-    /// The values are not equal.
     NotEqualTo,
-    /// The first value is greater.
     GreaterThan,
-    /// The first value is greater, or both are equal.
     GreaterOrEqual,
-    /// The first value is less.
     LessThan,
-    /// The first value is less, or both are equal.
     LessOrEqual,
 }
 
 /// A state of an element of the storyboard (OpenSCENARIO `StoryboardElementState`). The transitions last one
 /// frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[allow(missing_docs)] // as named by OpenSCENARIO
 pub enum ElementState {
     /// It has not started, or is waiting for its next execution.
     Standby,
-    /// It is being executed.
     Running,
-    /// It has been executed for the last time.
     Complete,
-    /// It began in this frame.
     StartTransition,
-    /// It ended in this frame.
     EndTransition,
-    /// It was stopped in this frame.
     StopTransition,
     /// It was skipped in this frame: this never happens, since all actions complete at once.
     SkipTransition,

@@ -173,7 +173,7 @@ impl ScenarioState {
             let phase = self.controllers.state(ControllerIndex(index)).and_then(|state| state.phase);
             let entries = phase.and_then(|phase| controller.phases.get(phase)).map(|phase| &phase.entries);
             for entry in entries.into_iter().flatten().filter(|entry| is_v2i_truth(entry)) {
-                explicit.extend(heads_of(self.lights.stores().map(), entry.target.id)?);
+                explicit.extend(heads_of(&self.lights.stores.map, entry.target.id)?);
             }
         }
         Ok(explicit)

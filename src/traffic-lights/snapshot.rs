@@ -138,8 +138,8 @@ impl TrafficLightFlow {
 
     fn light_snapshots(&self, store: StoreId) -> impl Iterator<Item = LightSnapshot> {
         let stores = self.engine().stores();
-        let map = stores.map();
-        let received = (store.channel == LightChannel::V2i).then(|| stores.received().states(store.layer));
+        let map = &stores.map;
+        let received = (store.channel == LightChannel::V2i).then(|| stores.received.states(store.layer));
         let received = received.into_iter().flatten().map(move |(id, state)| LightSnapshot {
             id,
             groups: vec![id],

@@ -49,7 +49,7 @@ impl TrafficLights {
         if state.as_ref().is_some_and(|state| !(0.0..=1.0).contains(&state.confidence)) {
             return 1;
         }
-        let is_group = self.stores().map().group(target.id).is_some();
+        let is_group = self.stores().map.group(target.id).is_some();
         if is_group && target.store.channel == LightChannel::V2i {
             return self.set_group(target, state, expires);
         }
@@ -72,7 +72,7 @@ impl TrafficLights {
         let (now, layer) = (self.scenario_state.wall, target.store.layer);
         let rejected = state.as_mut().map_or(0, |state| state.keep_fit_predictions(now));
         let expires = expires && state.is_some();
-        if !self.scenario_state.lights.stores_mut().receive(layer, target.id, state) {
+        if !self.scenario_state.lights.stores.receive(layer, target.id, state) {
             return 1;
         }
         if let Some(timeout) = self.v2i_timeout {
@@ -88,9 +88,9 @@ impl TrafficLights {
             return;
         };
         let at = expires.then(|| self.scenario_state.now.after(timeout).nanos);
-        let stores = self.scenario_state.lights.stores();
-        let heads = heads_of(stores.map(), target.id).into_iter().flatten();
-        let way_ids = heads.filter_map(|head| Some(stores.map().at(head)?.way_id));
+        let stores = &self.scenario_state.lights.stores;
+        let heads = heads_of(&stores.map, target.id).into_iter().flatten();
+        let way_ids = heads.filter_map(|head| Some(stores.map.at(head)?.way_id));
         let as_written = self.quirks().detects_by_written_id;
         let ids: Vec<_> = if as_written { vec![target.id] } else { way_ids.collect() };
         for id in ids {
@@ -106,14 +106,14 @@ impl TrafficLights {
         match key {
             Key::Light(layer, id) => {
                 let target = SignalTarget { id, store: StoreId { channel: LightChannel::V2i, layer } };
-                if lights.stores().written(target) == written {
+                if lights.stores.written(target) == written {
                     // The id was known when its expiry was started.
                     let _known = lights.write(target, LightChange::Remove);
                 }
             }
             // Every write also restarts the expiry.
             Key::Group(layer, relation_id) => {
-                lights.stores_mut().receive(layer, relation_id, None);
+                lights.stores.receive(layer, relation_id, None);
             }
         }
     }

@@ -24,10 +24,9 @@ impl TrafficLights {
     }
 
     fn channel_status(&self, channel: LightChannel, now: MonoTime) -> Status {
-        let (truth_rate, v2i_rate) = self.rates();
-        let (rate, stale) = match channel {
-            LightChannel::Conventional => (truth_rate, 0),
-            LightChannel::V2i => (v2i_rate, self.expiry.expired()),
+        let (timer, stale) = match channel {
+            LightChannel::Conventional => (&self.scenario_state.ground_truth, 0),
+            LightChannel::V2i => (&self.scenario_state.v2i, self.expiry.expired()),
         };
         let counts = self.counts[channel as usize];
         let [truth, detected] = [StoreLayer::GroundTruth, StoreLayer::Detected]
@@ -50,7 +49,7 @@ impl TrafficLights {
             ("contradictory", (truth.contradictory + detected.contradictory).to_string()),
             ("stale", stale.to_string()),
             ("rejected", counts.rejected.to_string()),
-            ("rate_hz", rate.as_hz().to_string()),
+            ("rate_hz", timer.rate.as_hz().to_string()),
         ];
         if let Some((Some(id), _)) = counts.last_rejected {
             values.push(("last_rejected", id.to_string()));
@@ -72,7 +71,7 @@ impl TrafficLights {
         let message = clock.filter(|_| message.level() == Level::Ok).unwrap_or(message);
         let mut values = vec![("controllers", scenario.controllers.len().to_string())];
         for (index, controller) in scenario.controllers.iter().enumerate().take(MAX_LISTED) {
-            let state = self.controller(ControllerIndex(index));
+            let state = self.scenario_state.controllers.state(ControllerIndex(index));
             let phase = state.and_then(|state| Some((state.start, controller.phases.get(state.phase?)?)));
             let text = match phase {
                 None => format!("{}: no phase yet", controller.name),

@@ -81,11 +81,11 @@ pub struct DetectedLight {
 /// All four stores, and the received states of groups, over one map.
 #[derive(Debug, Clone)]
 pub struct Stores {
-    map: Arc<LightMap>,
-    quirks: LightQuirks,
+    pub(super) map: Arc<LightMap>,
+    pub(super) quirks: LightQuirks,
     channels: [(GroundTruth, Detected); 2],
     /// States received for groups over V2I.
-    received: ReceivedGroups,
+    pub(super) received: ReceivedGroups,
     writes: u64,
 }
 
@@ -197,16 +197,6 @@ impl Stores {
         Self { map, quirks: quirks.into(), channels, received: ReceivedGroups::new(heads), writes: 0 }
     }
 
-    /// Returns the map of their lights.
-    pub fn map(&self) -> &Arc<LightMap> {
-        &self.map
-    }
-
-    /// Returns the rules of upstream in effect.
-    pub fn quirks(&self) -> LightQuirks {
-        self.quirks
-    }
-
     /// Returns the ground truth of a channel.
     pub fn truth(&self, channel: LightChannel) -> &GroundTruth {
         &self.channels[channel as usize].0
@@ -215,11 +205,6 @@ impl Stores {
     /// Returns the detections of a channel.
     pub fn detected(&self, channel: LightChannel) -> &Detected {
         &self.channels[channel as usize].1
-    }
-
-    /// Returns the states received for groups over V2I.
-    pub(super) fn received(&self) -> &ReceivedGroups {
-        &self.received
     }
 
     /// Replaces the received state of a group; `None` removes it. Returns false if the map has no such group,

@@ -10,24 +10,16 @@ use lanelet2_map::light_map::HeadIndex;
 /// The stores, with the set of copied heads. All writes pass through here, except in comparisons.
 #[derive(Debug, Clone)]
 pub(super) struct SyncedStores {
-    stores: Stores,
+    /// Written directly only by operations that are never copied: comparisons, in which upstream creates
+    /// lights, and received states.
+    pub(super) stores: Stores,
     enabled: Vec<bool>,
 }
 
 impl SyncedStores {
     pub(super) fn new(stores: Stores) -> Self {
-        let enabled = vec![false; stores.map().heads().len()];
+        let enabled = vec![false; stores.map.heads().len()];
         Self { stores, enabled }
-    }
-
-    pub(super) fn stores(&self) -> &Stores {
-        &self.stores
-    }
-
-    /// Returns the stores for operations that are never copied: comparisons, in which upstream creates
-    /// lights, and received states.
-    pub(super) fn stores_mut(&mut self) -> &mut Stores {
-        &mut self.stores
     }
 
     pub(super) fn is_enabled(&self, head: HeadIndex) -> bool {
@@ -39,8 +31,8 @@ impl SyncedStores {
     pub(super) fn write(&mut self, target: SignalTarget, change: LightChange) -> Result<bool, ActionRefusal> {
         let changed = self.stores.write(target, change)?;
         if target.store == StoreId::CONVENTIONAL && !matches!(change, LightChange::Confidence(_)) {
-            let map = self.stores.map().clone();
-            if !self.stores.quirks().copies_by_written_id {
+            let map = self.stores.map.clone();
+            if !self.stores.quirks.copies_by_written_id {
                 for head in heads_of(&map, target.id)? {
                     if self.is_enabled(head) {
                         self.stores.write_head(LightChannel::V2i, head, change);
@@ -58,9 +50,9 @@ impl SyncedStores {
     pub(super) fn enable(&mut self, ids: &[i64], enable: bool) -> Result<BTreeSet<HeadIndex>, ActionRefusal> {
         let mut heads = BTreeSet::new();
         for id in ids {
-            match heads_of(self.stores.map(), *id) {
+            match heads_of(&self.stores.map, *id) {
                 Ok(of_id) => heads.extend(of_id),
-                Err(_) if self.stores.quirks().ignores_unknown_ids => {}
+                Err(_) if self.stores.quirks.ignores_unknown_ids => {}
                 Err(refusal) => return Err(refusal),
             }
         }

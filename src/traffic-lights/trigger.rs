@@ -187,7 +187,7 @@ fn matches(
         Some(state) if exact => Expected::Exactly(state.bulbs),
         Some(state) => Expected::Contains(state.bulbs),
     };
-    scenario_state.lights.stores_mut().matches(target, expected)
+    scenario_state.lights.stores.matches(target, expected)
 }
 
 /// Returns the name of a controller's present phase; `None` before the first one (Q12).

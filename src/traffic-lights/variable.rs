@@ -30,11 +30,10 @@ pub enum VariableValue {
 
 /// A change of a variable that is a number.
 #[derive(Debug, Clone, Copy, PartialEq, Display)]
+#[allow(missing_docs)] // the texts say it
 pub enum Modification {
-    /// Adds a number to the value.
     #[display("plus {_0}")]
     Add(f64),
-    /// Multiplies the value by a number.
     #[display("times {_0}")]
     Multiply(f64),
 }

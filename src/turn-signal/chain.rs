@@ -12,16 +12,12 @@ use lanelet2_map::geometry::path::PathFrame;
 /// W6, W19).
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ManoeuvreRecords {
-    sections: Vec<Section>,
+    /// All records, in the order of the chain.
+    pub sections: Vec<Section>,
     subject: SignalSubject,
 }
 
 impl ManoeuvreRecords {
-    /// Returns all records, in the order of the chain.
-    pub fn sections(self) -> Vec<Section> {
-        self.sections
-    }
-
     /// Begins the records of a manoeuvre.
     pub fn begin(&mut self, subject: SignalSubject) {
         self.subject = subject;

@@ -15,12 +15,10 @@ use gateway_base::time::MonoTime;
 
 /// The commands of one cycle with their reasons.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[allow(missing_docs)] // their names say it
 pub struct Decision {
-    /// The command of the turn indicators.
     pub turn: TurnCommand,
-    /// The command of the hazard lights.
     pub hazard: HazardCommand,
-    /// The basis of the decision.
     pub basis: Basis,
     /// The minimum duration that keeps the turn command different from the basis.
     pub held: Option<Held>,

@@ -18,10 +18,9 @@ pub const STOP_SPEED_MPS: f64 = 0.1;
 
 /// Circumstances by which a manoeuvre is judged.
 #[derive(Debug, Clone, Copy)]
+#[allow(missing_docs)] // their names say it
 pub struct DecisionContext<'a> {
-    /// The lanelets of the map.
     pub road: &'a LaneNetwork,
-    /// The route that is driven.
     pub route: &'a Route,
     /// Distances along the distance path.
     pub path_frame: PathFrame<'a>,
@@ -29,9 +28,7 @@ pub struct DecisionContext<'a> {
     pub way: Option<&'a DistancePath>,
     /// Speed from the odometry, m/s, negative backwards.
     pub speed_mps: f64,
-    /// Parameters of the decider.
     pub parameters: &'a DeciderParameters,
-    /// Dimensions of the vehicle.
     pub vehicle: &'a VehicleInfo,
     /// The quirks of upstream in effect.
     pub quirks: DeciderQuirks,
@@ -39,7 +36,6 @@ pub struct DecisionContext<'a> {
     pub standing_limit: Duration,
     /// The conditions on which a turn's signal waits for a junction; `None` if it never waits.
     pub junction_rule: Option<JunctionRule>,
-    /// The time of the decision.
     pub now: MonoTime,
 }
 

@@ -17,10 +17,9 @@ use lanelet2_map::lane_network::LaneNetwork;
 
 /// A value with its time of reception.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(missing_docs)] // their names say it
 pub struct Timed<T> {
-    /// The time of reception.
     pub at: MonoTime,
-    /// The value that was received.
     pub value: T,
 }
 
@@ -44,24 +43,20 @@ pub struct Inputs<'a> {
 /// Age limits of inputs. An input exactly as old as its limit is still accepted. Route and operation mode are
 /// valid until the next one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)] // their names say it
 pub struct AgeLimits {
-    /// Age of the odometry.
     pub odometry: Duration,
-    /// Age of the planned path.
     pub planned_path: Duration,
-    /// Age of a manoeuvre.
     pub manoeuvre: Duration,
-    /// Age of the scenario.
     pub scenario: Duration,
-    /// Age of the system's request for hazard lights.
     pub hazard_request: Duration,
-    /// Age of Autoware's own commands.
     pub own_command: Duration,
 }
 
 /// Something wrong with the inputs. Written with its numbers, e.g. `odometry is 700 ms old`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 #[display("{}", self.message())]
+#[allow(missing_docs)] // their names say it
 pub enum InputFinding {
     /// Without odometry: no command.
     NoOdometry,
@@ -90,12 +85,7 @@ pub enum InputFinding {
     NoDistancePath(PathError),
     /// A manoeuvre is too old and left out.
     #[display("{kind} is {} ms old", age.as_millis())]
-    OldManoeuvre {
-        /// Kind of the manoeuvre.
-        kind: ManoeuvreKind,
-        /// Age of the manoeuvre.
-        age: Duration,
-    },
+    OldManoeuvre { kind: ManoeuvreKind, age: Duration },
     /// The clock went backwards by this time; minimum durations start again.
     #[display("the clock went back by {} ms", _0.as_millis())]
     TimeWentBack(Duration),
@@ -107,7 +97,6 @@ pub enum InputFinding {
     PlannedPathNotFinite,
     /// A planning factor cannot be used and is left out.
     BadFactor {
-        /// Topic of the factor.
         topic: FactorTopic,
         /// Reason why it is left out.
         flaw: FactorFlaw,

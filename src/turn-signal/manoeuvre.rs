@@ -79,6 +79,6 @@ impl ManoeuvreMemory {
             remarks.push(ManoeuvreOutcome { kind: manoeuvre.kind(), why });
         }
         self.forget_absent(&present);
-        (records.sections(), remarks)
+        (records.sections, remarks)
     }
 }

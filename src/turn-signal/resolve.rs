@@ -154,16 +154,13 @@ pub enum CandidateOutcome {
 /// The evaluation of one source.
 #[derive(Debug, Clone, Copy, PartialEq, Display)]
 #[display("{source}: {}", self.reason())]
+#[allow(missing_docs)] // their names say it
 pub struct EvaluatedCandidate {
-    /// The source of its record.
     pub source: CandidateSource,
-    /// The subject of its record.
     pub subject: SignalSubject,
-    /// The command it requests.
     pub turn: TurnCommand,
     /// Distances to its four points; `None` without a record.
     pub distances: Option<Distances>,
-    /// The outcome of the comparison.
     pub outcome: CandidateOutcome,
 }
 

@@ -31,14 +31,11 @@ pub struct ShiftedPath {
 
 /// The start and end of a shift.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(missing_docs)] // their names say it
 pub struct ShiftLine {
-    /// Index of its first point in the path.
     pub start_index: usize,
-    /// Index of its last point in the path.
     pub end_index: usize,
-    /// Pose at its start.
     pub start: Pose,
-    /// Pose at its end.
     pub end: Pose,
 }
 

@@ -54,7 +54,8 @@ const LISTED: usize = 8;
 /// The choice among the topics of a recording, and the topics that were not chosen.
 pub struct TopicChoice<T> {
     choose: Choose<T>,
-    has_chosen: bool,
+    /// True if a topic was chosen.
+    pub(super) has_chosen: bool,
     others: Vec<String>,
 }
 
@@ -75,11 +76,6 @@ impl<T> TopicChoice<T> {
             self.others.push(topic.name.to_owned());
         }
         chosen
-    }
-
-    /// Returns true if a topic was chosen.
-    pub fn has_chosen(&self) -> bool {
-        self.has_chosen
     }
 
     /// Returns some of the topics that were not chosen, as the end of a sentence.

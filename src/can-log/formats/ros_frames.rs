@@ -72,7 +72,7 @@ impl<R: MessageReader<FrameTopic>> ObjectReader for Frames<R> {
                 Ok(message.map(|message| message.topic.entry(message.bytes, message.logged)))
             }
             Some(Err(reason)) => Ok(Some(Err(reason))),
-            None if self.0.choice().has_chosen() => Ok(None),
+            None if self.0.choice().has_chosen => Ok(None),
             None => Err(without_frames(self.0.choice())),
         }
     }

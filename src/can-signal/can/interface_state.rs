@@ -26,12 +26,10 @@ pub struct InterfaceState {
 /// Result of looking up an interface by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[allow(missing_docs)] // their names say it
 pub enum InterfaceKind {
-    /// No interface has this name.
     Missing,
-    /// It is not a CAN interface.
     NotCan,
-    /// A CAN interface.
     Can,
     /// The kernel did not answer; the value is its `errno`.
     Unknown(i32),

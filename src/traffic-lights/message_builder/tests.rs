@@ -42,7 +42,7 @@ fn sent(stores: &Stores, one_group_per_head: bool) -> Vec<(i64, String)> {
 }
 
 fn heads(stores: &Stores) -> BTreeSet<HeadIndex> {
-    (0..).map(HeadIndex).take(stores.map().heads().len()).collect()
+    (0..).map(HeadIndex).take(stores.map.heads().len()).collect()
 }
 
 fn all<T>(items: Vec<(i64, Vec<T>)>) -> Vec<T> {

@@ -165,7 +165,7 @@ proptest! {
             let sent: BTreeMap<_, _> = groups.iter().map(|group| (group.relation_id, (**group).clone())).collect();
             prop_assert_eq!(sent.len(), groups.len(), "once each");
             prop_assert_eq!(sent, model.sent(message.stamp));
-            prop_assert!(lights.stores().received().states(StoreLayer::GroundTruth).count() <= 4);
+            prop_assert!(lights.stores().received.states(StoreLayer::GroundTruth).count() <= 4);
         }
     }
 }

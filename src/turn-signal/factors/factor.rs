@@ -11,12 +11,10 @@ const MODE_STOP: u8 = 1;
 
 /// Context in which factors are judged.
 #[derive(Debug, Clone, Copy)]
+#[allow(missing_docs)] // their names say it
 pub struct FactorContext<'a> {
-    /// The lanelets of the map.
     pub road: &'a LaneNetwork,
-    /// The route that is driven.
     pub route: &'a Route,
-    /// Parameters of the decider.
     pub parameters: &'a DeciderParameters,
     /// Points of the planned path are also found by heading and height, not by position alone (W20).
     pub looks_at_height: bool,

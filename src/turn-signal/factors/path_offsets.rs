@@ -266,11 +266,7 @@ mod tests {
         let out_and_back = [0.0, 0.0, 0.02, 0.5, 1.0, 1.48, 1.5, 1.5, 1.49, 1.0, 0.4, 0.03, 0.0, 0.0];
         assert_eq!(swings(&out_and_back, 0.3, SAME_OFFSET_M), [2..=5, 8..=11]);
         assert_eq!(swings(&[0.0, 0.29, 0.29], 0.3, SAME_OFFSET_M), [], "too little");
-        assert_eq!(
-            swings(&[0.0, -0.2, -0.17, -0.4], 0.3, SAME_OFFSET_M),
-            [0..=3],
-            "a ripple does not count"
-        );
+        assert_eq!(swings(&[0.0, -0.2, -0.17, -0.4], 0.3, SAME_OFFSET_M), [0..=3], "a ripple does not count");
         assert_eq!(swings(&[], 0.3, SAME_OFFSET_M), []);
     }
 }

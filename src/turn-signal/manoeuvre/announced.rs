@@ -22,12 +22,10 @@ pub fn is_same_visit(before_m: f64, now_m: f64) -> bool {
 
 /// The features that identify a manoeuvre of the planner in the next cycle; planning factors have no ids.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(missing_docs)] // their names say it
 pub struct ManoeuvreIdentity {
-    /// The kind of the manoeuvre.
     pub kind: ManoeuvreKind,
-    /// The side to which it moves.
     pub side: Side,
-    /// Pose at which it ends.
     pub end: Pose,
     /// Distance from the rear axle to its end along the path, metres.
     pub ahead_m: f64,

@@ -56,8 +56,8 @@ pub enum AskedSignal {
 
 /// The reason of the decider.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs)] // their names say it
 pub struct DeciderReason {
-    /// The basis of the decision.
     pub basis: BasisKind,
     /// Source of the candidate that won; `None` without one.
     pub winner: Option<CandidateSource>,
@@ -65,9 +65,7 @@ pub struct DeciderReason {
     pub rule: Option<Case>,
     /// The minimum duration that holds the command; `None` if none does.
     pub held: Option<Held>,
-    /// The outcome of each candidate.
     pub candidates: Vec<(CandidateSource, CandidateOutcome)>,
-    /// The outcome of each manoeuvre of the planner.
     pub manoeuvres: Vec<ManoeuvreOutcome>,
 }
 

@@ -76,7 +76,8 @@ pub enum WindowError {
 /// The state machine of one message.
 #[derive(Debug, Clone, Default)]
 pub struct WindowState {
-    state: E2eState,
+    /// Current state.
+    pub state: E2eState,
     /// One bit per result, set if it is good; the newest in bit 0.
     ok: u64,
     error: u64,
@@ -147,11 +148,6 @@ impl WindowState {
         }
         self.state = next;
         next
-    }
-
-    /// Returns the current state.
-    pub fn state(&self) -> E2eState {
-        self.state
     }
 }
 

@@ -20,10 +20,10 @@ const fn algorithm(width: u8, poly: u64, init: u64, reflected: bool) -> Algorith
 
 /// A profile with the Data ID of the message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)] // their names say it
 pub enum E2eProfile {
     /// Profiles 1 and 11: CRC-8 "1D", counter 0 to 14.
     P01 {
-        /// Data ID of the message.
         data_id: u16,
         /// Bytes of the Data ID in the CRC; distinguishes 1A, 1B, 1C, 11A and 11C.
         mode: DataIdMode,
@@ -34,25 +34,13 @@ pub enum E2eProfile {
         data_ids: [u8; 16],
     },
     /// CRC-32 "P4", counter of 16 bits.
-    P04 {
-        /// Data ID of the message.
-        data_id: u32,
-    },
+    P04 { data_id: u32 },
     /// CRC-16, counter of 8 bits.
-    P05 {
-        /// Data ID of the message.
-        data_id: u16,
-    },
+    P05 { data_id: u16 },
     /// CRC-16 with the length in the header, counter of 8 bits.
-    P06 {
-        /// Data ID of the message.
-        data_id: u16,
-    },
+    P06 { data_id: u16 },
     /// CRC-64, counter of 32 bits.
-    P07 {
-        /// Data ID of the message.
-        data_id: u32,
-    },
+    P07 { data_id: u32 },
 }
 
 /// Bytes of the Data ID that enter the CRC of profile 1.
