@@ -149,7 +149,6 @@ pub(crate) mod testing {
         entries.map(|entry| entry.map(|entry| shown(&entry, 0))).collect()
     }
 
-    /// Returns a source of these bytes.
     pub(crate) fn source(bytes: &[u8]) -> ObjectSource {
         ObjectSource { bytes: Box::new(io::Cursor::new(bytes.to_vec())), budget: FileBudget::default() }
     }

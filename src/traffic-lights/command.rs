@@ -126,7 +126,6 @@ pub fn parse_command(
     }
 }
 
-/// The names of the commands, with their numbers of arguments.
 const COMMANDS: [(&str, &str); 11] = [
     ("TrafficSignalStateAction", "2 arguments"),
     ("TrafficSignalControllerAction", "2 arguments"),

@@ -73,7 +73,6 @@ impl LightsFlowSettings {
 #[derive(Debug, Clone)]
 pub struct TrafficLightFlow {
     run: LightsRun,
-    /// The settings of a run.
     settings: Box<LightsFlowSettings>,
     /// The clock of a simulator; `None` if the gateway's own time is used.
     clock: Option<SimulatedClock>,

@@ -97,7 +97,6 @@ impl ReceivedGroups {
         }
     }
 
-    /// Returns the state of a group.
     pub(super) fn state(&self, layer: StoreLayer, relation_id: i64) -> Option<&ReceivedState> {
         self.groups.get(&(layer, relation_id)).map(|group| &group.state)
     }

@@ -18,7 +18,6 @@ const SILENCE: Duration = Duration::from_secs(5);
 pub(super) struct SimulatedClock {
     /// `None` before the first message.
     latest: Option<ClockState>,
-    /// Number of restarts of the clock.
     pub(super) restarts: u64,
     /// Number of messages that were ignored because a newer message had overtaken them.
     pub(super) overtaken: u64,

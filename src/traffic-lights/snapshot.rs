@@ -10,7 +10,6 @@ use super::target::{LightChannel, StoreId, StoreLayer};
 
 /// Maximum number of lights listed for each store; a map can have thousands.
 pub const MAX_LISTED_LIGHTS: usize = 200;
-/// Maximum number of controllers listed.
 const MAX_LISTED_CONTROLLERS: usize = 100;
 
 /// The traffic lights of both channels.

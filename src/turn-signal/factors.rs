@@ -63,8 +63,8 @@ fn made(
     let mut refuse = |flaw| findings.push(InputFinding::BadFactor { topic, flaw });
     let made = match topic {
         FactorTopic::StartPlanner => {
-            let out = |factor: &&PlanningFactor| pulling::out(context, path_offsets, factor, &mut refuse);
-            Ok(usable.iter().filter_map(out).collect())
+            let made = usable.iter().map(|factor| pulling::out(context, path_offsets, factor));
+            Ok(made.filter_map(|made| made.map_err(&mut refuse).ok().flatten()).collect())
         }
         FactorTopic::StaticObstacleAvoidance => {
             avoidance::around(context, path_offsets, &usable, &mut refuse)
@@ -75,11 +75,9 @@ fn made(
         | FactorTopic::LaneChangeRight
         | FactorTopic::ExternalRequestLaneChangeLeft
         | FactorTopic::ExternalRequestLaneChangeRight => {
-            let change = |factor: &&PlanningFactor| {
-                lane_change::sideways(context, path_offsets, topic, factor, &mut refuse)
-                    .map(Manoeuvre::LaneChange)
-            };
-            Ok(usable.iter().filter_map(change).collect())
+            let made =
+                usable.iter().map(|factor| lane_change::sideways(context, path_offsets, topic, factor));
+            Ok(made.filter_map(|made| made.map_err(&mut refuse).ok().flatten()).collect())
         }
     };
     match made {

@@ -176,7 +176,6 @@ impl InputFinding {
 }
 
 impl Inputs<'_> {
-    /// Returns the odometry, if it is usable.
     pub(super) fn usable_odometry(&self, limits: AgeLimits, now: MonoTime) -> Result<Odometry, InputFinding> {
         let Timed { at, value } = self.odometry.ok_or(InputFinding::NoOdometry)?;
         let (age, ahead) = (now.since(at), at.since(now));

@@ -20,7 +20,6 @@ pub enum PlannerInput {
     Odometry {
         /// Pose and speed; numbers may be not finite.
         odometry: Odometry,
-        /// Time of the measurement.
         stamp: WallStamp,
     },
     /// The message `autoware_planning_msgs/LaneletRoute` of the mission planner.

@@ -60,11 +60,9 @@ pub struct JudgedCycle {
 #[derive(Debug, Clone, PartialEq)]
 pub struct SignalJudge {
     settings: JudgeSettings,
-    /// The signal that is being received.
     signal: Option<ReceivedSignal>,
     /// The manoeuvre that is being requested.
     open: Option<Stretch>,
-    /// Time of the last cycle.
     last: MonoTime,
     counts: JudgedCounts,
 }

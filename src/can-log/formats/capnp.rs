@@ -57,7 +57,6 @@ pub(super) struct Structs<'a> {
     count: usize,
 }
 
-/// Target of a pointer.
 struct Target {
     segment: usize,
     /// Start of the target in the segment, bytes.

@@ -35,37 +35,21 @@ struct Csv {
 
 impl Csv {
     fn new(unit_ns: i64) -> Self {
-        Self { columns: CsvColumns::default(), counter: TimeCounter::new(NARROW * unit_ns), unit_ns }
+        // Those of the first GVRET files.
+        Self { columns: [0, 1, 2, 3, 4, 5], counter: TimeCounter::new(NARROW * unit_ns), unit_ns }
     }
 }
 
-/// Position of each column; data comes last.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct CsvColumns {
-    time: usize,
-    id: usize,
-    extended: usize,
-    bus: usize,
-    length: usize,
-    data: usize,
-}
+/// Positions of time, identifier, 29-bit flag, bus, length and data, which comes last.
+type CsvColumns = [usize; 6];
 
-impl Default for CsvColumns {
-    /// Returns the columns of the first GVRET files.
-    fn default() -> Self {
-        Self { time: 0, id: 1, extended: 2, bus: 3, length: 4, data: 5 }
-    }
-}
-
-impl CsvColumns {
-    fn of_heading(heading: &str) -> Option<Self> {
-        let position = |name: &str| columns(heading, 0).position(|column| column.eq_ignore_ascii_case(name));
-        let (time, id) = (position("Time Stamp")?, position("ID")?);
-        let (extended, bus, length) = (position("Extended")?, position("Bus")?, position("LEN")?);
-        let data = position("D1").unwrap_or(length + 1);
-        let last = time.max(id).max(extended).max(bus).max(length);
-        (last < data).then_some(Self { time, id, extended, bus, length, data })
-    }
+fn of_heading(heading: &str) -> Option<CsvColumns> {
+    let position = |name: &str| columns(heading, 0).position(|column| column.eq_ignore_ascii_case(name));
+    let (time, id) = (position("Time Stamp")?, position("ID")?);
+    let (extended, bus, length) = (position("Extended")?, position("Bus")?, position("LEN")?);
+    let data = position("D1").unwrap_or(length + 1);
+    let is_last = [time, id, extended, bus, length].iter().all(|column| *column < data);
+    is_last.then_some([time, id, extended, bus, length, data])
 }
 
 /// Number of values of a 32-bit counter.
@@ -75,7 +59,7 @@ impl LineReader for Csv {
     fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<LogEntry<'a>>, BadLine> {
         let line = text(line)?;
         if begins(line.as_bytes(), &["Time Stamp"]) {
-            self.columns = CsvColumns::of_heading(line).ok_or(BadLine::NoFrame)?;
+            self.columns = of_heading(line).ok_or(BadLine::NoFrame)?;
             return Ok(None);
         }
         let (count, bus, content) = parse(line, self.columns)?;
@@ -88,22 +72,25 @@ impl LineReader for Csv {
 }
 
 /// Reads one line: the counter's value, the bus, and the content.
-fn parse(line: &str, at: CsvColumns) -> Result<(i64, u32, EntryContent), BadLine> {
+fn parse(
+    line: &str,
+    [time, id_at, extended, bus, length, data]: CsvColumns,
+) -> Result<(i64, u32, EntryContent), BadLine> {
     let field = |column| columns(line, column).next().unwrap_or_default();
     // A sign is accepted only if it has meaning.
-    let time = Some(field(at.time)).filter(|time| !time.starts_with('+')).and_then(|time| time.parse().ok());
+    let time = Some(field(time)).filter(|time| !time.starts_with('+')).and_then(|time| time.parse().ok());
     let time = time.ok_or(BadLine::NoTime)?;
-    let extended = match field(at.extended) {
+    let extended = match field(extended) {
         extended if extended.eq_ignore_ascii_case("true") || extended == "1" => true,
         extended if extended.eq_ignore_ascii_case("false") || extended == "0" => false,
         _ => return Err(BadLine::NoFrame),
     };
-    let identifier = field(at.id);
+    let identifier = field(id_at);
     let digits = identifier.strip_prefix("0x").unwrap_or(identifier);
     let id = id(number(digits, 16).ok_or(BadLine::BadId)?, extended)?;
-    let bus = columns(line, at.bus).channel()?;
-    let length = columns(line, at.length).length()?;
-    let content = columns(line, at.data).data_frame(id, length > 8, length)?;
+    let bus = columns(line, bus).channel()?;
+    let length = columns(line, length).length()?;
+    let content = columns(line, data).data_frame(id, length > 8, length)?;
     Ok((time, bus, content))
 }
 

@@ -56,7 +56,6 @@ pub(super) struct Mcap<T> {
 
 /// State derived from the records.
 struct Content<T> {
-    /// Names of the schemas, by their numbers.
     schemas: BTreeMap<u16, String>,
     /// `None` for a channel whose topic is not read.
     channels: BTreeMap<u16, Option<T>>,

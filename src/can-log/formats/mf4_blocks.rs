@@ -79,7 +79,6 @@ impl Blocks {
         missing_part(self.failure.as_ref())
     }
 
-    /// Returns the block `HD`.
     pub(super) fn header(&self) -> io::Result<Block<'_>> {
         self.block_of_kind(IDENTIFICATION as u64, *b"HD")
     }
@@ -138,7 +137,6 @@ impl Blocks {
     }
 }
 
-/// Returns the error for an unexpected kind of block.
 pub(super) fn unexpected(kind: [u8; 2]) -> io::Error {
     damaged(format!("MF4: unexpected block {}", String::from_utf8_lossy(&kind)))
 }

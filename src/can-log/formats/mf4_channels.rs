@@ -166,7 +166,6 @@ pub(super) struct FrameChannels {
     pub(super) kind: FrameKind,
     /// Seconds since the start of the measurement.
     pub(super) time: Option<Channel>,
-    /// The channels named in [`PARTS`].
     pub(super) parts: [Option<Channel>; PARTS.len()],
 }
 
@@ -211,7 +210,6 @@ impl FrameChannels {
         Ok(is_frame.then_some(found))
     }
 
-    /// Returns the channel of the data bytes.
     pub(super) fn data(&self) -> Option<&Channel> {
         self.parts.last()?.as_ref()
     }

@@ -31,7 +31,6 @@ pub(super) struct DataReader {
     kept: Kept,
     /// Bytes that lie in more than one block.
     joined: Vec<u8>,
-    /// Memory of `joined`.
     joined_kept: Kept,
     /// Reason why nothing after the listed blocks can be read.
     failure: Option<io::Error>,

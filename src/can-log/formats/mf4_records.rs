@@ -44,7 +44,6 @@ pub(super) struct DataGroup {
     window_kept: Kept,
     /// Memory of the groups' descriptions.
     _kept: Kept,
-    /// Number of frames that were read.
     frames: u64,
     /// Reason why nothing after the window can be read.
     failure: Option<io::Error>,
@@ -55,11 +54,9 @@ struct ChannelGroup {
     length: Option<usize>,
     /// `None` if the records are not frames.
     frames: Option<FrameChannels>,
-    /// Number of records that were read.
     records: u64,
     /// Values of variable length, each after its length.
     values: Vec<u8>,
-    /// Memory of `values`.
     values_kept: Kept,
 }
 

@@ -16,7 +16,6 @@ pub(super) const COLUMNS: [&str; 3] = ["topic_id", "timestamp", "data"];
 pub(super) struct RosSqlite<T> {
     database: Database,
     messages: Rows<3>,
-    /// The topics that are read, by their numbers.
     topics: BTreeMap<i64, T>,
     choice: TopicChoice<T>,
     /// Topic and log time of the message in `content`.

@@ -49,7 +49,6 @@ const MAX_TEXT: usize = 1 << 16;
 pub(super) struct Statement<'a> {
     /// Line of the first character, from 1.
     pub(super) line: usize,
-    /// True if the statement is indented.
     pub(super) indented: bool,
     /// Trimmed text of the statement; never empty.
     pub(super) text: Cow<'a, str>,

@@ -46,7 +46,6 @@ struct NetworkBuilder<'a> {
     /// Positions of the roundabouts by the ids of their regulatory elements.
     roundabouts: BTreeMap<i64, usize>,
     points_so_far: usize,
-    /// Number of points of all ways.
     way_nodes: usize,
 }
 

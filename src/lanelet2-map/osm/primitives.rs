@@ -141,11 +141,7 @@ pub enum OsmFault {
     #[error("{element}: `{key}` is `{value}`, {expected} expected")]
     BadValue { element: ElementRef, key: &'static str, value: String, expected: &'static str },
     #[error("{element} appears twice, first on line {first_line}")]
-    Duplicate {
-        element: OsmElement,
-        /// Line of the first one, from 1.
-        first_line: usize,
-    },
+    Duplicate { element: OsmElement, first_line: usize },
     /// An element refers to an element that is deleted or not in the file.
     #[error("{from} refers to {to}, which is not in the file")]
     Missing { from: OsmElement, to: OsmElement },

@@ -15,11 +15,7 @@ pub enum ProjectorError {
     #[error("map projector info, line {0}: `key: value` expected")]
     NotAKey(usize),
     #[error("map projector info, line {line}: `{key}` appears twice")]
-    Twice {
-        /// Line of the file, from 1.
-        line: usize,
-        key: String,
-    },
+    Twice { line: usize, key: String },
     #[error("map projector info: `{0}` is missing")]
     Missing(&'static str),
     #[error("map projector info: `{key}` is `{value}`, {expected} expected")]

@@ -43,7 +43,6 @@ impl Draws {
         StandardNormal.sample(&mut self.generator(kind, of, message))
     }
 
-    /// Draws true with the given probability.
     pub(super) fn happens(self, probability: f64, kind: DrawKind, of: [u64; 2], message: u64) -> bool {
         probability > 0.0 && self.share(kind, of, message) < probability
     }

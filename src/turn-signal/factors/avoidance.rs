@@ -22,8 +22,8 @@ pub(super) fn around(
     let mut stretches = Vec::new();
     for factor in factors.iter().filter(|factor| !factor.is_about_speed()) {
         match factor.interval() {
-            Some(interval) => stretches.push(interval),
-            None => refuse(FactorFlaw::NoStretch),
+            Ok(interval) => stretches.push(interval),
+            Err(flaw) => refuse(flaw),
         }
     }
     if stretches.is_empty() {

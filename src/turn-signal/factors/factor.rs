@@ -1,5 +1,6 @@
 //! A planning factor and the context in which it is judged.
 
+use crate::inputs::FactorFlaw;
 use crate::manoeuvre::{Manoeuvre, ManoeuvreKind};
 use crate::parameters::DeciderParameters;
 use crate::planner_input::{ControlPoint, Odometry, OperationMode, PlannedPathPoint, PlanningFactor};
@@ -85,10 +86,10 @@ impl PlanningFactor {
     }
 
     /// Returns the stretch from its first control point to its last.
-    pub(super) fn interval(&self) -> Option<FactorInterval> {
+    pub(super) fn interval(&self) -> Result<FactorInterval, FactorFlaw> {
         match self.control_points.as_slice() {
-            [start, .., end] => Some(FactorInterval { start: *start, end: *end }),
-            _ => None,
+            [start, .., end] => Ok(FactorInterval { start: *start, end: *end }),
+            _ => Err(FactorFlaw::NoStretch),
         }
     }
 }

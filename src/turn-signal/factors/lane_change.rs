@@ -6,6 +6,7 @@
 use super::factor::{Behavior, FactorContext, FactorInterval};
 use super::path_offsets::{PathOffsets, crossing};
 use crate::inputs::FactorFlaw;
+use crate::manoeuvre::Manoeuvre;
 use crate::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use crate::planner_input::{FactorTopic, PlanningFactor};
 use crate::side::Side;
@@ -15,19 +16,12 @@ pub(super) fn sideways(
     path_offsets: Option<&PathOffsets>,
     topic: FactorTopic,
     factor: &PlanningFactor,
-    refuse: &mut impl FnMut(FactorFlaw),
-) -> Option<LaneChange> {
+) -> Result<Option<Manoeuvre>, FactorFlaw> {
     if factor.is_about_speed() {
-        return None;
+        return Ok(None);
     }
-    let Some(interval) = factor.interval() else {
-        refuse(FactorFlaw::NoStretch);
-        return None;
-    };
-    let Some(side) = side(topic, factor, &interval) else {
-        refuse(FactorFlaw::NoSide);
-        return None;
-    };
+    let interval = factor.interval()?;
+    let side = side(topic, factor, &interval).ok_or(FactorFlaw::NoSide)?;
     let crossing = path_offsets.zip(context.path).and_then(|(path_offsets, path)| {
         let index = |pose| path_offsets.nearest_index(pose);
         crossing(context.road, path, index(interval.start())..=index(interval.end()))
@@ -38,7 +32,7 @@ pub(super) fn sideways(
         (None, FactorTopic::AvoidanceByLaneChange) => LaneChangePhase::Unsignalled,
         (None, _) => LaneChangePhase::Waiting,
     };
-    Some(LaneChange {
+    Ok(Some(Manoeuvre::LaneChange(LaneChange {
         side,
         phase,
         start: Some(interval.start()),
@@ -46,7 +40,7 @@ pub(super) fn sideways(
         end: Some(interval.end()),
         previous_path: path_offsets.map(|path_offsets| path_offsets.poses.clone()).unwrap_or_default(),
         minimum_length_m: interval.start().position.distance_m(interval.end().position),
-    })
+    })))
 }
 
 /// Returns the side from the factor, or else from its module's name, or else from its offsets.

@@ -26,8 +26,7 @@ pub(super) fn out(
     context: &FactorContext<'_>,
     path_offsets: Option<&PathOffsets>,
     factor: &PlanningFactor,
-    refuse: &mut impl FnMut(FactorFlaw),
-) -> Option<Manoeuvre> {
+) -> Result<Option<Manoeuvre>, FactorFlaw> {
     let ego = context.odometry.pose;
     let lanes = path_offsets.map(|path_offsets| path_offsets.lanes.clone()).filter(|lanes| !lanes.is_empty());
     let lanes: Vec<LaneId> = lanes.unwrap_or_else(|| context.route.lanes().collect());
@@ -45,16 +44,13 @@ pub(super) fn out(
             before_start: false,
             lanes,
         };
-        return Some(Manoeuvre::PullOut(pull_out));
+        return Ok(Some(Manoeuvre::PullOut(pull_out)));
     }
     if factor.is_about_speed() {
-        return None;
+        return Ok(None);
     }
-    let Some(interval) = factor.interval() else {
-        refuse(FactorFlaw::NoStretch);
-        return None;
-    };
-    Some(Manoeuvre::PullOut(forwards(context, path_offsets, &interval.ramp(), lanes)))
+    let ramp = factor.interval()?.ramp();
+    Ok(Some(Manoeuvre::PullOut(forwards(context, path_offsets, &ramp, lanes))))
 }
 
 /// Returns the pull-out that drives forwards along a ramp.
@@ -91,6 +87,7 @@ pub(super) fn over(
     let pull_over = match factors.iter().find(|factor| !factor.is_about_speed()) {
         Some(shifting) => shifting
             .interval()
+            .ok()
             .map(|interval| PullOver::Decided(decided(context, path_offsets, &interval.ramp()))),
         None => undecided(context, path_offsets, factors).map(PullOver::Undecided),
     };

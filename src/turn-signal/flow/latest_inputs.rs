@@ -16,7 +16,6 @@ pub(super) struct LatestInputs {
     odometry_stamp: Option<WallStamp>,
     path: Option<Timed<Arc<[PlannedPathPoint]>>>,
     trajectory: Option<Timed<Arc<[TrajectoryPoint]>>>,
-    /// The driven path.
     pub(super) driven: DrivenPath,
     pub(super) factors: Factors,
     modified_goal: Option<(u128, Pose)>,

@@ -17,7 +17,6 @@ use gateway_base::time::{MonoTime, millis};
 type Value = (&'static str, String);
 
 impl TurnSignalFlow {
-    /// Returns the use of the decisions.
     fn role(&self) -> DeciderUse {
         match self.settings.role {
             DeciderRole::Command => DeciderUse::Command,

@@ -179,7 +179,6 @@ impl JudgedCounts {
         total
     }
 
-    /// Counts a verdict.
     pub(super) fn add(&mut self, kind: JudgedKind, verdict: VerdictKind) {
         *self.by_kind.entry(kind).or_default().of_mut(verdict) += 1;
     }

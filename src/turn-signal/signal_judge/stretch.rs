@@ -34,7 +34,6 @@ pub(super) struct Unasked {
 pub(super) struct SignalStart {
     pub(super) at: MonoTime,
     pub(super) odometry: Odometry,
-    /// Reason of the decider at that time.
     pub(super) reason: DeciderReason,
 }
 
