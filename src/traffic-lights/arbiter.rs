@@ -44,9 +44,10 @@ pub struct Arbiter {
     /// The groups of the map by relation id; true for a group of pedestrians.
     map: BTreeMap<i64, bool>,
     perception: Option<ArbiterStamp>,
-    /// The time by which the age of the camera's message is judged; `None` if only the network's stamps can
+    /// The time by which the age of the camera's message is judged: while the message lags behind it by more
+    /// than the tolerance, it is ignored, whatever the network sends. `None` if only the network's stamps can
     /// show that it lags.
-    clock: Option<ArbiterStamp>,
+    pub clock: Option<ArbiterStamp>,
     perceived: Perceived,
     network: Network,
     /// Relation ids of groups that have changed since the last merge.
@@ -78,12 +79,6 @@ impl Arbiter {
             self.settings = settings;
             self.changed.extend(self.map.keys());
         }
-    }
-
-    /// Sets the time by which the camera's last message is judged from now on: while the message lags behind
-    /// it by more than the tolerance, it is ignored, whatever the network sends.
-    pub fn set_clock(&mut self, clock: ArbiterStamp) {
-        self.clock = Some(clock);
     }
 
     /// Processes a message of the camera, which replaces the previous one. Returns the merged groups in

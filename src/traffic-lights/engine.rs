@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use super::bulb::BulbSet;
 use super::controller::{Controllers, FrameTimes};
-use super::emission::{Emission, LightsTopic};
+use super::emission::{Emission, LightsContent, LightsTopic};
 use super::event_log::{ActionSource, LoggedEvent, ScenarioOutcome};
 use super::expiry::Expiry;
 use super::outbox::Outbox;
@@ -344,7 +344,7 @@ impl TrafficLights {
             }
         }
         if self.publishes(LightsTopic::Clock) {
-            self.outbox.send_clock(wall);
+            self.outbox.send(LightsTopic::Clock, wall, LightsContent::Clock);
         }
         if self.publishes(LightsTopic::Camera) {
             self.outbox.send_camera(&self.scenario_state.lights.stores, wall);

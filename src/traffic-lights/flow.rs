@@ -311,7 +311,7 @@ impl TrafficLightFlow {
         let may_stop = self.settings.external_camera && !self.run.engine.quirks().keeps_last_camera;
         let arbiter = self.run.arbiter.as_mut()?;
         if may_stop {
-            arbiter.set_clock(ArbiterStamp(now.wall.as_nanos()));
+            arbiter.clock = Some(ArbiterStamp(now.wall.as_nanos()));
         }
         Some(arbiter)
     }

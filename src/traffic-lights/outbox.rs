@@ -98,11 +98,7 @@ impl Outbox {
         self.send(LightsTopic::Markers, stamp, LightsContent::Markers(markers));
     }
 
-    pub(super) fn send_clock(&mut self, stamp: WallStamp) {
-        self.send(LightsTopic::Clock, stamp, LightsContent::Clock);
-    }
-
-    fn send(&mut self, topic: LightsTopic, stamp: WallStamp, content: LightsContent) {
+    pub(super) fn send(&mut self, topic: LightsTopic, stamp: WallStamp, content: LightsContent) {
         if self.waiting.len() >= MAX_WAITING {
             self.waiting.pop_front();
         }

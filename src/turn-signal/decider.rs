@@ -382,12 +382,12 @@ impl Decider {
     fn note_route(&mut self, route: &Route, findings: &mut Vec<InputFinding>) {
         if self.route.replace(route.id()).is_some_and(|before| before != route.id()) {
             findings.push(InputFinding::NewRoute);
-            self.manoeuvres.clear();
+            self.manoeuvres = ManoeuvreMemory::default();
             self.lane = None;
             if !self.quirks.memory_survives_route {
                 self.intersection.clear();
-                self.roundabout.clear();
-                self.finished.clear();
+                self.roundabout = RoundaboutMemory::default();
+                self.finished = FinishedMemory::default();
             }
         }
     }

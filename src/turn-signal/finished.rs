@@ -85,11 +85,6 @@ impl FinishedMemory {
         self.known = noted.collect();
     }
 
-    /// Clears the memory. Must be called when the route changes.
-    pub fn clear(&mut self) {
-        self.known.clear();
-    }
-
     fn of(
         &self,
         path_frame: &PathFrame<'_>,

@@ -20,7 +20,7 @@ use legs::{Leaving, RoundaboutEntry, RoundaboutExit, RoundaboutLegs};
 /// The poses at which signals at roundabouts began.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RoundaboutMemory {
-    entries: BTreeMap<LaneId, Pose>,
+    pub(super) entries: BTreeMap<LaneId, Pose>,
     exits: BTreeMap<LaneId, Pose>,
     /// Improved: the announced entries that are passed. A route that goes around once comes by them again
     /// (W20).
@@ -47,16 +47,6 @@ impl RoundaboutMemory {
         let exits = legs.exits.iter().filter_map(|exit| self.exit(context, exit, lasts_to(exit.lane.id)));
         records.extend(exits);
         next_in_queue(&context.path_frame, records)
-    }
-
-    /// Clears the memory. Must be called when the route changes.
-    pub fn clear(&mut self) {
-        *self = Self::default();
-    }
-
-    /// Returns the pose of the rear axle when this entry came within range.
-    pub fn entry_start(&self, lane: LaneId) -> Option<Pose> {
-        self.entries.get(&lane).copied()
     }
 
     /// docs/spec/turn-signal-decider.md, "Roundabout entry". An entry that came within range stays announced.

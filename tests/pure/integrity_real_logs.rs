@@ -76,7 +76,8 @@ fn guarded(frames: &[Frame], checksum: Checksum, counter: Counter) -> (Result<()
 
 /// Honda's two bits above the checksum; every break is counted as one.
 fn honda_counter(length: usize) -> Counter {
-    let rule = CounterRule::new(0, 3).unwrap().with_sync_after(0).with_tolerated_repeats(u8::MAX);
+    let mut rule = CounterRule::new(0, 3).unwrap();
+    (rule.sync_after, rule.tolerated_repeats) = (0, u8::MAX);
     Counter::new(rule, field((length - 1) * 8 + 4, 2, ByteOrder::Intel)).unwrap()
 }
 

@@ -325,7 +325,8 @@ fn judging_a_frame_allocates_nothing_good_or_bad() {
     let checksum = SignalCodec::new(byte(56), 8).unwrap();
     let checksum = Checksum::new(ChecksumRule::Crc(CrcRule::j1850()), checksum).unwrap();
     let counter = SignalCodec::new(byte(0), 8).unwrap();
-    let rule = CounterRule::new(0, 255).unwrap().with_increments_on(IncrementsOn::Changes);
+    let mut rule = CounterRule::new(0, 255).unwrap();
+    rule.increments_on = IncrementsOn::Changes;
     let limits = WindowLimits { size: 3, min_ok: 2, max_error: 0 };
     let own = Protection::Fields {
         checksum: Some(checksum.clone()),

@@ -294,15 +294,14 @@ impl BitRateScan {
             None => match self.refused {
                 Some(errno) => ScanVerdict::Refused(errno),
                 None if self.is_interrupted => ScanVerdict::Interrupted,
-                None if heard().count() == 0 => ScanVerdict::Refused(self.last_refusal()),
+                None if heard().count() == 0 => {
+                    let last = self.tried.last().and_then(|tried| tried.heard.err());
+                    ScanVerdict::Refused(last.unwrap_or(libc_errno::EINVAL))
+                }
                 None if heard().any(|(_, heard)| heard.error_frames > 0) => ScanVerdict::NoRate,
                 None => ScanVerdict::Silent,
             },
         }
-    }
-
-    fn last_refusal(&self) -> i32 {
-        self.tried.iter().rev().find_map(|tried| tried.heard.err()).unwrap_or(libc_errno::EINVAL)
     }
 }
 

@@ -60,11 +60,6 @@ impl ManoeuvreMemory {
         outcome
     }
 
-    /// Clears the memory. Must be called when the route changes.
-    pub fn clear(&mut self) {
-        *self = Self::default();
-    }
-
     /// Clears the state of modules without a manoeuvre in this cycle.
     pub(super) fn forget_absent(&mut self, present: &BTreeSet<ManoeuvreKind>) {
         if !present.contains(&ManoeuvreKind::Avoidance) {

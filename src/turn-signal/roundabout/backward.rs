@@ -60,7 +60,7 @@ impl Search<'_> {
                 if !visited.insert(previous) {
                     continue;
                 }
-                let pose = self.memory.entry_start(previous).filter(|_| self.is_entry(previous));
+                let pose = self.memory.entries.get(&previous).copied().filter(|_| self.is_entry(previous));
                 self.noted.extend(pose.and_then(|pose| self.route_lane_at(pose)));
                 let counts = !self.quirks.searches_back_by_entries || !self.is_entry(previous);
                 if counts && self.noted.contains(&previous) {

@@ -24,9 +24,13 @@ pub struct CounterRule {
     first: u32,
     last: u32,
     max_step: u32,
-    increments_on: IncrementsOn,
-    tolerated_repeats: u8,
-    sync_after: u8,
+    /// Event at which the sender increments the counter.
+    pub increments_on: IncrementsOn,
+    /// How many repetitions in a row leave the sequence intact. Repetitions themselves are never accepted.
+    pub tolerated_repeats: u8,
+    /// How many frames in sequence are required after a wrong sequence or a silence before a frame is
+    /// accepted; with 0 the next frame is accepted.
+    pub sync_after: u8,
 }
 
 /// Reason why a [`CounterRule`] or [`Counter`] is invalid.
@@ -83,23 +87,6 @@ impl CounterRule {
         let most = self.last - self.first;
         let fits = (1..=most).contains(&max_step);
         fits.then_some(Self { max_step, ..self }).ok_or(CounterError::Step { max_step, most })
-    }
-
-    /// Sets the event at which the sender increments the counter.
-    pub fn with_increments_on(self, increments_on: IncrementsOn) -> Self {
-        Self { increments_on, ..self }
-    }
-
-    /// Sets how many repetitions in a row leave the sequence intact. Repetitions themselves are never
-    /// accepted.
-    pub fn with_tolerated_repeats(self, tolerated_repeats: u8) -> Self {
-        Self { tolerated_repeats, ..self }
-    }
-
-    /// Sets how many frames in sequence are required after a wrong sequence or a silence before a frame is
-    /// accepted; with 0 the next frame is accepted.
-    pub fn with_sync_after(self, sync_after: u8) -> Self {
-        Self { sync_after, ..self }
     }
 
     /// Returns the value that follows `value`.
@@ -246,7 +233,7 @@ mod tests {
     #[test]
     fn step_beyond_max_requires_frames_in_sequence() {
         use Reject::{Initial, Syncing, WrongSequence};
-        let rule = rule(0, 15).with_max_step(3).unwrap().with_sync_after(2);
+        let rule = CounterRule { sync_after: 2, ..rule(0, 15).with_max_step(3).unwrap() };
         assert_eq!(
             run(&rule, &[0, 3, 4, 8, 9, 12, 13, 12]),
             [
@@ -260,7 +247,7 @@ mod tests {
                 Err(WrongSequence { from: 13, to: 12 })
             ]
         );
-        let at_once = rule.with_sync_after(0);
+        let at_once = CounterRule { sync_after: 0, ..rule };
         assert_eq!(run(&at_once, &[0, 8, 9])[1..], [Err(WrongSequence { from: 0, to: 8 }), Ok(0)]);
     }
 
@@ -278,7 +265,7 @@ mod tests {
     #[test]
     fn silence_requires_as_many_frames_in_sequence_as_a_gap() {
         use Reject::{Initial, Syncing};
-        let rule = rule(0, 15).with_sync_after(2);
+        let rule = CounterRule { sync_after: 2, ..rule(0, 15) };
         let mut state = CounterState::default();
         let frame = Frame::classic(CanId::Standard(1), &[]).unwrap();
         state.forget(&rule);
@@ -297,7 +284,7 @@ mod tests {
     #[test]
     fn equal_frames_may_have_equal_counters_when_counting_changes() {
         use Reject::{Initial, WrongSequence};
-        let rule = rule(0, 15).with_increments_on(IncrementsOn::Changes);
+        let rule = CounterRule { increments_on: IncrementsOn::Changes, ..rule(0, 15) };
         let mut state = CounterState::default();
         let mut step =
             |value, data: u8| state.step(&rule, value, &Frame::classic(CanId::Standard(1), &[data]).unwrap());
@@ -372,7 +359,7 @@ mod tests {
             steps in prop::collection::vec(prop_oneof![4 => Just(1_u32), 2 => 0_u32..3, 1 => 0_u32..30], 0..200),
         ) {
             let rule = rule(first, first + more).with_max_step(max_step.min(more)).unwrap();
-            let rule = rule.with_tolerated_repeats(tolerated).with_sync_after(sync);
+            let rule = CounterRule { tolerated_repeats: tolerated, sync_after: sync, ..rule };
             let values: Vec<_> = steps.iter().scan(0, |at, step| {
                 *at = (*at + step) % (first + more + 2);
                 Some(*at)

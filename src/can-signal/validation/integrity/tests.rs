@@ -113,7 +113,9 @@ fn silence_resets_checker() {
 #[test]
 fn a_longer_gap_is_not_trusted_sooner() {
     let Protection::Fields { checksum, counter: Some(counter) } = fca().protection else { unreachable!() };
-    let counter = Counter::new(counter.rule().with_sync_after(5), counter.signal().clone()).unwrap();
+    let mut rule = *counter.rule();
+    rule.sync_after = 5;
+    let counter = Counter::new(rule, counter.signal().clone()).unwrap();
     let protection = Protection::Fields { checksum, counter: Some(counter) };
     for gap_ms in [400, 501] {
         let mut receiver = Receiver::new(MessageIntegrity { protection: protection.clone(), ..fca() });

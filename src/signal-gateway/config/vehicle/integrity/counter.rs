@@ -24,8 +24,11 @@ pub(super) fn counter(binder: &Binder<'_>, fields: Fields<'_>, message: &Message
     let limit = |value: i128| u32::try_from(value).unwrap_or(if value < 0 { 0 } else { u32::MAX });
     let counter = CounterRule::new(first.unwrap_or(limit(lowest)), last.unwrap_or(limit(highest)))
         .and_then(|rule| rule.with_max_step(max_step))
-        .map(|rule| rule.with_increments_on(increments_on).with_tolerated_repeats(repeats))
-        .map(|rule| rule.with_sync_after(sync_after))
-        .and_then(|rule| Counter::new(rule, signal));
+        .and_then(|mut rule| {
+            rule.increments_on = increments_on;
+            rule.tolerated_repeats = repeats;
+            rule.sync_after = sync_after;
+            Counter::new(rule, signal)
+        });
     binder.checker.accept(at, counter, "see [message.*] counter in config/gateway.toml")
 }
