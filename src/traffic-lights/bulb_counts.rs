@@ -1,9 +1,11 @@
 //! Counts of lights for diagnostics, updated with each change.
 
+use derive_more::{Add, Sub};
+
 use super::bulb::{BulbSet, BulbStatus, Color};
 
 /// Counts of the lights of a store.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Add, Sub)]
 pub(super) struct BulbCounts {
     /// Lights that were ever touched, or are detected.
     pub(super) lights: u32,
@@ -29,25 +31,10 @@ impl BulbCounts {
         }
     }
 
-    /// Returns the sum of both.
-    pub(super) fn plus(self, other: Self) -> Self {
-        Self {
-            lights: self.lights + other.lights,
-            dark: self.dark + other.dark,
-            unknown: self.unknown + other.unknown,
-            contradictory: self.contradictory + other.contradictory,
-        }
-    }
-
     pub(super) fn change(&mut self, from: Option<BulbSet>, to: Option<BulbSet>) {
-        if from == to {
-            return;
+        if from != to {
+            // `from` was counted before, so the difference does not fall below zero.
+            *self = *self + Self::of(to) - Self::of(from);
         }
-        let (from, to) = (Self::of(from), Self::of(to));
-        // `from` was counted before, so the difference does not fall below zero.
-        self.lights = self.lights + to.lights - from.lights;
-        self.dark = self.dark + to.dark - from.dark;
-        self.unknown = self.unknown + to.unknown - from.unknown;
-        self.contradictory = self.contradictory + to.contradictory - from.contradictory;
     }
 }

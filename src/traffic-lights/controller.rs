@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use super::periodic_timer::ScenarioMoment;
 use super::quirks::LightQuirks;
-use super::scenario::{ControllerIndex, Scenario, TrafficSignalController};
+use super::scenario::{ControllerIndex, Phase, Scenario, TrafficSignalController};
 use gateway_base::time::WallStamp;
 
 #[derive(Debug, Clone)]
@@ -68,6 +68,11 @@ impl Controllers {
 
     pub(super) fn state(&self, controller: ControllerIndex) -> Option<&ControllerProgress> {
         self.states.get(controller.0)
+    }
+
+    /// Returns the present phase of a controller; `None` before the first one (Q12).
+    pub(super) fn phase<'a>(&self, scenario: &'a Scenario, index: ControllerIndex) -> Option<&'a Phase> {
+        scenario.controllers.get(index.0)?.phases.get(self.state(index)?.phase?)
     }
 
     /// Returns the first controller, starting with `from`, that may have something to do in this frame.

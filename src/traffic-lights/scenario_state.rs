@@ -61,6 +61,7 @@ impl ScenarioState {
         action: &Action,
         source: ActionSource,
     ) -> Result<(), ActionRefusal> {
+        let rate = |hz| Rate::from_hz(hz).ok_or(ActionRefusal::Rate(hz));
         match action {
             Action::SetState { target, state } => self.set(*target, state)?,
             Action::Clear(target) => {
@@ -68,7 +69,7 @@ impl ScenarioState {
             }
             Action::EnterPhase { controller, phase } => self.jump(scenario, *controller, phase)?,
             Action::SetV2iState { id, state, rate_hz } => {
-                let rate = rate_hz.map(|hz| Rate::from_hz(hz).ok_or(ActionRefusal::Rate(hz))).transpose()?;
+                let rate = rate_hz.map(rate).transpose()?;
                 let target = SignalTarget { id: *id, store: StoreId::V2I };
                 if !self.quirks.finds_mistakes_late {
                     self.set(target, state)?;
@@ -80,14 +81,8 @@ impl ScenarioState {
                     self.set(target, state)?;
                 }
             }
-            Action::SetV2iRate(rate_hz) => {
-                let rate = Rate::from_hz(*rate_hz).ok_or(ActionRefusal::Rate(*rate_hz))?;
-                self.v2i.restart(rate, self.now.nanos);
-            }
-            Action::SetGroundTruthRate(rate_hz) => {
-                let rate = Rate::from_hz(*rate_hz).ok_or(ActionRefusal::Rate(*rate_hz))?;
-                self.ground_truth.restart(rate, self.now.nanos);
-            }
+            Action::SetV2iRate(rate_hz) => self.v2i.restart(rate(*rate_hz)?, self.now.nanos),
+            Action::SetGroundTruthRate(rate_hz) => self.ground_truth.restart(rate(*rate_hz)?, self.now.nanos),
             Action::EnableV2i(ids) => self.enable_v2i(scenario, ids)?,
             Action::DisableV2i(ids) => {
                 if !self.lights.enable(ids, false)?.is_empty() {
@@ -169,10 +164,10 @@ impl ScenarioState {
     /// Returns the heads with an explicit V2I state in a running phase.
     fn explicit_heads(&self, scenario: &Scenario) -> Result<BTreeSet<HeadIndex>, ActionRefusal> {
         let mut explicit = BTreeSet::new();
-        for (index, controller) in scenario.controllers.iter().enumerate() {
-            let phase = self.controllers.state(ControllerIndex(index)).and_then(|state| state.phase);
-            let entries = phase.and_then(|phase| controller.phases.get(phase)).map(|phase| &phase.entries);
-            for entry in entries.into_iter().flatten().filter(|entry| is_v2i_truth(entry)) {
+        for index in 0..scenario.controllers.len() {
+            let phase = self.controllers.phase(scenario, ControllerIndex(index));
+            let entries = phase.into_iter().flat_map(|phase| &phase.entries);
+            for entry in entries.filter(|entry| is_v2i_truth(entry)) {
                 explicit.extend(heads_of(&self.lights.stores.map, entry.target.id)?);
             }
         }
@@ -194,8 +189,7 @@ impl ScenarioState {
     fn enter(&mut self, scenario: &Scenario, index: usize, to: Transition) -> Result<(), ActionRefusal> {
         let controller = &scenario.controllers[index];
         let entered = &controller.phases[to.phase];
-        let phase = self.controllers.state(ControllerIndex(index)).and_then(|state| state.phase);
-        if let Some(left) = phase.and_then(|phase| controller.phases.get(phase)) {
+        if let Some(left) = self.controllers.phase(scenario, ControllerIndex(index)) {
             self.clear(left.entries.iter())?;
         }
         let late = self.now.nanos.saturating_sub(to.start.nanos);

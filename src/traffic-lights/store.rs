@@ -237,7 +237,7 @@ impl Stores {
         };
         match channel {
             LightChannel::Conventional => own,
-            LightChannel::V2i => own.plus(self.received.counts(layer)),
+            LightChannel::V2i => own + self.received.counts(layer),
         }
     }
 

@@ -12,9 +12,7 @@ use std::time::Duration;
 use super::periodic_timer::ScenarioMoment;
 use super::quirks::LightQuirks;
 use super::refusal::ActionRefusal;
-use super::scenario::{
-    Condition, ControllerIndex, Edge, ElementState, Rule, Scenario, StateText, Test, Trigger,
-};
+use super::scenario::{Condition, Edge, ElementState, Rule, Scenario, StateText, Test, Trigger};
 use super::scenario_state::ScenarioState;
 use super::store::Expected;
 use super::target::SignalTarget;
@@ -160,7 +158,8 @@ fn value(
         }),
         Test::State { target, state, exact } => matches(scenario_state, *target, state.as_ref(), *exact),
         Test::Phase { controller, phase } => {
-            Ok(phase_name(scenario, scenario_state, *controller) == Some(phase))
+            let present = scenario_state.controllers.phase(scenario, *controller);
+            Ok(present.is_some_and(|present| present.name == *phase))
         }
         Test::Variable { variable, rule, value } => {
             Ok(rule.holds(&scenario_state.variables[variable.0], value))
@@ -188,16 +187,6 @@ fn matches(
         Some(state) => Expected::Contains(state.bulbs),
     };
     scenario_state.lights.stores.matches(target, expected)
-}
-
-/// Returns the name of a controller's present phase; `None` before the first one (Q12).
-fn phase_name<'a>(
-    scenario: &'a Scenario,
-    scenario_state: &ScenarioState,
-    index: ControllerIndex,
-) -> Option<&'a String> {
-    let phase = scenario_state.controllers.state(index)?.phase?;
-    Some(&scenario.controllers.get(index.0)?.phases.get(phase)?.name)
 }
 
 impl Rule {
