@@ -119,17 +119,17 @@ fn generate(folder: &Path) -> Result<String> {
         }
         code += "}\n";
     }
-    code += "/// Texts that define each message and all messages in it, by package and name.\n";
+    code += "/// Texts that define each message and all messages in it, by full name.\n";
     code += "const SCHEMAS: &[(TypeName, &str)] = &[\n";
     for name in definitions.keys().filter(|name| name.contains("/msg/")) {
-        writeln!(code, "({:?}, {:?}),", type_name(name), schema(&definitions, name)?)?;
+        writeln!(code, "({name:?}, {:?}),", schema(&definitions, name)?)?;
     }
-    code += "];\n/// Hashes of all messages and services, by package and name.\n";
+    code += "];\n/// Hashes of all messages and services, by full name.\n";
     code += "pub const TYPE_HASHES: &[(TypeName, &str)] = &[\n";
     add_service_types(&mut definitions, &services);
     let hashed = definitions.keys().filter(|name| name.contains("/msg/") || services.contains(name));
     for name in hashed {
-        writeln!(code, "({:?}, {:?}),", type_name(name), hash(&definitions, name)?)?;
+        writeln!(code, "({name:?}, {:?}),", hash(&definitions, name)?)?;
     }
     code += "];\n";
     Ok(code)
@@ -319,11 +319,7 @@ fn rust_type(definitions: &Definitions, full: &str) -> Result<String> {
             rust => writeln!(consts, "pub const {constant}: {rust} = {value};")?,
         }
     }
-    writeln!(
-        code,
-        "impl {rust_name} {{ pub const TYPE_NAME: super::TypeName = {:?}; {consts} }}",
-        (package, name)
-    )?;
+    writeln!(code, "impl {rust_name} {{ pub const TYPE_NAME: super::TypeName = {full:?}; {consts} }}")?;
     Ok(code)
 }
 

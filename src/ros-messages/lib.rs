@@ -15,7 +15,7 @@
 //! let bytes = CdrBytes::encode(&report).unwrap();
 //! assert_eq!(bytes.as_ref(), [1, 0, 0, 0, 0, 0x65, 0xCD, 0x1D, 2]);
 //! assert_eq!(read_message::<GearReport>(bytes.as_ref(), Endian::Little), Ok(report));
-//! assert!(type_hash("autoware_vehicle_msgs", "GearReport").unwrap().starts_with("RIHS01_"));
+//! assert!(type_hash("autoware_vehicle_msgs/msg/GearReport").unwrap().starts_with("RIHS01_"));
 //! ```
 //!
 //! It uses `gateway_base`. The program converts the messages to the gateway's types (`io::ros::messages`).

@@ -5,11 +5,10 @@ use std::net::IpAddr;
 use std::os::unix::net::UnixStream;
 use std::time::Duration;
 
+use crate::error::TransportError;
 use crate::link::LostLines;
 use crate::settings::Transport;
 use crate::survey::DomainSurvey;
-
-const NOT_BUILT_IN: &str = "this build has no ROS 2";
 
 /// Fails.
 ///
@@ -20,7 +19,7 @@ pub fn serve(
     _lost_lines: fn() -> LostLines,
     _confine: impl FnOnce(&Transport) -> io::Result<()>,
 ) -> io::Result<()> {
-    Err(io::Error::new(io::ErrorKind::Unsupported, NOT_BUILT_IN))
+    Err(io::Error::new(io::ErrorKind::Unsupported, TransportError::NotBuiltIn))
 }
 
 /// Fails.
@@ -32,8 +31,8 @@ pub fn survey(
     _only_networks: &[IpAddr],
     _topics: &[String],
     _time: Duration,
-) -> Result<DomainSurvey, String> {
-    Err(NOT_BUILT_IN.to_owned())
+) -> Result<DomainSurvey, TransportError> {
+    Err(TransportError::NotBuiltIn)
 }
 
 /// Returns no names, since no call is refused.
@@ -41,30 +40,11 @@ pub fn system_call_name(_number: usize) -> Option<&'static str> {
     None
 }
 
-/// Names are not checked, since they are not used.
-pub mod names {
-    /// Accepts every node.
-    ///
-    /// # Errors
-    /// Never fails.
-    pub fn check_node(_namespace: &str, _node: &str) -> Result<(), String> {
-        Ok(())
-    }
-
-    /// Accepts every topic.
-    ///
-    /// # Errors
-    /// Never fails.
-    pub fn check_topic(_name: &str) -> Result<(), String> {
-        Ok(())
-    }
-}
-
 /// There is no network process.
 pub mod process {
     use std::io;
 
-    use super::NOT_BUILT_IN;
+    use crate::error::TransportError;
     use crate::link::LostLines;
 
     /// Does nothing.
@@ -80,6 +60,6 @@ pub mod process {
     /// # Errors
     /// Always fails.
     pub fn run(_memory_mb: u32, _lost_lines: fn() -> LostLines, _confined: impl FnOnce()) -> io::Result<()> {
-        Err(io::Error::new(io::ErrorKind::Unsupported, NOT_BUILT_IN))
+        Err(io::Error::new(io::ErrorKind::Unsupported, TransportError::NotBuiltIn))
     }
 }

@@ -32,8 +32,8 @@ mod confinement;
 #[cfg(feature = "ros")]
 mod dds;
 mod distribution;
+mod error;
 pub mod link;
-#[cfg(feature = "ros")]
 pub mod names;
 #[cfg(feature = "ros")]
 mod orders;
@@ -41,6 +41,7 @@ pub mod parameters;
 #[cfg(feature = "ros")]
 pub mod process;
 pub mod qos;
+pub mod rebuild_cause;
 #[cfg(feature = "ros")]
 mod serving;
 pub mod settings;
@@ -54,12 +55,13 @@ mod zenoh;
 pub mod zenoh_config;
 
 #[cfg(not(feature = "ros"))]
-pub use absent::{names, process, serve, survey as survey_domain, system_call_name};
+pub use absent::{process, serve, survey as survey_domain, system_call_name};
 #[cfg(feature = "ros")]
 pub use confinement::system_call_name;
 #[cfg(feature = "ros")]
 pub use dds::survey as survey_domain;
 pub use distribution::{DISTRO, identifier_length};
+pub use error::TransportError;
 #[cfg(feature = "ros")]
 pub use serving::serve;
 

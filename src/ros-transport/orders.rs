@@ -1,6 +1,7 @@
 //! The gateway's messages, in a form common to all engines.
 
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::io;
 
 use crate::link::{FromNetwork, Link, NetworkSettings, Order, ToNetwork};
@@ -56,8 +57,8 @@ fn add(orders: &mut BTreeMap<u16, Order>, topic: u16, order: Order, counts_each:
 }
 
 /// Sends the gateway the reason why the network cannot be joined.
-pub(super) async fn refuse(reason: &str, mut link: Link) -> io::Result<()> {
-    link.answer(&FromNetwork::Failed(reason));
+pub(super) async fn refuse(reason: impl Display, mut link: Link) -> io::Result<()> {
+    link.answer(&FromNetwork::Failed(&reason.to_string()));
     link.flush()?;
     while link.waiting() > 0 {
         link.ready().await?;

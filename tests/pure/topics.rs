@@ -13,7 +13,6 @@ const EDGES: [&str; 2] = [
 ];
 
 fn line(row: &OutgoingRow) -> String {
-    let (package, name) = row.type_name;
     let durability = match row.durability {
         RowDurability::Configured | RowDurability::Fixed(Durability::TransientLocal) => "transient local",
         RowDurability::Fixed(Durability::Volatile) => "volatile",
@@ -24,8 +23,8 @@ fn line(row: &OutgoingRow) -> String {
             format!("depth {}", row.depth)
         }
     };
-    let (topic, when) = (row.default_name, row.when);
-    format!("| `{topic}` | `{package}/msg/{name}` | reliable, {durability}, {kept} | {when} |\n")
+    let (topic, type_name, when) = (row.default_name, row.type_name, row.when);
+    format!("| `{topic}` | `{type_name}` | reliable, {durability}, {kept} | {when} |\n")
 }
 
 #[test]
@@ -40,7 +39,7 @@ fn documentation_has_the_topics_of_reports_diagnostics_and_log() {
 
 #[test]
 fn every_type_that_is_written_is_defined() {
-    let lacks = |row: &&OutgoingRow| type_hash(row.type_name.0, row.type_name.1).is_none();
+    let lacks = |row: &&OutgoingRow| type_hash(row.type_name).is_none();
     let undefined: Vec<_> = OUTGOING.iter().filter(lacks).map(|row| row.label).collect();
     assert_eq!(undefined, [""; 0]);
 }

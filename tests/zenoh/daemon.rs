@@ -66,7 +66,7 @@ fn connections_show_in_the_status_and_another_definition_is_named_once() {
         peer.order(&other(hash, id));
     }
     gateway.wait_for_log("its type is RIHS01_01, ours");
-    let ours = type_hash("nav_msgs", "Odometry").unwrap();
+    let ours = type_hash("nav_msgs/msg/Odometry").unwrap();
     let named =
         gateway.log().into_iter().filter(|line| line.contains("node /stranger has another definition"));
     let named: Vec<_> = named.collect();
@@ -85,7 +85,7 @@ fn a_start_and_a_node_that_comes_and_goes_are_no_warnings_and_no_lines() {
     let folder = folder(domain, port);
     let _router = require!(Peer::start(domain, &router(port)));
     let reader = require!(Peer::start(domain, &session(port)));
-    let hash = type_hash("diagnostic_msgs", "DiagnosticArray").unwrap();
+    let hash = type_hash("diagnostic_msgs/msg/DiagnosticArray").unwrap();
     let key = format!("{domain}/diagnostics/diagnostic_msgs::msg::dds_::DiagnosticArray_/{hash}");
     reader.read("diagnostics", "diagnostics", &key, false);
     let mut gateway = Process::run(&folder);

@@ -14,7 +14,7 @@ use ros_messages::type_hash;
 
 /// The key of the report on turn indicators in a domain.
 pub(crate) fn turn_key(domain: u16) -> String {
-    let hash = type_hash("autoware_vehicle_msgs", "TurnIndicatorsReport").unwrap();
+    let hash = type_hash("autoware_vehicle_msgs/msg/TurnIndicatorsReport").unwrap();
     format!(
         "{domain}/vehicle/status/turn_indicators_status/autoware_vehicle_msgs::msg::dds_::TurnIndicatorsReport_/{hash}"
     )

@@ -59,7 +59,7 @@ fn drive(count: u32) {
     let router = Peer::start(domain, &router(port)).unwrap();
     let config = format!("{{ mode: 'client', connect: {{ endpoints: ['tcp/127.0.0.1:{port}'] }} }}");
     let observer = Peer::start(domain, &config).unwrap();
-    let hash = type_hash("autoware_vehicle_msgs", "TurnIndicatorsReport").unwrap();
+    let hash = type_hash("autoware_vehicle_msgs/msg/TurnIndicatorsReport").unwrap();
     let key = format!(
         "{domain}/*/vehicle/status/turn_indicators_status/autoware_vehicle_msgs::msg::dds_::TurnIndicatorsReport_/{hash}"
     );

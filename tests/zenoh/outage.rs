@@ -60,7 +60,7 @@ fn a_router_that_comes_later_or_is_killed_keeps_nobody_apart() {
 }
 
 mod slow {
-    use ros_messages::type_hash;
+    use ros_messages::{dds_type, type_hash};
     use serde_json::json;
 
     use super::*;
@@ -161,9 +161,9 @@ mod slow {
     /// Has a peer write a topic that the gateway reads, and waits until it has arrived in time.
     fn assert_heard(gateway: &Gateway, peer: &Peer, domain: u16, position: usize, when: &str) {
         let (name, kind) = KINDS[position];
-        let (package, message) = kind.row().type_name;
-        let hash = type_hash(package, message).unwrap();
-        let key = format!("{domain}/{name}/{package}::msg::dds_::{message}_/{hash}");
+        let type_name = kind.row().type_name;
+        let hash = type_hash(type_name).unwrap();
+        let key = format!("{domain}/{name}/{}/{hash}", dds_type(type_name));
         let bystander = Bystander::start();
         peer.order(&json!({"write": key, "sample": name}));
         gateway.next(name, |line| line["event"] == "arrived" && line["subscription"] == position);

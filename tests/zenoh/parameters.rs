@@ -41,7 +41,7 @@ struct Client {
 impl Client {
     fn key(&self, service: &str) -> String {
         let (_, package, type_name) = SERVICES.into_iter().find(|(name, ..)| *name == service).unwrap();
-        let hash = self.hash.unwrap_or_else(|| type_hash(package, type_name).unwrap());
+        let hash = self.hash.unwrap_or_else(|| type_hash(&format!("{package}/srv/{type_name}")).unwrap());
         format!("{}/{}/{service}/{package}::srv::dds_::{type_name}_/{hash}", self.domain, folder(service))
     }
 
@@ -118,7 +118,7 @@ fn parameters_are_listed_read_described_and_not_set() {
     assert_eq!(client.answer("get_parameters", &["use_sim_time"])["values"][0]["bool_value"], true);
 
     // Another configuration is published, and shows in the answers.
-    let hash = type_hash("rcl_interfaces", "ParameterEvent").unwrap();
+    let hash = type_hash("rcl_interfaces/msg/ParameterEvent").unwrap();
     let key = format!("{domain}/parameter_events/rcl_interfaces::msg::dds_::ParameterEvent_/{hash}");
     client.peer.read("events", "parameter_event", &key, false);
     // The request takes the way that the reader's announcement took, and so arrives after it.

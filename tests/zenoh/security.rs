@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-use ros_messages::type_hash;
+use ros_messages::{dds_type, type_hash};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -107,10 +107,9 @@ fn who_has_no_certificate_or_no_grant_moves_no_light() {
     stranger.read("turn", "turn", &turn_key(domain), true);
 
     let (name, kind) = KINDS[TURN_COMMAND];
-    let (package, message) = kind.row().type_name;
-    let hash = type_hash(package, message).unwrap();
-    let command =
-        json!({"write": format!("{domain}/{name}/{package}::msg::dds_::{message}_/{hash}"), "sample": name});
+    let type_name = kind.row().type_name;
+    let key = format!("{domain}/{name}/{}/{}", dds_type(type_name), type_hash(type_name).unwrap());
+    let command = json!({"write": key, "sample": name});
     let report = json!({"write": turn_key(domain), "raw": "00010000090000000100000003"});
     for peer in [&observer, &stranger] {
         peer.order(&command);

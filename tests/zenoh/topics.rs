@@ -1,7 +1,7 @@
 //! Every message with an independent session: keys, tokens, attachments, contents; bytes that are no
 //! messages.
 
-use ros_messages::type_hash;
+use ros_messages::{dds_type, type_hash};
 use serde_json::{Value, json};
 
 use super::peer::{Peer, router, session};
@@ -28,12 +28,11 @@ impl Bench {
         Ok(Self { domain, gateway, peer, _router: router })
     }
 
-    fn key(&self, topic: &str, (package, message): (&str, &str)) -> String {
-        let hash = type_hash(package, message).unwrap();
-        format!("{}/{topic}/{package}::msg::dds_::{message}_/{hash}", self.domain)
+    fn key(&self, topic: &str, type_name: &str) -> String {
+        format!("{}/{topic}/{}/{}", self.domain, dds_type(type_name), type_hash(type_name).unwrap())
     }
 
-    fn read(&self, name: &str, kind: &str, topic: &str, type_name: (&str, &str)) -> String {
+    fn read(&self, name: &str, kind: &str, topic: &str, type_name: &str) -> String {
         let key = self.key(topic, type_name);
         self.peer.read(name, kind, &key, true);
         key
@@ -45,33 +44,33 @@ impl Bench {
     }
 }
 
-const TURN: (&str, &str) = ("autoware_vehicle_msgs", "TurnIndicatorsReport");
-const HAZARD: (&str, &str) = ("autoware_vehicle_msgs", "HazardLightsReport");
+const TURN: &str = "autoware_vehicle_msgs/msg/TurnIndicatorsReport";
+const HAZARD: &str = "autoware_vehicle_msgs/msg/HazardLightsReport";
 
 #[test]
 fn every_output_arrives_with_its_key_its_token_and_its_attachment() {
     let bench = require!(Bench::new(|role| role.with_lights().with_rosout()));
     let vehicle = |name: &str| format!("vehicle/status/{name}");
-    let groups = ("autoware_perception_msgs", "TrafficLightGroupArray");
+    let groups = "autoware_perception_msgs/msg/TrafficLightGroupArray";
     #[rustfmt::skip]
     let topics = [
         ("turn", "turn", vehicle("turn_indicators_status"), TURN, "turn left 5"),
         ("hazard", "hazard", vehicle("hazard_lights_status"), HAZARD, "hazard on 5"),
-        ("diagnostics", "diagnostics", "diagnostics".to_owned(), ("diagnostic_msgs", "DiagnosticArray"),
+        ("diagnostics", "diagnostics", "diagnostics".to_owned(), "diagnostic_msgs/msg/DiagnosticArray",
             "diagnostics a"),
         ("truth", "array_v1", "simulation/traffic_lights".to_owned(),
-            ("traffic_simulator_msgs", "TrafficLightArrayV1"), "lights truth 5"),
+            "traffic_simulator_msgs/msg/TrafficLightArrayV1", "lights truth 5"),
         ("camera", "signals", "camera/traffic_signals".to_owned(),
-            ("autoware_perception_msgs", "TrafficSignalArray"), "lights camera 5"),
+            "autoware_perception_msgs/msg/TrafficSignalArray", "lights camera 5"),
         ("v2i", "groups", "external/traffic_signals".to_owned(), groups, "lights v2i 5"),
         ("legacy", "groups", "v2x/traffic_signals".to_owned(), groups, "lights v2i 5"),
-        ("markers", "markers", "traffic_light/marker".to_owned(), ("visualization_msgs", "MarkerArray"),
+        ("markers", "markers", "traffic_light/marker".to_owned(), "visualization_msgs/msg/MarkerArray",
             "lights markers 5"),
-        ("log", "log", "rosout".to_owned(), ("rcl_interfaces", "Log"), "warn it is late"),
+        ("log", "log", "rosout".to_owned(), "rcl_interfaces/msg/Log", "warn it is late"),
     ];
     let mut readers = vec![];
     for (name, kind, topic, type_name, command) in &topics {
-        let key = bench.read(name, kind, topic, *type_name);
+        let key = bench.read(name, kind, topic, type_name);
         let escaped = format!("/%{}/", topic.replace('/', "%"));
         let token = bench.peer.token(Mark::START, "put", &["/MP/%/%vehicle/gateway_under_test/", &escaped]);
         let reader = token["key"].as_str().unwrap().replace("/MP/", "/MS/");
@@ -143,8 +142,8 @@ fn every_input_is_understood_and_nonsense_is_counted() {
 #[test]
 fn commands_of_the_decider_arrive() {
     let bench = require!(Bench::new(Role::with_autoware));
-    let turn = ("autoware_vehicle_msgs", "TurnIndicatorsCommand");
-    let hazard = ("autoware_vehicle_msgs", "HazardLightsCommand");
+    let turn = "autoware_vehicle_msgs/msg/TurnIndicatorsCommand";
+    let hazard = "autoware_vehicle_msgs/msg/HazardLightsCommand";
     bench.read("turn", "turn_command", "commanded_turn", turn);
     bench.read("hazard", "hazard_command", "commanded_hazard", hazard);
     bench.peer.order(
@@ -161,9 +160,9 @@ fn commands_of_the_decider_arrive() {
 #[test]
 fn velocity_and_gear_arrive() {
     let bench = require!(Bench::new(Role::with_vehicle_status));
-    let velocity = ("autoware_vehicle_msgs", "VelocityReport");
+    let velocity = "autoware_vehicle_msgs/msg/VelocityReport";
     bench.read("velocity", "velocity", "vehicle/status/velocity_status", velocity);
-    bench.read("gear", "gear", "vehicle/status/gear_status", ("autoware_vehicle_msgs", "GearReport"));
+    bench.read("gear", "gear", "vehicle/status/gear_status", "autoware_vehicle_msgs/msg/GearReport");
     let token = format!(
         "@ros2_lv/{}/1/0/1/MS/%/%/p/%vehicle%status%velocity_status/{}",
         bench.domain,
@@ -184,8 +183,8 @@ fn velocity_and_gear_arrive() {
     }
 }
 
-fn tail((package, message): (&str, &str)) -> String {
-    format!("{package}::msg::dds_::{message}_/{}/::,1:,:,:,,", type_hash(package, message).unwrap())
+fn tail(type_name: &str) -> String {
+    format!("{}/{}/::,1:,:,:,,", dds_type(type_name), type_hash(type_name).unwrap())
 }
 
 #[test]

@@ -14,9 +14,9 @@ use crate::format::{ObjectReader, Outcome, refused};
 use can_signal::can::ErrorFrame;
 use gateway_base::time::WallStamp;
 use ros_messages::builtin_interfaces::Time;
+use ros_messages::can_msgs;
 use ros_messages::cdr::{encapsulated, read_message};
 use ros_messages::ros2_socketcan_msgs::FdFrame;
-use ros_messages::{can_msgs, full_name};
 
 /// Topics of received frames, by their last part.
 const RECEIVED: [&str; 2] = ["from_can_bus", "from_can_bus_fd"];
@@ -36,13 +36,10 @@ impl FrameTopic {
     /// Returns `None` for a topic of another type (`can_msgs/msg/Frame`), in another encoding, or with sent
     /// frames.
     pub(super) fn new(topic: &str, type_name: &str, encoding: &str) -> Option<Self> {
-        let is_fd = type_name == full_name(FdFrame::TYPE_NAME);
+        let is_fd = type_name == FdFrame::TYPE_NAME;
         let (namespace, last) = topic.trim_matches('/').rsplit_once('/').unwrap_or((UNNAMED, topic));
         let last = last.trim_matches('/');
-        if encoding != "cdr"
-            || !is_fd && type_name != full_name(can_msgs::Frame::TYPE_NAME)
-            || last.starts_with(SENT)
-        {
+        if encoding != "cdr" || !is_fd && type_name != can_msgs::Frame::TYPE_NAME || last.starts_with(SENT) {
             return None;
         }
         let interface = if RECEIVED.contains(&last) { namespace } else { topic.trim_matches('/') };

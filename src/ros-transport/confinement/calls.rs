@@ -15,6 +15,7 @@ use seccompiler::{
     BpfProgram, SeccompAction, SeccompCmpArgLen, SeccompCmpOp, SeccompCondition, SeccompFilter, SeccompRule,
 };
 
+use super::error::ConfinementError;
 use super::listener::{answering, apply, apply_with_listener, error};
 use crate::settings::Transport;
 
@@ -23,14 +24,14 @@ type Calls = BTreeMap<i64, Vec<SeccompRule>>;
 
 /// Restricts all threads to the calls that an engine needs. If this kernel cannot notify the gateway, calls
 /// are refused without a report.
-pub(super) fn allow_only(engine: &Transport) -> Result<io::Result<OwnedFd>, String> {
+pub(super) fn allow_only(engine: &Transport) -> Result<io::Result<OwnedFd>, ConfinementError> {
     let errno = |errno: i32| SeccompAction::Errno(errno.unsigned_abs());
     let (allow, no_call, not_permitted) = (SeccompAction::Allow, errno(libc::ENOSYS), errno(libc::EPERM));
     // The C library tries `clone3`, whose flags a filter cannot read, and falls back to `clone` without it.
     // The stricter of two filters applies: an errno answer takes precedence over allowing or asking.
     let clone3 = BTreeMap::from([(libc::SYS_clone3, vec![])]);
     for (calls, answer) in [(clone3, no_call), (unasked(engine)?, not_permitted.clone())] {
-        apply(&program(calls, allow.clone(), answer)?).map_err(text)?;
+        apply(&program(calls, allow.clone(), answer)?)?;
     }
     let silent = program(allowed(engine)?, not_permitted, allow)?;
     let refused = error(libc::EPERM);
@@ -38,15 +39,18 @@ pub(super) fn allow_only(engine: &Transport) -> Result<io::Result<OwnedFd>, Stri
         answering(&silent, |answer| if answer == refused { libc::SECCOMP_RET_USER_NOTIF } else { answer });
     match apply_with_listener(&asked) {
         Ok(listener) => Ok(Ok(listener)),
-        Err(why) => apply(&silent).map(|()| Err(why)).map_err(text),
+        Err(why) => Ok(apply(&silent).map(|()| Err(why))?),
     }
 }
 
 /// Builds a filter with one answer for the listed calls, and another for all others.
-fn program(calls: Calls, other: SeccompAction, listed: SeccompAction) -> Result<BpfProgram, String> {
-    let arch = std::env::consts::ARCH.try_into().map_err(text)?;
-    let filter = SeccompFilter::new(calls, other, listed, arch).map_err(text)?;
-    let program: BpfProgram = filter.try_into().map_err(text)?;
+fn program(
+    calls: Calls,
+    other: SeccompAction,
+    listed: SeccompAction,
+) -> Result<BpfProgram, ConfinementError> {
+    let arch = std::env::consts::ARCH.try_into()?;
+    let program: BpfProgram = SeccompFilter::new(calls, other, listed, arch)?.try_into()?;
     // Calls of another architecture, which a 64-bit process could make, do not exist.
     let (kill, none) = (libc::SECCOMP_RET_KILL_PROCESS, error(libc::ENOSYS));
     Ok(answering(&program, |answer| if answer == kill { none } else { answer }))
@@ -55,7 +59,7 @@ fn program(calls: Calls, other: SeccompAction, listed: SeccompAction) -> Result<
 /// Calls that are also refused in normal operation, so they are not reported. When RustDDS lists interfaces,
 /// it tries a thousand times to read data that a desktop's network manager keeps, and can do without it; so
 /// can the C library without the name cache, which it looks for when Zenoh resolves names.
-fn unasked(engine: &Transport) -> Result<Calls, String> {
+fn unasked(engine: &Transport) -> Result<Calls, ConfinementError> {
     let is_dds = matches!(engine, Transport::Dds);
     let files = [libc::SYS_openat, libc::SYS_newfstatat, libc::SYS_statx];
     let mut calls: Calls = files.into_iter().filter(|_| is_dds).map(|call| (call, Vec::new())).collect();
@@ -66,7 +70,7 @@ fn unasked(engine: &Transport) -> Result<Calls, String> {
 }
 
 /// Returns the calls that an engine needs.
-fn allowed(engine: &Transport) -> Result<Calls, String> {
+fn allowed(engine: &Transport) -> Result<Calls, ConfinementError> {
     let mut calls: Calls = always().iter().map(|call| (*call, Vec::new())).collect();
     // Threads, but no processes.
     let thread = number(libc::CLONE_THREAD);
@@ -121,7 +125,7 @@ const O_TMPFILE: libc::c_int = 0o20_000_000;
 const REQUESTS: [u64; 6] = [0x5421, 0x541B, 0x5451, 0x5401, 0x8910, 0x8933];
 
 /// IP datagrams, `NETLINK_ROUTE`, and, except with DDS, IP streams.
-fn sockets(is_dds: bool) -> Result<Vec<SeccompRule>, String> {
+fn sockets(is_dds: bool) -> Result<Vec<SeccompRule>, ConfinementError> {
     let family = |family| (0, SeccompCmpOp::Eq, number(family));
     let routes = (2, SeccompCmpOp::Eq, number(libc::NETLINK_ROUTE));
     let mut rules = vec![rule(&[family(libc::AF_NETLINK), routes])?];
@@ -140,16 +144,16 @@ fn kind(kind: libc::c_int) -> (u8, SeccompCmpOp, u64) {
 }
 
 /// Returns the cases in which an argument has one of these values.
-fn one_of(argument: u8, values: &[u64]) -> Result<Vec<SeccompRule>, String> {
+fn one_of(argument: u8, values: &[u64]) -> Result<Vec<SeccompRule>, ConfinementError> {
     values.iter().map(|value| rule(&[(argument, SeccompCmpOp::Eq, *value)])).collect()
 }
 
 /// Returns a case in which all conditions hold: position of the argument, comparison, value.
-fn rule(conditions: &[(u8, SeccompCmpOp, u64)]) -> Result<SeccompRule, String> {
+fn rule(conditions: &[(u8, SeccompCmpOp, u64)]) -> Result<SeccompRule, ConfinementError> {
     let conditions = conditions.iter().map(|(argument, comparison, value)| {
-        SeccompCondition::new(*argument, SeccompCmpArgLen::Dword, comparison.clone(), *value).map_err(text)
+        SeccompCondition::new(*argument, SeccompCmpArgLen::Dword, comparison.clone(), *value)
     });
-    SeccompRule::new(conditions.collect::<Result<_, _>>()?).map_err(text)
+    Ok(SeccompRule::new(conditions.collect::<Result<_, _>>()?)?)
 }
 
 /// Returns the system calls that every engine needs, in all cases: for the C library, the Rust libraries,
@@ -234,9 +238,4 @@ fn always() -> Vec<i64> {
 /// Flags and families are never negative.
 fn number(flags: libc::c_int) -> u64 {
     flags.unsigned_abs().into()
-}
-
-#[allow(clippy::needless_pass_by_value)] // for map_err
-fn text(error: impl ToString) -> String {
-    error.to_string()
 }

@@ -12,6 +12,7 @@ use landlock::{
     RulesetError, RulesetStatus, Scope, path_beneath_rules,
 };
 
+use super::error::ConfinementError;
 use crate::settings::Transport;
 #[cfg(feature = "zenoh")]
 use crate::zenoh_config;
@@ -33,12 +34,11 @@ struct Needs {
 }
 
 /// Restricts this thread, and all threads that it starts.
-pub(super) fn restrict(engine: &Transport) -> Result<(), String> {
-    match restricted(&needs(engine)) {
-        Ok(RulesetStatus::FullyEnforced) => Ok(()),
-        Ok(RulesetStatus::PartiallyEnforced) => Err("this kernel has a part of it".to_owned()),
-        Ok(RulesetStatus::NotEnforced) => Err("this kernel has none, or it is switched off".to_owned()),
-        Err(error) => Err(error.to_string()),
+pub(super) fn restrict(engine: &Transport) -> Result<(), ConfinementError> {
+    match restricted(&needs(engine))? {
+        RulesetStatus::FullyEnforced => Ok(()),
+        RulesetStatus::PartiallyEnforced => Err(ConfinementError::Partial),
+        RulesetStatus::NotEnforced => Err(ConfinementError::Absent),
     }
 }
 

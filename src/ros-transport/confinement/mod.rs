@@ -13,6 +13,7 @@
 //!   leave only what this engine needs.
 
 mod calls;
+mod error;
 mod landlock;
 mod listener;
 

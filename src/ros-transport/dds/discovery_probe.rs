@@ -8,6 +8,8 @@ use rustdds::{
     StatusEvented,
 };
 
+use super::interfaces::Interfaces;
+
 /// The part of a participant's identity shared by all its endpoints.
 pub(super) type Prefix = [u8; 12];
 
@@ -42,18 +44,8 @@ impl MissingPeers {
     }
 
     /// Forgets the peers that have been missing for too long.
-    pub(super) fn give_up(&mut self, now: Instant) {
+    fn give_up(&mut self, now: Instant) {
         self.0.retain(|_, since| now.saturating_duration_since(*since) < GIVE_UP);
-    }
-
-    /// Forgets all peers, since a new participant finds every one.
-    pub(super) fn clear(&mut self) {
-        self.0.clear();
-    }
-
-    /// Returns true if the peer is missing.
-    pub(super) fn contains(&self, peer: &Prefix) -> bool {
-        self.0.contains_key(peer)
     }
 
     /// Returns the number of missing peers.
@@ -62,55 +54,85 @@ impl MissingPeers {
     }
 }
 
-/// Result of polling the probe.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum ProbeResult {
-    /// No missing peer was discovered.
-    NoneFound,
-    /// A missing peer was discovered.
-    PeerFound,
-    /// The probe itself has lost a peer, which it could not find again.
-    PeerLost,
+/// The search for missing peers.
+#[derive(Default)]
+pub(super) struct PeerWatch {
+    pub(super) missing: MissingPeers,
+    /// The probe, with the interfaces at its creation.
+    probe: Option<(DiscoveryProbe, Interfaces)>,
+}
+
+impl PeerWatch {
+    /// Returns true while a probe listens.
+    pub(super) fn has_probe(&self) -> bool {
+        self.probe.is_some()
+    }
+
+    /// Gives up peers that have been missing for too long. Drops the probe if none is left, or if a link has
+    /// come up: a new probe announces itself at once instead of within 10 s.
+    pub(super) fn check(&mut self, link_came_up: bool) {
+        self.missing.give_up(Instant::now());
+        if self.missing.len() == 0 || link_came_up {
+            self.probe = None;
+        }
+    }
+
+    /// Returns true if there are missing peers and no probe.
+    pub(super) fn lacks_probe(&self) -> bool {
+        self.missing.len() > 0 && self.probe.is_none()
+    }
+
+    /// Starts a probe with this participant, if any, which was created with these interfaces.
+    pub(super) fn search(&mut self, participant: Option<DomainParticipant>, interfaces: &Interfaces) {
+        self.probe = participant.map(|participant| (DiscoveryProbe::new(participant), interfaces.clone()));
+    }
+
+    /// Returns true if the probe has discovered a missing peer. Drops a probe that has lost a peer, which it
+    /// could not find again.
+    pub(super) fn is_one_back(&mut self) -> bool {
+        let found = self.probe.as_ref().and_then(|(probe, _)| probe.finds_one_of(&self.missing));
+        if found.is_none() {
+            self.probe = None;
+        }
+        found == Some(true)
+    }
+
+    /// Removes the probe; returns its participant, and the interfaces at its creation.
+    pub(super) fn take_probe(&mut self) -> Option<(DomainParticipant, Interfaces)> {
+        self.probe.take().map(|(probe, interfaces)| (probe.participant, interfaces))
+    }
 }
 
 /// A participant without writers and readers that only observes discovery.
-pub(super) struct DiscoveryProbe {
+struct DiscoveryProbe {
     participant: DomainParticipant,
     events: DomainParticipantStatusListener,
 }
 
 impl DiscoveryProbe {
     /// Starts to observe with a new participant.
-    pub(super) fn new(participant: DomainParticipant) -> Self {
+    fn new(participant: DomainParticipant) -> Self {
         let events = participant.status_listener();
         Self { participant, events }
     }
 
-    /// Handles the discovery events since the last call.
-    pub(super) fn poll(&self, missing: &MissingPeers) -> ProbeResult {
-        let mut result = ProbeResult::NoneFound;
+    /// Handles the discovery events since the last call; returns true if one of these peers was discovered,
+    /// and `None` if the probe itself has lost a peer.
+    fn finds_one_of(&self, missing: &MissingPeers) -> Option<bool> {
+        let mut is_found = false;
         while let Some(event) = self.events.try_recv_status() {
             #[allow(clippy::wildcard_enum_match_arm)] // a foreign enum that may grow
             match event {
-                DomainParticipantStatusEvent::ParticipantDiscovered { dpd }
-                    if missing.contains(&prefix(&dpd.guid.to_bytes())) =>
-                {
-                    result = ProbeResult::PeerFound;
+                DomainParticipantStatusEvent::ParticipantDiscovered { dpd } => {
+                    is_found |= missing.0.contains_key(&prefix(&dpd.guid.to_bytes()));
                 }
                 DomainParticipantStatusEvent::ParticipantLost {
                     reason: LostReason::Timeout { .. }, ..
-                } => {
-                    return ProbeResult::PeerLost;
-                }
+                } => return None,
                 _ => {}
             }
         }
-        result
-    }
-
-    /// Returns the participant, for use with writers and readers.
-    pub(super) fn into_participant(self) -> DomainParticipant {
-        self.participant
+        Some(is_found)
     }
 }
 
@@ -127,7 +149,7 @@ mod tests {
             missing.insert(peer, start + Duration::from_millis(u64::try_from(number).unwrap()));
         }
         assert_eq!(missing.len(), MAX_MISSING);
-        assert!(!missing.contains(&prefix(&[])), "the oldest went first");
+        assert!(!missing.0.contains_key(&prefix(&[])), "the oldest went first");
         missing.give_up(start + GIVE_UP + Duration::from_millis(100));
         assert_eq!(missing.len(), MAX_MISSING - 100);
     }

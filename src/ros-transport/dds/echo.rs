@@ -19,10 +19,10 @@ use rustdds::{
     Subscriber, TopicKind,
 };
 
-use super::discovery_probe::{Prefix, prefix};
+use super::discovery_probe::Prefix;
 use super::sample::SampleWriter;
 use super::witness::Witness;
-use ros_messages::cdr::CdrBytes;
+use crate::error::TransportError;
 
 /// Maximum number of echoes and events read at once; there are never more waiting.
 const MAX_AT_ONCE: usize = 16;
@@ -64,12 +64,7 @@ impl Echo {
         let guid = domain.guid().to_bytes();
         let name = guid.iter().take(12).map(|byte| format!("{byte:02x}")).collect::<String>();
         let (name, type_name) = (format!("DCPS_signal_gateway/echo/{name}"), "signal_gateway::Echo");
-        let witness = Witness::new(
-            prefix(&guid),
-            (domain.domain_id(), domain.participant_id()),
-            (&name, type_name),
-            Instant::now(),
-        );
+        let witness = Witness::new(domain, &name, type_name, Instant::now());
         let topic = domain.create_topic(name, type_name.to_owned(), &qos, TopicKind::NoKey)?;
         Ok(Self {
             witness,
@@ -83,10 +78,9 @@ impl Echo {
         self.witness.as_ref().is_some_and(|witness| witness.prefix == *peer)
     }
 
-    /// Sends a number; the error is RustDDS's text.
-    pub(super) fn send(&self, number: u64) -> Result<(), String> {
-        let bytes = CdrBytes::from(number.to_le_bytes().to_vec());
-        self.writer.write(bytes, None).map_err(|error| error.to_string())
+    /// Sends a number.
+    pub(super) fn send(&self, number: u64) -> Result<(), TransportError> {
+        Ok(self.writer.write(number.to_le_bytes().to_vec().into(), None)?)
     }
 
     /// Returns the signs of life since the last call; `waker` is called when an echo returns.
@@ -113,6 +107,7 @@ mod tests {
     use rustdds::{DomainParticipantBuilder, QosPolicies};
 
     use super::*;
+    use crate::dds::discovery_probe::prefix;
     use crate::waiting::wait_for;
     use crate::wakeup::Wakeup;
 

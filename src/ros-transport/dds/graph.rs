@@ -20,7 +20,7 @@ use rustdds::{DomainParticipant, GUID, Publisher, RTPSEntity, Subscriber, Timest
 
 use super::topic_reader::{DdsTopicReader, TakenSample};
 use crate::distribution::{DISTRO, LENGTHS, identifier_length};
-use crate::link::SampleEncoding;
+use ros_messages::cdr::{Endian, read_message};
 
 /// Publishes to the graph the writers and readers of our node.
 pub(super) struct GraphEntry {
@@ -56,7 +56,7 @@ impl GraphEntry {
         let has_more = self.reader.take(waker, |taken| {
             if let TakenSample::Sample(_, _, encoded) = taken {
                 let own = identifier_length(DISTRO);
-                is_met |= layout(&encoded.bytes, encoded.encoding).is_some_and(|length| length != own);
+                is_met |= layout(&encoded.bytes, encoded.endian).is_some_and(|length| length != own);
             }
             !is_met
         });
@@ -79,50 +79,17 @@ impl GraphEntry {
     }
 }
 
+/// A message with identifiers of this type: the participant, and its nodes, each with namespace, name,
+/// readers and writers.
+type Entities<Id> = (Id, Vec<(String, String, Vec<Id>, Vec<Id>)>);
+
 /// Returns the length of the identifiers in a message; `None` if the message has neither layout.
-fn layout(bytes: &[u8], encoding: SampleEncoding) -> Option<usize> {
-    LENGTHS.into_iter().find(|length| {
-        let mut cursor = Cursor { bytes, at: 0, encoding };
-        cursor.participant(*length).is_some() && bytes.len() - cursor.at < 4
-    })
-}
-
-/// A read position in a CDR message. Each step returns `None` at the end of the message.
-struct Cursor<'a> {
-    bytes: &'a [u8],
-    at: usize,
-    encoding: SampleEncoding,
-}
-
-impl Cursor<'_> {
-    fn participant(&mut self, identifier: usize) -> Option<()> {
-        self.skip(identifier)?;
-        for _ in 0..self.count()? {
-            for _text in ["namespace", "name"] {
-                let length = self.count()?;
-                self.skip(usize::try_from(length).ok()?)?;
-            }
-            for _list in ["readers", "writers"] {
-                let count = usize::try_from(self.count()?).ok()?;
-                self.skip(count.checked_mul(identifier)?)?;
-            }
-        }
-        Some(())
-    }
-
-    fn count(&mut self) -> Option<u32> {
-        let at = self.at.next_multiple_of(4);
-        let bytes = self.bytes.get(at..)?.first_chunk()?;
-        self.at = at + 4;
-        Some(match self.encoding {
-            SampleEncoding::Little => u32::from_le_bytes(*bytes),
-            SampleEncoding::Big => u32::from_be_bytes(*bytes),
-        })
-    }
-
-    fn skip(&mut self, length: usize) -> Option<()> {
-        self.at = self.at.checked_add(length).filter(|at| *at <= self.bytes.len())?;
-        Some(())
+fn layout(bytes: &[u8], endian: Endian) -> Option<usize> {
+    let [long, short] = LENGTHS;
+    if read_message::<Entities<[u8; LENGTHS[0]]>>(bytes, endian).is_ok() {
+        Some(long)
+    } else {
+        read_message::<Entities<[u8; LENGTHS[1]]>>(bytes, endian).ok().map(|_| short)
     }
 }
 
@@ -133,12 +100,8 @@ fn entities(
     readers: impl IntoIterator<Item = GUID>,
 ) -> ParticipantEntitiesInfo {
     let mut entry = NodeEntitiesInfo::new(node.clone());
-    for reader in readers {
-        entry.add_reader(Gid::from(reader));
-    }
-    for writer in writers {
-        entry.add_writer(Gid::from(writer));
-    }
+    readers.into_iter().for_each(|reader| entry.add_reader(Gid::from(reader)));
+    writers.into_iter().for_each(|writer| entry.add_writer(Gid::from(writer)));
     ParticipantEntitiesInfo::new(Gid::from(participant), vec![entry])
 }
 
@@ -176,7 +139,7 @@ mod tests {
         ]
         .concat();
         assert_eq!(bytes, expected);
-        assert_eq!(layout(&bytes, SampleEncoding::Little), Some(long));
+        assert_eq!(layout(&bytes, Endian::Little), Some(long));
     }
 
     #[test]
@@ -197,10 +160,10 @@ mod tests {
             [(16, 0, 0), (24, 0, 0), (16, 1, 0), (24, 1, 0), (16, 2, 3), (24, 2, 3)]
         {
             let bytes = encoded(length, nodes, listed);
-            assert_eq!(layout(&bytes, SampleEncoding::Big), Some(length), "{nodes} nodes, {listed}");
-            assert_eq!(layout(&bytes[..bytes.len() - 4], SampleEncoding::Big), None);
+            assert_eq!(layout(&bytes, Endian::Big), Some(length), "{nodes} nodes, {listed}");
+            assert_eq!(layout(&bytes[..bytes.len() - 4], Endian::Big), None);
         }
         let endless = [vec![0; 16], vec![255; 20]].concat();
-        assert_eq!(layout(&endless, SampleEncoding::Little), None);
+        assert_eq!(layout(&endless, Endian::Little), None);
     }
 }

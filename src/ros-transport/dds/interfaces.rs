@@ -36,7 +36,7 @@ impl Interfaces {
     }
 
     /// Returns true if there is an address that was not present before.
-    pub(super) fn has_new_address_since(&self, before: &Self) -> bool {
+    fn has_new_address_since(&self, before: &Self) -> bool {
         !self.addresses.is_subset(&before.addresses)
     }
 
@@ -46,8 +46,39 @@ impl Interfaces {
     }
 
     /// Returns true if a link has come up since then.
-    pub(super) fn has_new_link_since(&self, before: &Self) -> bool {
+    fn has_new_link_since(&self, before: &Self) -> bool {
         !self.up.is_subset(&before.up)
+    }
+}
+
+/// Detects addresses that our participant was not created with.
+pub(super) struct AddressWatch {
+    /// The interfaces at the last check.
+    pub(super) last: Interfaces,
+    /// They were the same at the check before.
+    is_settled: bool,
+}
+
+impl AddressWatch {
+    /// Starts with the present interfaces.
+    pub(super) fn new(interfaces: Interfaces) -> Self {
+        Self { last: interfaces, is_settled: false }
+    }
+
+    /// Reads the interfaces, limited to those in `only` unless that is empty. Returns true if a link has come
+    /// up since the last check.
+    pub(super) fn check(&mut self, only: &[IpAddr]) -> bool {
+        let now = Interfaces::now(only).unwrap_or_else(|| self.last.clone());
+        let link_came_up = now.has_new_link_since(&self.last);
+        self.is_settled = now == self.last;
+        self.last = now;
+        link_came_up
+    }
+
+    /// Returns true if there is an address that was not present before. It counts once it was present at two
+    /// checks, since interfaces get their addresses one by one.
+    pub(super) fn is_new_since(&self, before: &Interfaces) -> bool {
+        self.is_settled && self.last.has_new_address_since(before)
     }
 }
 

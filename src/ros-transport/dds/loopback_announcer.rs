@@ -7,7 +7,7 @@
 //! the gateway takes one of these ports, and forwards its own participants' announcements there by multicast.
 
 use std::io;
-use std::net::{Ipv4Addr, SocketAddrV4, UdpSocket};
+use std::net::{IpAddr, Ipv4Addr, SocketAddrV4, UdpSocket};
 
 use super::discovery_probe::{Prefix, prefix};
 
@@ -26,8 +26,12 @@ pub(super) struct LoopbackAnnouncer {
 }
 
 impl LoopbackAnnouncer {
-    /// Creates an announcer for this domain; `None` without a loopback, or if all the ports are in use.
-    pub(super) fn new(domain: u16) -> Option<Self> {
+    /// Creates an announcer for this domain; `None` if these addresses do not include the loopback (all do if
+    /// the list is empty), or if all the ports are in use.
+    pub(super) fn new(domain: u16, only_networks: &[IpAddr]) -> Option<Self> {
+        if !only_networks.is_empty() && !only_networks.contains(&Ipv4Addr::LOCALHOST.into()) {
+            return None;
+        }
         // Ports as RTPS prescribes them. The last ports are tried first: participants begin with the first.
         let multicast_port = domain.checked_mul(250)?.checked_add(7400)?;
         let mut unicast_ports = (0..ANNOUNCED_TO).rev().map(|participant| 10 + 2 * participant);
@@ -74,8 +78,8 @@ mod tests {
 
     #[test]
     fn what_own_participants_announce_is_sent_on_and_nothing_else() {
-        let announcer = LoopbackAnnouncer::new(DOMAIN).unwrap();
-        let second = LoopbackAnnouncer::new(DOMAIN).unwrap();
+        let announcer = LoopbackAnnouncer::new(DOMAIN, &[]).unwrap();
+        let second = LoopbackAnnouncer::new(DOMAIN, &[]).unwrap();
         let ports = [&announcer, &second].map(|announcer| announcer.socket.local_addr().unwrap().port());
         assert_ne!(ports[0], ports[1], "each has a port of its own");
         let peer = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, announcer.group.port())).unwrap();

@@ -7,13 +7,13 @@ use std::task::{Context, Poll, Waker};
 use std::time::{Duration, Instant};
 
 use futures_util::Stream as _;
-use ros2_client::names::{MessageTypeName, Name, NodeName};
-use rustdds::dds::result::{CreateError, CreateResult};
+use ros2_client::names::{Name, NodeName};
+use rustdds::dds::result::CreateResult;
 use rustdds::policy::{self, History};
 use rustdds::{
     DomainParticipant, DomainParticipantBuilder, DomainParticipantStatusEvent,
     DomainParticipantStatusListener, EndpointDescription, GUID, LostReason, QosPolicies, QosPolicyBuilder,
-    RTPSEntity, StatusEvented, Subscriber, Topic, TopicKind,
+    StatusEvented, Subscriber, Topic, TopicKind,
 };
 
 use super::discovery_probe::{MissingPeers, Prefix, prefix};
@@ -24,19 +24,17 @@ use super::silent_writers::ReadWriter;
 use super::topic_reader::{DdsTopicReader, TakenSample};
 use super::topic_writer::DdsTopicWriter;
 use super::type_check::TypeCheck;
+use crate::error::TransportError;
 use crate::link::{NetworkSettings, Order, ReadTopic};
 use crate::parameters::Parameters;
 use crate::qos::{Delivery, Durability, LOG_LIFESPAN, Reliability};
+use ros_messages::dds_type;
 
 /// Maximum number of remembered foreign writers, as a bound against floods.
 const MAX_OTHER_WRITERS: usize = 1000;
 
-/// Creates a participant, which announces itself at once.
-pub(super) fn participant(settings: &NetworkSettings) -> CreateResult<DomainParticipant> {
-    participant_of(settings.domain_id, &settings.only_networks)
-}
-
-/// Creates a participant in a domain, using only these addresses of this host, or all if the list is empty.
+/// Creates a participant in a domain, which announces itself at once. It uses only these addresses of this
+/// host, or all if the list is empty.
 pub(super) fn participant_of(domain_id: u16, only_networks: &[IpAddr]) -> CreateResult<DomainParticipant> {
     let builder = DomainParticipantBuilder::new(domain_id);
     if only_networks.is_empty() {
@@ -66,24 +64,23 @@ pub(super) struct Participant {
     names: Vec<String>,
     type_check: TypeCheck,
     events: DomainParticipantStatusListener,
-    /// Number of writers that were replaced. RustDDS keeps a few kilobytes of each for as long as the
-    /// participant lives.
-    pub(super) replaced_writers: u32,
+    /// Number of replaced writers when the node was last announced.
+    announced: u32,
     /// Number of foreign participants present.
     pub(super) peers: u32,
     /// Maximum number of unacknowledged bytes that the writers may hold together.
     max_history: usize,
     /// Last field: RustDDS requires endpoints to be dropped before their participant.
-    domain: DomainParticipant,
+    _domain: DomainParticipant,
 }
 
 impl Participant {
     /// Creates node, topics, writers and readers on a participant.
-    pub(super) fn new(settings: &NetworkSettings, domain: DomainParticipant) -> Result<Self, String> {
-        let node = NodeName::new(&settings.namespace, &settings.node).map_err(|why| why.to_string())?;
+    pub(super) fn new(settings: &NetworkSettings, domain: DomainParticipant) -> Result<Self, TransportError> {
+        let node = NodeName::new(&settings.namespace, &settings.node)?;
         let events = domain.status_listener();
-        let publisher = domain.create_publisher(&QosPolicies::default()).map_err(dds)?;
-        let subscriber = domain.create_subscriber(&QosPolicies::default()).map_err(dds)?;
+        let publisher = domain.create_publisher(&QosPolicies::default())?;
+        let subscriber = domain.create_subscriber(&QosPolicies::default())?;
         let topic_writers = settings
             .written
             .iter()
@@ -91,49 +88,42 @@ impl Participant {
                 let lifespan = (written.delivery == Delivery::Log).then_some(LOG_LIFESPAN);
                 let qos = qos(Reliability::Reliable, written.durability, written.depth, lifespan);
                 let topic = topic(&domain, &node, &written.name, &written.type_name, &qos)?;
-                DdsTopicWriter::new(&publisher, topic, written).map_err(dds)
+                Ok(DdsTopicWriter::new(&publisher, topic, written)?)
             })
-            .collect::<Result<Vec<_>, String>>()?;
+            .collect::<Result<Vec<_>, TransportError>>()?;
         let topic_readers = settings
             .read
             .iter()
             .map(|read| topic_reader((&domain, &subscriber), &node, read, read.durability))
-            .collect::<Result<Vec<_>, String>>()?;
+            .collect::<Result<Vec<_>, TransportError>>()?;
         let serve = |contents| DdsServiceServer::new((&domain, &publisher, &subscriber), &node, contents);
         let service_server = settings.services.clone().map(serve).transpose()?;
         let written = settings.written.iter().map(|written| written.name.clone());
         let read = settings.read.iter().map(|read| read.name.clone());
         let graph =
             settings.graph.then(|| GraphEntry::new(&domain, &publisher, &subscriber, node)).transpose();
-        let written_types = settings.written.iter().map(|written| (&written.name, &written.type_name));
-        let read_types = settings.read.iter().map(|read| (&read.name, &read.type_name));
         let participant = Self {
             topic_writers,
             topic_readers,
             service_server,
-            graph: graph.map_err(dds)?,
-            echo: Echo::new(&domain, &publisher, &subscriber).map_err(dds)?,
+            graph: graph?,
+            echo: Echo::new(&domain, &publisher, &subscriber)?,
             matched: BTreeMap::new(),
             other_writers: BTreeMap::new(),
             names: written.chain(read).collect(),
-            type_check: TypeCheck::new(written_types, read_types),
+            type_check: TypeCheck::new(settings),
             events,
-            replaced_writers: 0,
+            announced: 0,
             peers: 0,
             max_history: settings.history_bytes,
-            domain,
+            _domain: domain,
         };
         participant.announce();
         Ok(participant)
     }
 
-    /// Returns the prefix of the participant's identity.
-    pub(super) fn prefix(&self) -> Prefix {
-        prefix(&self.domain.guid().to_bytes())
-    }
-
     /// Sends a number to itself over the network.
-    pub(super) fn send_echo(&self, number: u64) -> Result<(), String> {
+    pub(super) fn send_echo(&self, number: u64) -> Result<(), TransportError> {
         self.echo.send(number)
     }
 
@@ -143,17 +133,14 @@ impl Participant {
     }
 
     /// Publishes or withdraws on the topic at a position of the settings.
-    pub(super) fn carry_out(&mut self, position: usize, order: &Order) -> Result<(), String> {
+    pub(super) fn carry_out(&mut self, position: usize, order: &Order) -> Result<(), TransportError> {
         let Some(topic_writer) = self.topic_writers.get_mut(position) else { return Ok(()) };
         let readers = matches(&self.matched, topic_writer.guid());
-        let is_new = match order {
-            Order::Publish(samples) => topic_writer.publish(samples, readers).map(|()| false),
+        match order {
+            Order::Publish(samples) => topic_writer.publish(samples, readers),
             Order::Withdraw => topic_writer.withdraw(),
         }?;
-        if is_new {
-            self.replaced_writers += 1;
-            self.announce();
-        }
+        self.announce_new_writers();
         Ok(())
     }
 
@@ -182,29 +169,20 @@ impl Participant {
     }
 
     /// Publishes current samples to new readers, and drops the history when no reader is left.
-    pub(super) fn settle(&mut self) -> Result<(), String> {
-        let (mut replaced, mut outcome) = (0, Ok(()));
+    pub(super) fn settle(&mut self) -> Result<(), TransportError> {
+        let mut outcome = Ok(());
         for topic_writer in &mut self.topic_writers {
-            match topic_writer.settle(matches(&self.matched, topic_writer.guid())) {
-                Ok(is_new_writer) => replaced += u32::from(is_new_writer),
-                Err(error) => outcome = Err(error),
-            }
+            outcome = topic_writer.settle(matches(&self.matched, topic_writer.guid())).and(outcome);
         }
-        match self.bound_history() {
-            Ok(is_new_writer) => replaced += u32::from(is_new_writer),
-            Err(error) => outcome = Err(error),
-        }
-        if replaced > 0 {
-            self.replaced_writers += replaced;
-            self.announce();
-        }
+        outcome = self.bound_history().and(outcome);
+        self.announce_new_writers();
         outcome
     }
 
-    /// Drops the longest history if all together are too long. Returns true if that created a new writer.
-    fn bound_history(&mut self) -> Result<bool, String> {
+    /// Drops the longest history if all together are too long.
+    fn bound_history(&mut self) -> Result<(), TransportError> {
         if self.topic_writers.iter().map(DdsTopicWriter::history_bytes).sum::<usize>() <= self.max_history {
-            return Ok(false);
+            return Ok(());
         }
         tracing::warn!(
             "more than {} MB of samples are kept for readers: the topic with most of them begins anew; raise [ros] \
@@ -212,7 +190,7 @@ impl Participant {
             self.max_history >> 20
         );
         let longest = self.topic_writers.iter_mut().max_by_key(|writer| writer.history_bytes());
-        longest.map_or(Ok(false), DdsTopicWriter::begin_anew)
+        longest.map_or(Ok(()), DdsTopicWriter::begin_anew)
     }
 
     /// Returns true if each writer had everything acknowledged at some time since the last call; waits some
@@ -262,7 +240,7 @@ impl Participant {
         waker: &Waker,
         missing: &mut MissingPeers,
         own: &[Prefix],
-    ) -> Result<(), String> {
+    ) -> Result<(), TransportError> {
         let mut outcome = Ok(());
         while let Some(event) = self.next_event(waker) {
             #[allow(clippy::wildcard_enum_match_arm)] // a foreign enum that may grow
@@ -336,7 +314,7 @@ impl Participant {
     }
 
     /// Prevents a reader of one of our topics that requests history from receiving outdated samples.
-    fn meet_reader(&mut self, reader: &EndpointDescription) -> Result<(), String> {
+    fn meet_reader(&mut self, reader: &EndpointDescription) -> Result<(), TransportError> {
         let asks_for_history =
             reader.qos.durability().is_some_and(|durability| durability > policy::Durability::Volatile);
         let Some(position) = self.written_position(&reader.topic_name).filter(|_| asks_for_history) else {
@@ -344,9 +322,9 @@ impl Participant {
         };
         let Some(topic_writer) = self.topic_writers.get_mut(position) else { return Ok(()) };
         let is_met = self.matched.get(&topic_writer.guid()).is_some_and(|peers| peers.contains(&reader.guid));
-        if !is_met && topic_writer.meet_late_reader()? {
-            self.replaced_writers += 1;
-            self.announce();
+        if !is_met {
+            topic_writer.meet_late_reader()?;
+            self.announce_new_writers();
         }
         Ok(())
     }
@@ -398,6 +376,19 @@ impl Participant {
         self.graph = None;
     }
 
+    /// Returns the number of writers that were replaced. RustDDS keeps a few kilobytes of each for as long as
+    /// the participant lives.
+    pub(super) fn replaced_writers(&self) -> u32 {
+        self.topic_writers.iter().map(|writer| writer.replaced).sum()
+    }
+
+    fn announce_new_writers(&mut self) {
+        let replaced = self.replaced_writers();
+        if replaced > std::mem::replace(&mut self.announced, replaced) {
+            self.announce();
+        }
+    }
+
     fn announce(&self) {
         if let Some(graph) = &self.graph {
             let services = || self.service_server.iter();
@@ -415,35 +406,28 @@ fn matches(matched: &BTreeMap<GUID, BTreeSet<GUID>>, local: GUID) -> usize {
     matched.get(&local).map_or(0, BTreeSet::len)
 }
 
-#[allow(clippy::needless_pass_by_value)] // for map_err
-pub(super) fn dds(error: CreateError) -> String {
-    error.to_string()
-}
-
 /// Creates a reader of a topic of the settings, with this durability.
 pub(super) fn topic_reader(
     (domain, subscriber): (&DomainParticipant, &Subscriber),
     node: &NodeName,
     read: &ReadTopic,
     durability: Durability,
-) -> Result<DdsTopicReader, String> {
+) -> Result<DdsTopicReader, TransportError> {
     let qos = |durability| qos(read.reliability, durability, read.depth, None);
     let topic = topic(domain, node, &read.name, &read.type_name, &qos(read.durability))?;
-    DdsTopicReader::new(subscriber, &topic, Some(qos(durability))).map_err(dds)
+    Ok(DdsTopicReader::new(subscriber, &topic, Some(qos(durability)))?)
 }
 
 fn topic(
     participant: &DomainParticipant,
     node: &NodeName,
     name: &str,
-    (package, message): &(String, String),
+    type_name: &str,
     qos: &QosPolicies,
-) -> Result<Topic, String> {
-    let parsed = Name::parse(name).map_err(|why| format!("topic `{name}`: {why}"))?;
-    let type_name = MessageTypeName::new(package, message).dds_msg_type();
-    participant
-        .create_topic(parsed.to_dds_name("rt", node, ""), type_name, qos, TopicKind::NoKey)
-        .map_err(dds)
+) -> Result<Topic, TransportError> {
+    let parsed = Name::parse(name).map_err(|why| TransportError::Topic { topic: name.to_owned(), why })?;
+    let name = parsed.to_dds_name("rt", node, "");
+    Ok(participant.create_topic(name, dds_type(type_name), qos, TopicKind::NoKey)?)
 }
 
 fn qos(

@@ -20,6 +20,8 @@ pub(super) struct Pings {
     noticed_silence: bool,
     /// The highest answered number; no number is answered twice.
     answered: u64,
+    /// Samples received outside our participant since the last answer.
+    witnessed: u64,
 }
 
 /// An answer to all pings up to a number.
@@ -29,12 +31,14 @@ pub(super) struct Answer {
     pub(super) number: u64,
     /// True if the answer is due to an echo.
     pub(super) has_echo: bool,
+    /// True if a sample was received outside our participant since the last answer.
+    pub(super) is_heard: bool,
 }
 
 impl Pings {
     /// Creates a state without pings.
     pub(super) fn new(echo_is_proven: bool) -> Self {
-        Self { open: None, echo_is_proven, noticed_silence: false, answered: 0 }
+        Self { open: None, echo_is_proven, noticed_silence: false, answered: 0, witnessed: 0 }
     }
 
     /// Records a ping, whose echo was sent.
@@ -52,18 +56,23 @@ impl Pings {
         has_network: impl FnOnce() -> bool,
     ) -> Option<Answer> {
         self.noticed_silence |= signs.noticed_silence;
+        self.witnessed = self.witnessed.saturating_add(signs.witnessed);
         if let Some(number) = signs.echo.filter(|number| *number > self.answered) {
             (self.echo_is_proven, self.answered) = (true, number);
             self.open = self.open.filter(|(newest, _)| *newest > number).map(|(newest, _)| (newest, now));
-            return Some(Answer { number, has_echo: true });
+            return Some(self.answered(number, true));
         }
         let (number, since) = self.open?;
         let is_late = now.saturating_duration_since(since) >= ECHO_PATIENCE;
         if is_late && self.noticed_silence && (!self.echo_is_proven || !has_network()) {
             (self.open, self.answered) = (None, number);
-            return Some(Answer { number, has_echo: false });
+            return Some(self.answered(number, false));
         }
         None
+    }
+
+    fn answered(&mut self, number: u64, has_echo: bool) -> Answer {
+        Answer { number, has_echo, is_heard: std::mem::take(&mut self.witnessed) > 0 }
     }
 }
 
@@ -94,12 +103,12 @@ mod tests {
     #[test]
     fn an_echo_is_an_answer_to_its_ping_and_those_before() {
         let echo = |tenth| SignsOfLife { echo: (tenth % 4 == 1).then_some(1 + tenth / 2), ..NONE };
-        assert_eq!(answer(true, true, echo), Some(Answer { number: 9, has_echo: true }));
+        assert_eq!(answer(true, true, echo), Some(Answer { number: 9, has_echo: true, is_heard: false }));
     }
 
     #[test]
     fn silence_that_was_noticed_is_an_answer_only_where_no_echo_can_be() {
-        let without_echo = Some(Answer { number: 10, has_echo: false });
+        let without_echo = Some(Answer { number: 10, has_echo: false, is_heard: false });
         assert_eq!(answer(false, true, |_| SILENCE), without_echo);
         assert_eq!(answer(true, false, |_| SILENCE), without_echo);
         assert_eq!(answer(true, true, |_| SILENCE), None);
@@ -112,7 +121,7 @@ mod tests {
         }
         // An event before the first unanswered ping proves nothing about later.
         let once = |tenth| if tenth == 0 { SignsOfLife { echo: Some(1), ..SILENCE } } else { NONE };
-        assert_eq!(answer(false, false, once), Some(Answer { number: 1, has_echo: true }));
+        assert_eq!(answer(false, false, once), Some(Answer { number: 1, has_echo: true, is_heard: false }));
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! earlier. Changes after a reload are published on `/parameter_events`.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::fmt::Display;
 use std::task::Waker;
 use std::time::{Duration, Instant};
 
@@ -17,12 +18,15 @@ use rustdds::{
 
 use super::sample::SampleWriter;
 use super::topic_reader::{AsBytes, Copied, EncodedSample};
+use crate::error::{SampleError, TransportError};
 use crate::parameters::{MAX_REQUEST, Middleware, NodeService, Parameters, ServiceContents};
 use crate::wall_clock::now;
 use ros_messages::cdr::CdrBytes;
+use ros_messages::dds_type;
+use ros_messages::rcl_interfaces::ParameterEvent;
 
-/// Topic and type of the events, by their DDS names.
-const EVENTS: (&str, &str) = ("rt/parameter_events", "rcl_interfaces::msg::dds_::ParameterEvent_");
+/// DDS name of the topic for changes.
+const EVENTS: &str = "rt/parameter_events";
 /// Maximum number of requests of one service handled before other work.
 const MAX_AT_ONCE: usize = 16;
 /// Maximum number of responses that wait for their client.
@@ -63,12 +67,12 @@ struct PendingResponse {
 }
 
 impl DdsServiceServer {
-    /// Creates the services of this node. The error is a text for the user.
+    /// Creates the services of this node.
     pub(super) fn new(
         (domain, publisher, subscriber): (&DomainParticipant, &Publisher, &Subscriber),
         node: &NodeName,
         contents: ServiceContents,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, TransportError> {
         let qos = QosPolicyBuilder::new()
             .reliability(Reliability::Reliable { max_blocking_time: rustdds::Duration::from_millis(10) })
             .durability(Durability::Volatile)
@@ -76,8 +80,7 @@ impl DdsServiceServer {
             .build();
         let node = format!("{}/{}", node.namespace().trim_end_matches('/'), node.base_name());
         let topic = |service: NodeService, name: String, ending: &str| {
-            let (package, type_name) = service.type_name();
-            let type_name = format!("{package}::srv::dds_::{type_name}_{ending}_");
+            let type_name = dds_type(&format!("{}_{ending}", service.type_name()));
             domain.create_topic(name, type_name, &qos, TopicKind::NoKey)
         };
         let endpoint = |(service, name): (NodeService, String)| {
@@ -89,28 +92,18 @@ impl DdsServiceServer {
                 writer: publisher.create_datawriter_no_key(&reply, None)?,
             })
         };
-        let endpoints: rustdds::dds::result::CreateResult<_> =
-            contents.services(&node).into_iter().map(endpoint).collect();
-        let endpoints = endpoints.map_err(|error| error.to_string())?;
-        let events = domain
-            .create_topic(EVENTS.0.to_owned(), EVENTS.1.to_owned(), &qos, TopicKind::NoKey)
-            .and_then(|topic| publisher.create_datawriter_no_key(&topic, None))
-            .map_err(|error| error.to_string())?;
+        let endpoints = contents.services(&node).into_iter().map(endpoint);
+        let endpoints = endpoints.collect::<Result<_, TransportError>>()?;
+        let event = dds_type(ParameterEvent::TYPE_NAME);
+        let topic = domain.create_topic(EVENTS.to_owned(), event, &qos, TopicKind::NoKey)?;
+        let events = publisher.create_datawriter_no_key(&topic, None)?;
         Ok(Self { contents, node, events, endpoints, waiting: VecDeque::new() })
     }
 
     /// Replaces the parameters, and publishes the differences.
     pub(super) fn set_parameters(&mut self, parameters: Parameters) {
-        let stamp = now().into();
-        let event = parameters.event_after(&self.contents.parameters, &self.node, stamp);
-        self.contents.parameters = parameters;
-        let published = event.map(|event| {
-            let bytes = CdrBytes::encode(&event).map_err(|error| error.to_string())?;
-            self.events.write(bytes, None).map_err(|error| error.to_string())
-        });
-        if let Some(Err(reason)) = published {
-            tracing::warn!("the change of the parameters is not on /parameter_events: {reason}");
-        }
+        let publish = |event| Ok(self.events.write(event, None)?);
+        self.contents.set_parameters(parameters, &self.node, now().into(), publish);
     }
 
     /// Returns the identities of its writers.
@@ -131,22 +124,19 @@ impl DdsServiceServer {
         matched: &BTreeMap<GUID, BTreeSet<GUID>>,
         now: Instant,
     ) -> u64 {
+        let Self { contents, endpoints, waiting, .. } = self;
         let mut unanswered = 0;
-        for position in 0..self.endpoints.len() {
-            unanswered += self.take(position, waker, now);
+        for (position, endpoint) in endpoints.iter().enumerate() {
+            unanswered += endpoint.take(position, contents, waiting, waker, now);
         }
         let mut later = VecDeque::new();
-        for response in self.waiting.drain(..) {
-            let Some(ServiceEndpoint { writer, .. }) = self.endpoints.get(response.endpoint) else {
-                continue;
-            };
-            let readers = matched.get(&writer.guid());
-            if readers
-                .is_some_and(|readers| readers.iter().any(|reader| reader.prefix == response.client.prefix))
-            {
+        for response in waiting.drain(..) {
+            let Some(ServiceEndpoint { writer, .. }) = endpoints.get(response.endpoint) else { continue };
+            let mut readers = matched.get(&writer.guid()).into_iter().flatten();
+            if readers.any(|reader| reader.prefix == response.client.prefix) {
                 let options = WriteOptionsBuilder::new().related_sample_identity(response.request).build();
                 if let Err(error) = writer.write_with_options(response.reply, options) {
-                    unanswered += refuse(&error.to_string());
+                    unanswered += refuse(error);
                 }
             } else if now.saturating_duration_since(response.since) < PATIENCE {
                 later.push_back(response);
@@ -157,11 +147,19 @@ impl DdsServiceServer {
         self.waiting = later;
         unanswered
     }
+}
 
-    /// Reads the requests of one service.
-    fn take(&mut self, position: usize, waker: &Waker, now: Instant) -> u64 {
-        let Self { contents, endpoints, waiting, .. } = self;
-        let Some(ServiceEndpoint { service, reader, .. }) = endpoints.get(position) else { return 0 };
+impl ServiceEndpoint {
+    /// Reads the requests of the service at this position; returns the number of unanswered requests.
+    fn take(
+        &self,
+        position: usize,
+        contents: &ServiceContents,
+        waiting: &mut VecDeque<PendingResponse>,
+        waker: &Waker,
+        now: Instant,
+    ) -> u64 {
+        let Self { service, reader, .. } = self;
         // Set first, so that any sample arriving from now on wakes the task.
         reader.set_waker(Some(waker.clone()));
         reader.drain_read_notifications();
@@ -171,7 +169,7 @@ impl DdsServiceServer {
                 Ok(Some(sample)) => sample,
                 Ok(None) => return unanswered,
                 Err(error) => {
-                    unanswered += refuse(&error.to_string());
+                    unanswered += refuse(error);
                     continue;
                 }
             };
@@ -184,7 +182,7 @@ impl DdsServiceServer {
                     since: now,
                 }),
                 Ok(_) => unanswered += refuse("too many wait"),
-                Err(reason) => unanswered += refuse(&reason),
+                Err(reason) => unanswered += refuse(reason),
             }
         }
         // More requests may be waiting.
@@ -197,12 +195,11 @@ fn answer(
     service: NodeService,
     contents: &ServiceContents,
     sample: &DeserializedCacheChange<EncodedSample>,
-) -> Result<CdrBytes, String> {
-    let EncodedSample { encoding, bytes } = &sample.sample;
-    let endian = (*encoding).into();
+) -> Result<CdrBytes, SampleError> {
+    let EncodedSample { endian, bytes } = &sample.sample;
     let middleware = Middleware::of(sample.writer_guid().to_bytes());
-    let call = middleware.call(bytes, endian).ok_or("it is cut off")?;
-    let response = service.answer(contents, call.request, endian).map_err(|error| error.to_string())?;
+    let call = middleware.call(bytes, *endian).ok_or(SampleError::CutOff)?;
+    let response = service.answer(contents, call.request, *endian)?;
     Ok(call.reply(response))
 }
 
@@ -223,7 +220,7 @@ fn identity(sample: &DeserializedCacheChange<EncodedSample>) -> SampleIdentity {
 }
 
 /// Logs that a request was not answered, and returns 1 for the count.
-fn refuse(reason: &str) -> u64 {
+fn refuse(reason: impl Display) -> u64 {
     tracing::warn!("a request to a service was not answered: {reason}");
     1
 }

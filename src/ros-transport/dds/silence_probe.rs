@@ -1,7 +1,5 @@
 //! A participant that shows whether writers are silent, or are sending without being received: see
 //! [`SilentWriters`].
-//!
-//! [`SilentWriters`]: super::silent_writers::SilentWriters
 
 use std::task::Waker;
 use std::time::{Duration, Instant};
@@ -9,18 +7,79 @@ use std::time::{Duration, Instant};
 use ros2_client::NodeName;
 use rustdds::{DomainParticipant, QosPolicies};
 
-use super::participant::{dds, topic_reader};
-use super::silent_writers::ReadWriter;
+use super::participant::topic_reader;
+use super::participants::Participants;
+use super::silent_writers::{ReadWriter, SilentWriters};
 use super::topic_reader::{DdsTopicReader, TakenSample};
+use crate::error::TransportError;
 use crate::link::NetworkSettings;
 use crate::qos::Durability;
 
 /// Time within which writers are discovered and received.
 const LIFE: Duration = Duration::from_secs(3);
+/// Time since the last echo after which readers may no longer receive.
+const ECHO_MISSED: Duration = Duration::from_millis(600);
+
+/// The search for writers that send without being received.
+pub(super) struct WriterWatch {
+    pub(super) silent: SilentWriters,
+    /// Present while writers are suspected.
+    probe: Option<SilenceProbe>,
+    /// Time of the last echo.
+    pub(super) last_echo: Option<Instant>,
+}
+
+impl WriterWatch {
+    /// Creates the state without any writer.
+    pub(super) fn new(now: Instant) -> Self {
+        Self { silent: SilentWriters::new(now), probe: None, last_echo: None }
+    }
+
+    /// Suspects writers, and returns true if the probe has received one of them; `waker` is called when the
+    /// probe receives more.
+    pub(super) fn is_one_unheard(
+        &mut self,
+        settings: &NetworkSettings,
+        waker: &Waker,
+        now: Instant,
+        participants: &mut Participants,
+    ) -> bool {
+        self.suspect(settings, now, participants);
+        let Self { silent, probe: Some(probe), .. } = self else { return false };
+        let mut is_one_unheard = false;
+        probe.take(waker, |writer, number| is_one_unheard |= silent.heard_elsewhere(&writer, number));
+        let is_over = !silent.is_any_suspected() || probe.is_over(now);
+        if is_over && !is_one_unheard {
+            self.probe = None;
+            self.silent.acquit();
+        }
+        is_one_unheard
+    }
+
+    fn suspect(&mut self, settings: &NetworkSettings, now: Instant, participants: &mut Participants) {
+        let hears_itself = self.last_echo.is_none_or(|at| now.saturating_duration_since(at) < ECHO_MISSED);
+        let may_suspect = hears_itself && participants.predecessors.is_empty() && self.probe.is_none();
+        let is_there = |writer: &_| participants.current.reads(writer);
+        let suspected = self.silent.look(now, may_suspect, is_there);
+        if !suspected.is_empty()
+            && let Some(domain) = participants.make(settings)
+        {
+            let probe = SilenceProbe::new(settings, domain, &suspected, now);
+            self.probe = probe.inspect_err(|why| tracing::warn!("no probe of silence: {why}")).ok();
+        }
+    }
+
+    /// Removes the probe; returns its participant.
+    pub(super) fn take_probe(&mut self) -> Option<DomainParticipant> {
+        let SilenceProbe { domain, readers, .. } = self.probe.take()?;
+        drop(readers);
+        Some(domain)
+    }
+}
 
 /// Readers of the topics of suspected writers, on a separate participant. Samples that writers have kept for
 /// late readers are not received here, only samples sent from now on.
-pub(super) struct SilenceProbe {
+struct SilenceProbe {
     readers: Vec<(u16, DdsTopicReader)>,
     since: Instant,
     /// Last field: RustDDS requires endpoints to be dropped before their participant.
@@ -29,24 +88,24 @@ pub(super) struct SilenceProbe {
 
 impl SilenceProbe {
     /// Starts to read the topics of these writers with a new participant.
-    pub(super) fn new(
+    fn new(
         settings: &NetworkSettings,
         domain: DomainParticipant,
         suspected: &[ReadWriter],
         now: Instant,
-    ) -> Result<Self, String> {
-        let node = NodeName::new(&settings.namespace, &settings.node).map_err(|why| why.to_string())?;
-        let subscriber = domain.create_subscriber(&QosPolicies::default()).map_err(dds)?;
+    ) -> Result<Self, TransportError> {
+        let node = NodeName::new(&settings.namespace, &settings.node)?;
+        let subscriber = domain.create_subscriber(&QosPolicies::default())?;
         let topics = (0..=u16::MAX).zip(&settings.read);
         let topics = topics.filter(|(position, _)| suspected.iter().any(|(topic, _)| topic == position));
         let readers = topics.map(|(position, read)| {
             Ok((position, topic_reader((&domain, &subscriber), &node, read, Durability::Volatile)?))
         });
-        Ok(Self { readers: readers.collect::<Result<_, String>>()?, since: now, domain })
+        Ok(Self { readers: readers.collect::<Result<_, TransportError>>()?, since: now, domain })
     }
 
     /// Reads the samples that have arrived: `heard` receives each sample's writer and number.
-    pub(super) fn take(&self, waker: &Waker, mut heard: impl FnMut(ReadWriter, i64)) {
+    fn take(&self, waker: &Waker, mut heard: impl FnMut(ReadWriter, i64)) {
         for (position, reader) in &self.readers {
             let is_more = reader.take(waker, |taken| {
                 if let TakenSample::Sample(writer, number, _) = taken {
@@ -61,13 +120,7 @@ impl SilenceProbe {
     }
 
     /// Returns true once any writer not received by now counts as silent.
-    pub(super) fn is_over(&self, now: Instant) -> bool {
+    fn is_over(&self, now: Instant) -> bool {
         now.saturating_duration_since(self.since) >= LIFE
-    }
-
-    /// Returns the participant, for use as our next one.
-    pub(super) fn into_participant(self) -> DomainParticipant {
-        drop(self.readers);
-        self.domain
     }
 }

@@ -1,7 +1,7 @@
 //! A participant without readers and writers that records the endpoints announced by discovery.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::net::{IpAddr, Ipv4Addr};
+use std::net::IpAddr;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -14,6 +14,7 @@ use super::discovery_probe::{Prefix, prefix};
 use super::loopback_announcer::LoopbackAnnouncer;
 use super::participant::participant_of;
 use super::type_check::ros_type;
+use crate::error::TransportError;
 use crate::qos::{Durability, Reliability};
 use crate::survey::{DdsEndpoint, DomainSurvey, MAX_ENDPOINTS};
 
@@ -42,17 +43,16 @@ struct Announced {
 /// Joins a domain without readers and writers for `time`, and returns what discovery announced.
 ///
 /// # Errors
-/// Returns the reason why the domain cannot be joined, as text.
+/// Returns the reason why the domain cannot be joined.
 pub fn survey(
     domain_id: u16,
     only_networks: &[IpAddr],
     topics: &[String],
     time: Duration,
-) -> Result<DomainSurvey, String> {
-    let uses_loopback = only_networks.is_empty() || only_networks.contains(&Ipv4Addr::LOCALHOST.into());
+) -> Result<DomainSurvey, TransportError> {
     // Created before the participant, which announces itself at once.
-    let announcer = uses_loopback.then(|| LoopbackAnnouncer::new(domain_id)).flatten();
-    let participant = participant_of(domain_id, only_networks).map_err(|error| error.to_string())?;
+    let announcer = LoopbackAnnouncer::new(domain_id, only_networks);
+    let participant = participant_of(domain_id, only_networks)?;
     let own = prefix(&participant.guid().to_bytes());
     let events = participant.status_listener();
     let (end, mut announced) = (Instant::now() + time, Announced::default());

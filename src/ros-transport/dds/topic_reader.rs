@@ -7,7 +7,8 @@ use rustdds::no_key::{Decode, DeserializerAdapter, SimpleDataReader};
 use rustdds::serialization::Error;
 use rustdds::{GUID, QosPolicies, RepresentationIdentifier, Subscriber, Topic};
 
-use crate::link::{MAX_SAMPLE, SampleEncoding};
+use crate::link::MAX_SAMPLE;
+use ros_messages::cdr::Endian;
 
 /// Maximum number of samples read from one topic before other work.
 const MAX_AT_ONCE: usize = 64;
@@ -23,7 +24,7 @@ pub(super) enum TakenSample {
 /// A message in CDR, without the encapsulation header.
 pub(super) struct EncodedSample {
     /// Byte order of the sample.
-    pub(super) encoding: SampleEncoding,
+    pub(super) endian: Endian,
     /// Bytes of the message, up to a limit.
     pub(super) bytes: Vec<u8>,
 }
@@ -102,15 +103,15 @@ impl<'de> Decode<'de, EncodedSample> for Copied {
         bytes: &'de [u8],
         encoding: RepresentationIdentifier,
     ) -> Result<EncodedSample, Error> {
-        let encoding = match encoding {
-            RepresentationIdentifier::CDR_LE => SampleEncoding::Little,
-            RepresentationIdentifier::CDR_BE => SampleEncoding::Big,
+        let endian = match encoding {
+            RepresentationIdentifier::CDR_LE => Endian::Little,
+            RepresentationIdentifier::CDR_BE => Endian::Big,
             other => return Err(Error::Message(format!("encoded as {other:?}"))),
         };
         let limit = self.limit;
         if bytes.len() > limit {
             return Err(Error::Message(format!("{} bytes, at most {limit}", bytes.len())));
         }
-        Ok(EncodedSample { encoding, bytes: bytes.to_vec() })
+        Ok(EncodedSample { endian, bytes: bytes.to_vec() })
     }
 }

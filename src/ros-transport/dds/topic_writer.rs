@@ -20,7 +20,8 @@ use rustdds::{GUID, Publisher, RTPSEntity, Timestamp, Topic};
 
 use super::history::History;
 use super::recent_samples::RecentSamples;
-use super::sample::{Padded, SampleWriter};
+use super::sample::SampleWriter;
+use crate::error::TransportError;
 use crate::link::WrittenTopic;
 use crate::qos::{Delivery, Durability};
 use ros_messages::cdr::CdrBytes;
@@ -45,6 +46,8 @@ pub(super) struct DdsTopicWriter {
     /// Maximum number of publications that a late reader may receive.
     depth: usize,
     writer: SampleWriter,
+    /// Number of writers before this one.
+    pub(super) replaced: u32,
     /// Time of the writer's first sample, or of its creation.
     first_write: Instant,
     repeats: usize,
@@ -67,14 +70,14 @@ pub(super) struct DdsTopicWriter {
 impl DdsTopicWriter {
     /// Creates a topic without publications; the quality of service is the topic's.
     pub(super) fn new(publisher: &Publisher, topic: Topic, written: &WrittenTopic) -> CreateResult<Self> {
-        let writer = publisher.create_datawriter_no_key::<CdrBytes, Padded>(&topic, None)?;
         Ok(Self {
             publisher: publisher.clone(),
-            topic,
             durability: written.durability,
             delivery: written.delivery,
             depth: usize::try_from(written.depth).unwrap_or_default(),
-            writer,
+            writer: publisher.create_datawriter_no_key(&topic, None)?,
+            topic,
+            replaced: 0,
             first_write: Instant::now(),
             repeats: 0,
             current: Vec::new(),
@@ -93,8 +96,8 @@ impl DdsTopicWriter {
     }
 
     /// Publishes if there is a reader; otherwise the first reader to join gets the samples.
-    /// [`Delivery::Once`] and [`Delivery::Live`] are sent in any case. The error is RustDDS's text.
-    pub(super) fn publish(&mut self, samples: &[CdrBytes], readers: usize) -> Result<(), String> {
+    /// [`Delivery::Once`] and [`Delivery::Live`] are sent in any case.
+    pub(super) fn publish(&mut self, samples: &[CdrBytes], readers: usize) -> Result<(), TransportError> {
         self.publications += 1;
         if matches!(self.delivery, Delivery::Once | Delivery::Live) {
             return self.write(samples);
@@ -108,11 +111,11 @@ impl DdsTopicWriter {
         if readers > 0 || self.durability == Durability::Volatile { self.write(samples) } else { Ok(()) }
     }
 
-    /// Publishes nothing from now on, not even to late readers. Returns true if that created a new writer.
-    pub(super) fn withdraw(&mut self) -> Result<bool, String> {
+    /// Publishes nothing from now on, not even to late readers.
+    pub(super) fn withdraw(&mut self) -> Result<(), TransportError> {
         let is_empty = std::mem::take(&mut self.current).is_empty() || !self.used;
         if is_empty || self.durability == Durability::Volatile {
-            return Ok(false);
+            return Ok(());
         }
         // Readers that do not acknowledge in time are considered gone.
         let _ = self.writer.wait_for_acknowledgments(ACKNOWLEDGE);
@@ -120,14 +123,14 @@ impl DdsTopicWriter {
     }
 
     /// Prevents a newly discovered reader that requests history from receiving more than the topic's depth.
-    /// Call it at once, before RustDDS answers the reader. Returns true if that created a new writer.
-    pub(super) fn meet_late_reader(&mut self) -> Result<bool, String> {
+    /// Call it at once, before RustDDS answers the reader.
+    pub(super) fn meet_late_reader(&mut self) -> Result<(), TransportError> {
         let counts_newest = matches!(self.delivery, Delivery::Report | Delivery::Stream);
         let is_long = self.history.publications() > self.depth;
         if counts_newest && self.used && is_long && self.first_write.elapsed() >= MIN_LIFE {
             self.begin_anew()
         } else {
-            Ok(false)
+            Ok(())
         }
     }
 
@@ -138,12 +141,12 @@ impl DdsTopicWriter {
     }
 
     /// Creates a new writer, which has no history.
-    pub(super) fn begin_anew(&mut self) -> Result<bool, String> {
-        let fresh = self.publisher.create_datawriter_no_key::<CdrBytes, Padded>(&self.topic, None);
-        self.writer = fresh.map_err(|error| error.to_string())?;
+    pub(super) fn begin_anew(&mut self) -> Result<(), TransportError> {
+        self.writer = self.publisher.create_datawriter_no_key(&self.topic, None)?;
+        self.replaced += 1;
         self.used = false;
         self.history = History::default();
-        Ok(true)
+        Ok(())
     }
 
     /// Returns true if every reader has acknowledged everything, now or at some time since the last call: on
@@ -160,8 +163,8 @@ impl DdsTopicWriter {
     }
 
     /// Writes the current samples for the first reader, repeats a report when due, and drops the history of
-    /// readers that are gone. Returns true if that created a new writer.
-    pub(super) fn settle(&mut self, readers: usize) -> Result<bool, String> {
+    /// readers that are gone.
+    pub(super) fn settle(&mut self, readers: usize) -> Result<(), TransportError> {
         let joined = readers > std::mem::replace(&mut self.readers, readers);
         if self.has_all_acknowledged(Duration::ZERO) {
             self.acknowledged = true;
@@ -169,18 +172,18 @@ impl DdsTopicWriter {
         }
         let is_transient = self.durability == Durability::TransientLocal;
         if matches!(self.delivery, Delivery::Once | Delivery::Live) {
-            return Ok(false);
+            return Ok(());
         }
         if readers == 0 && is_transient {
-            return if self.used { self.begin_anew() } else { Ok(false) };
+            return if self.used { self.begin_anew() } else { Ok(()) };
         }
         if self.delivery == Delivery::Log {
             let recent = self.recent.now(Instant::now());
             return match (self.used, recent.is_empty()) {
-                (false, _) => self.write(&recent).map(|()| false),
+                (false, _) => self.write(&recent),
                 // The samples that RustDDS still holds are too old for a new reader.
                 (true, true) if joined => self.begin_anew(),
-                (true, _) => Ok(false),
+                (true, _) => Ok(()),
             };
         }
         let age = self.first_write.elapsed();
@@ -192,10 +195,10 @@ impl DdsTopicWriter {
             self.repeats = due;
             self.write(&self.current.clone())?;
         }
-        Ok(false)
+        Ok(())
     }
 
-    fn write(&mut self, samples: &[CdrBytes]) -> Result<(), String> {
+    fn write(&mut self, samples: &[CdrBytes]) -> Result<(), TransportError> {
         for sample in samples {
             if !self.used {
                 self.used = true;
@@ -205,8 +208,7 @@ impl DdsTopicWriter {
             if self.durability == Durability::TransientLocal {
                 self.history.add(Instant::now(), sample.as_ref().len(), self.publications);
             }
-            let written = self.writer.write(sample.clone(), Some(Timestamp::now()));
-            written.map_err(|error| error.to_string())?;
+            self.writer.write(sample.clone(), Some(Timestamp::now()))?;
         }
         Ok(())
     }

@@ -5,6 +5,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::link::NetworkSettings;
+use ros_messages::dds_type;
+
 /// Maximum number of remembered foreign types; further types are not reported.
 const MAX_REPORTED: usize = 64;
 /// Maximum displayed length of a foreign type name, characters.
@@ -21,16 +24,14 @@ pub(super) struct TypeCheck {
 }
 
 impl TypeCheck {
-    /// Creates a check of the written and read topics: absolute names, each with package and name of its
-    /// type.
-    pub(super) fn new<'a>(
-        written: impl Iterator<Item = (&'a String, &'a (String, String))>,
-        read: impl Iterator<Item = (&'a String, &'a (String, String))>,
-    ) -> Self {
-        fn dds((name, (package, message)): (&String, &(String, String))) -> (String, String) {
-            (format!("rt{name}"), format!("{package}::msg::dds_::{message}_"))
+    /// Creates a check of the written and read topics.
+    pub(super) fn new(settings: &NetworkSettings) -> Self {
+        let dds = |name: &str, type_name: &str| (format!("rt{name}"), dds_type(type_name));
+        Self {
+            written: settings.written.iter().map(|topic| dds(&topic.name, &topic.type_name)).collect(),
+            read: settings.read.iter().map(|topic| dds(&topic.name, &topic.type_name)).collect(),
+            reported: BTreeSet::new(),
         }
-        Self { written: written.map(dds).collect(), read: read.map(dds).collect(), reported: BTreeSet::new() }
     }
 
     /// Warns once about a reader whose type differs from our writer's.
@@ -82,13 +83,15 @@ mod tests {
 
     #[test]
     fn a_writer_or_reader_of_another_type_is_reported_once_with_both_types() {
-        let topic = |name: &str, message: &str| {
-            (name.to_owned(), ("autoware_vehicle_msgs".to_owned(), message.to_owned()))
+        let topic = |name: &str, type_name: &str| {
+            let type_name = dds_type(&format!("autoware_vehicle_msgs/msg/{type_name}"));
+            BTreeMap::from([(format!("rt{name}"), type_name)])
         };
-        let (written, read) =
-            (topic("/report", "TurnIndicatorsReport"), topic("/cmd", "TurnIndicatorsCommand"));
-        let mut check =
-            TypeCheck::new([(&written.0, &written.1)].into_iter(), [(&read.0, &read.1)].into_iter());
+        let mut check = TypeCheck {
+            written: topic("/report", "TurnIndicatorsReport"),
+            read: topic("/cmd", "TurnIndicatorsCommand"),
+            reported: BTreeSet::new(),
+        };
         check.writer("rt/cmd", "autoware_vehicle_msgs::msg::dds_::TurnIndicatorsCommand_");
         check.reader("rt/cmd", "std_msgs::msg::dds_::String_");
         check.writer("rt/other", "std_msgs::msg::dds_::String_");

@@ -10,7 +10,9 @@ use std::io;
 use std::net::{Ipv4Addr, SocketAddrV4, UdpSocket};
 use std::time::{Duration, Instant};
 
-use super::discovery_probe::Prefix;
+use rustdds::{DomainParticipant, RTPSEntity as _};
+
+use super::discovery_probe::{Prefix, prefix};
 
 /// Time for which a reader is announced, before another replaces it.
 const READER_LIFE: Duration = Duration::from_secs(2);
@@ -26,10 +28,12 @@ const SPDP_READER: [u8; 4] = [0, 1, 0, 0xC7];
 const SUBSCRIPTIONS_WRITER: [u8; 4] = [0, 0, 4, 0xC2];
 const SUBSCRIPTIONS_READER: [u8; 4] = [0, 0, 4, 0xC7];
 const PARTICIPANT: [u8; 4] = [0, 0, 1, 0xC1];
-/// Submessages, each with its flags: little-endian; data with a payload; a key with inline parameters; final.
-const DATA: (u8, u8) = (0x15, 0x05);
-const DISPOSAL: (u8, u8) = (0x15, 0x0B);
-const HEARTBEAT: (u8, u8) = (0x07, 0x03);
+/// Kind of a submessage with its flags: little-endian; data with a payload; a key with inline parameters;
+/// final.
+type Header = [u8; 2];
+const DATA: Header = [0x15, 0x05];
+const DISPOSAL: Header = [0x15, 0x0B];
+const HEARTBEAT: Header = [0x07, 0x03];
 /// It announces itself and its readers, and accepts no announcements. RustDDS 0.15 checks the bit for writer
 /// announcements where it should check for reader announcements.
 const ENDPOINTS: u32 = 0x15;
@@ -60,17 +64,17 @@ pub(super) struct Witness {
 }
 
 impl Witness {
-    /// Creates a witness of the participant with this prefix and number in the domain, and of the samples of
-    /// this topic.
+    /// Creates a witness of this participant, and of its samples of this topic.
     pub(super) fn new(
-        observed: Prefix,
-        (domain, participant): (u16, u16),
-        (topic, type_name): (&str, &str),
+        domain: &DomainParticipant,
+        topic: &str,
+        type_name: &str,
         now: Instant,
     ) -> Option<Self> {
         // Ports as RTPS prescribes them.
-        let offset = participant.checked_mul(2)?.checked_add(10)?;
-        let port = domain.checked_mul(250)?.checked_add(7400)?.checked_add(offset)?;
+        let offset = domain.participant_id().checked_mul(2)?.checked_add(10)?;
+        let port = domain.domain_id().checked_mul(250)?.checked_add(7400)?.checked_add(offset)?;
+        let observed = prefix(&domain.guid().to_bytes());
         let mut prefix = observed;
         // RustDDS's identities begin with the vendor number and end randomly.
         prefix.iter_mut().take(4).for_each(|byte| *byte = !*byte);
@@ -218,8 +222,8 @@ fn number(number: u64) -> [u8; 8] {
     (number.rotate_left(32)).to_le_bytes()
 }
 
-fn submessage(packet: &mut Vec<u8>, (kind, flags): (u8, u8), body: &[u8]) {
-    packet.extend([kind, flags]);
+fn submessage(packet: &mut Vec<u8>, header: Header, body: &[u8]) {
+    packet.extend(header);
     packet.extend(u16::try_from(body.len()).unwrap_or_default().to_le_bytes());
     packet.extend(body);
 }
@@ -231,7 +235,7 @@ fn has_data(message: &[u8], sender: &Prefix) -> bool {
     }
     let mut rest = message.get(20..).unwrap_or_default();
     while let [kind, flags, a, b, after @ ..] = rest {
-        if *kind == DATA.0 {
+        if *kind == DATA[0] {
             return true;
         }
         let length = if flags & 1 == 1 { u16::from_le_bytes([*a, *b]) } else { u16::from_be_bytes([*a, *b]) };

@@ -79,27 +79,9 @@ pub struct Sample<'a> {
     /// Sequence number at its writer.
     pub number: i64,
     /// Byte order of its bytes.
-    pub encoding: SampleEncoding,
+    pub endian: Endian,
     /// The message in CDR, without the encapsulation header.
     pub bytes: &'a [u8],
-}
-
-/// Byte order of a sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SampleEncoding {
-    /// `CDR_BE`: the most significant byte first.
-    Big,
-    /// `CDR_LE`: the least significant byte first.
-    Little,
-}
-
-impl From<SampleEncoding> for Endian {
-    fn from(encoding: SampleEncoding) -> Self {
-        match encoding {
-            SampleEncoding::Big => Self::Big,
-            SampleEncoding::Little => Self::Little,
-        }
-    }
 }
 
 /// State and counts of the network side.
@@ -181,13 +163,9 @@ impl ToNetwork {
     pub fn decode(frame: &[u8]) -> Result<Self, Violation> {
         let mut bytes = FrameBytes(frame);
         let message = match bytes.u8()? {
-            START => {
-                let settings = serde_json::from_slice(bytes.rest()).map_err(|_| Violation::Settings)?;
-                Self::Start(Box::new(settings))
-            }
+            START => Self::Start(serde_json::from_slice(bytes.rest()).map_err(|_| Violation::Settings)?),
             PARAMETERS => {
-                let parameters = serde_json::from_slice(bytes.rest()).map_err(|_| Violation::Settings)?;
-                Self::Parameters(Box::new(parameters))
+                Self::Parameters(serde_json::from_slice(bytes.rest()).map_err(|_| Violation::Settings)?)
             }
             PUBLISH => {
                 let (topic, mut samples) = (bytes.u16()?, Vec::new());
@@ -228,7 +206,7 @@ impl<'a> FromNetwork<'a> {
                 bytes.extend(sample.subscription.to_le_bytes());
                 bytes.extend(sample.writer);
                 bytes.extend(sample.number.to_le_bytes());
-                bytes.push(u8::from(sample.encoding == SampleEncoding::Little));
+                bytes.push(u8::from(sample.endian == Endian::Little));
                 bytes.extend(sample.bytes);
             }
             Self::Unreadable(subscription, reason) => {
@@ -258,7 +236,7 @@ impl<'a> FromNetwork<'a> {
                 subscription: bytes.u16()?,
                 writer: bytes.guid()?,
                 number: bytes.i64()?,
-                encoding: if bytes.flag()? { SampleEncoding::Little } else { SampleEncoding::Big },
+                endian: if bytes.flag()? { Endian::Little } else { Endian::Big },
                 bytes: match bytes.rest() {
                     sample if sample.len() <= MAX_SAMPLE => sample,
                     sample => return Err(Violation::Sample(sample.len())),
@@ -323,14 +301,14 @@ mod tests {
             only_networks: vec!["10.0.0.1".parse().unwrap()],
             written: vec![WrittenTopic {
                 name: "/a".to_owned(),
-                type_name: ("p".to_owned(), "T".to_owned()),
+                type_name: "p/msg/T".to_owned(),
                 durability: Durability::TransientLocal,
                 depth: 1,
                 delivery: Delivery::Report,
             }],
             read: vec![ReadTopic {
                 name: "/b".to_owned(),
-                type_name: ("p".to_owned(), "T".to_owned()),
+                type_name: "p/msg/T".to_owned(),
                 reliability: Reliability::BestEffort,
                 durability: Durability::Volatile,
                 depth: 2,
@@ -404,11 +382,11 @@ mod tests {
             reason in "\\PC{0,30}",
             (has_echo, is_heard) in any::<(bool, bool)>(),
         ) {
-            let encoding = if is_little { SampleEncoding::Little } else { SampleEncoding::Big };
+            let endian = if is_little { Endian::Little } else { Endian::Big };
             let messages = [
                 FromNetwork::Ready,
                 FromNetwork::Failed(&reason),
-                FromNetwork::Sample(Sample { subscription, writer, number, encoding, bytes: &sample }),
+                FromNetwork::Sample(Sample { subscription, writer, number, endian, bytes: &sample }),
                 FromNetwork::Unreadable(subscription, &reason),
                 FromNetwork::Status(status),
                 FromNetwork::Pong { number: number.unsigned_abs(), has_echo, is_heard },

@@ -19,7 +19,7 @@ mod violation;
 pub use counts::{LostLines, ZenohLinks};
 pub use frame::FrameBuffer;
 pub use layers::{Layer, Layers};
-pub use message::{FromNetwork, MAX_SAMPLE, NetworkStatus, Order, Sample, SampleEncoding, ToNetwork};
+pub use message::{FromNetwork, MAX_SAMPLE, NetworkStatus, Order, Sample, ToNetwork};
 pub use settings::{NetworkSettings, ReadTopic, WrittenTopic};
 pub use stream::Link;
 pub use violation::Violation;

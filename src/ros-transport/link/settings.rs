@@ -62,8 +62,8 @@ impl NetworkSettings {
 pub struct WrittenTopic {
     /// Absolute name of the topic.
     pub name: String,
-    /// Package and name of its type.
-    pub type_name: (String, String),
+    /// Full name of its type.
+    pub type_name: String,
     /// Durability offered to readers.
     pub durability: Durability,
     /// Number of samples offered to readers.
@@ -77,8 +77,8 @@ pub struct WrittenTopic {
 pub struct ReadTopic {
     /// Absolute name of the topic.
     pub name: String,
-    /// Package and name of its type.
-    pub type_name: (String, String),
+    /// Full name of its type.
+    pub type_name: String,
     /// Reliability requested from writers.
     pub reliability: Reliability,
     /// Durability requested from writers.

@@ -2,13 +2,18 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{DoorLayouts, ParameterValue, Parameters};
+use super::parameter_set::Parameters;
+use super::value::ParameterValue;
+#[cfg(feature = "ros")]
+use crate::error::TransportError;
 use ros_messages::TypeName;
-use ros_messages::autoware_adapi_v1_msgs::{GetDoorLayoutResponse, ResponseStatus};
+use ros_messages::autoware_adapi_v1_msgs::{DoorLayout, GetDoorLayoutResponse, ResponseStatus};
+#[cfg(feature = "ros")]
+use ros_messages::builtin_interfaces::Time;
 use ros_messages::cdr::{CdrBytes, Endian, Unreadable, read_message};
 use ros_messages::rcl_interfaces::{
     GetParametersRequest, ListParametersRequest, ListParametersResult, Parameter, ParameterDescriptor,
-    ParameterValue as ValueMessage, SetParametersRequest, SetParametersResult,
+    SetParametersRequest, SetParametersResult,
 };
 
 /// Maximum length of a request, bytes.
@@ -46,17 +51,26 @@ struct ListMessage<T> {
 }
 
 impl NodeService {
-    /// Returns package and name of its type.
+    /// The services for parameters, each with its name below the node.
+    const FOR_PARAMETERS: [(Self, &'static str); 6] = [
+        (Self::Describe, "describe_parameters"),
+        (Self::GetTypes, "get_parameter_types"),
+        (Self::Get, "get_parameters"),
+        (Self::List, "list_parameters"),
+        (Self::Set, "set_parameters"),
+        (Self::SetAtomically, "set_parameters_atomically"),
+    ];
+
+    /// Returns the full name of its type.
     pub const fn type_name(self) -> TypeName {
-        const PACKAGE: &str = "rcl_interfaces";
         match self {
-            Self::Describe => (PACKAGE, "DescribeParameters"),
-            Self::GetTypes => (PACKAGE, "GetParameterTypes"),
-            Self::Get => (PACKAGE, "GetParameters"),
-            Self::List => (PACKAGE, "ListParameters"),
-            Self::Set => (PACKAGE, "SetParameters"),
-            Self::SetAtomically => (PACKAGE, "SetParametersAtomically"),
-            Self::DoorLayout => ("autoware_adapi_v1_msgs", "GetDoorLayout"),
+            Self::Describe => "rcl_interfaces/srv/DescribeParameters",
+            Self::GetTypes => "rcl_interfaces/srv/GetParameterTypes",
+            Self::Get => "rcl_interfaces/srv/GetParameters",
+            Self::List => "rcl_interfaces/srv/ListParameters",
+            Self::Set => "rcl_interfaces/srv/SetParameters",
+            Self::SetAtomically => "rcl_interfaces/srv/SetParametersAtomically",
+            Self::DoorLayout => "autoware_adapi_v1_msgs/srv/GetDoorLayout",
         }
     }
 
@@ -73,18 +87,14 @@ impl NodeService {
         within(request.len(), MAX_REQUEST)?;
         let ServiceContents { parameters, doors } = contents;
         match self {
-            Self::Describe => {
-                let names = names(request, endian)?;
-                encode(names.iter().map(|name| descriptor(name, parameters)))
-            }
+            Self::Describe => encode(names(request, endian)?.iter().map(|name| descriptor(name, parameters))),
             Self::GetTypes => {
-                let names = names(request, endian)?;
-                encode(names.iter().map(|name| parameters.get(name).map_or(0, ParameterValue::type_number)))
+                let number = |name: &String| parameters.get(name).map_or(0, ParameterValue::type_number);
+                encode(names(request, endian)?.iter().map(number))
             }
             Self::Get => {
-                let names = names(request, endian)?;
                 let value = |name: &String| parameters.get(name).map(ParameterValue::message);
-                encode(names.iter().map(|name| value(name).unwrap_or_else(ValueMessage::default)))
+                encode(names(request, endian)?.iter().map(|name| value(name).unwrap_or_default()))
             }
             Self::List => {
                 let ListParametersRequest { prefixes, depth } = read_message(request, endian)?;
@@ -110,6 +120,15 @@ impl NodeService {
     }
 }
 
+/// The doors of the vehicle, as returned by a service.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct DoorLayouts {
+    /// Absolute name of the service.
+    pub service: String,
+    /// The doors in the order of their states.
+    pub doors: Vec<DoorLayout>,
+}
+
 /// Content of the node's services.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct ServiceContents {
@@ -122,17 +141,26 @@ pub struct ServiceContents {
 impl ServiceContents {
     /// Returns the services of a node, each with its absolute name.
     pub fn services(&self, node: &str) -> Vec<(NodeService, String)> {
-        let named = |service: NodeService, name: &str| (service, format!("{node}/{name}"));
-        let for_parameters = [
-            named(NodeService::Describe, "describe_parameters"),
-            named(NodeService::GetTypes, "get_parameter_types"),
-            named(NodeService::Get, "get_parameters"),
-            named(NodeService::List, "list_parameters"),
-            named(NodeService::Set, "set_parameters"),
-            named(NodeService::SetAtomically, "set_parameters_atomically"),
-        ];
+        let for_parameters = NodeService::FOR_PARAMETERS.map(|(one, name)| (one, format!("{node}/{name}")));
         let doors = self.doors.iter().map(|layout| (NodeService::DoorLayout, layout.service.clone()));
         for_parameters.into_iter().chain(doors).collect()
+    }
+
+    /// Replaces the parameters of this node, and publishes the differences as an event with this stamp.
+    #[cfg(feature = "ros")]
+    pub(crate) fn set_parameters(
+        &mut self,
+        parameters: Parameters,
+        node: &str,
+        stamp: Time,
+        publish: impl FnOnce(CdrBytes) -> Result<(), TransportError>,
+    ) {
+        let event = parameters.event_after(&self.parameters, node, stamp);
+        self.parameters = parameters;
+        let published = event.map(|event| publish(CdrBytes::encode(&event)?));
+        if let Some(Err(reason)) = published {
+            tracing::warn!("the change of the parameters is not on /parameter_events: {reason}");
+        }
     }
 }
 
@@ -200,7 +228,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use ros_messages::autoware_adapi_v1_msgs::DoorLayout;
+    use ros_messages::rcl_interfaces::ParameterValue as ValueMessage;
 
     fn contents() -> ServiceContents {
         let mut parameters = Parameters::default();

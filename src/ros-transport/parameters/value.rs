@@ -33,31 +33,21 @@ pub enum ParameterValue {
 impl ParameterValue {
     /// Returns the number of its type in messages.
     pub fn type_number(&self) -> u8 {
-        match self {
-            Self::Bool(_) => 1,
-            Self::Integer(_) => 2,
-            Self::Double(_) => 3,
-            Self::Text(_) => 4,
-            Self::Bools(_) => 6,
-            Self::Integers(_) => 7,
-            Self::Doubles(_) => 8,
-            Self::Texts(_) => 9,
-        }
+        self.message().r#type
     }
 
     /// Returns the message with this value.
     pub fn message(&self) -> Message {
-        let mut message = Message { r#type: self.type_number(), ..Message::default() };
+        let none = Message::default();
         match self.clone() {
-            Self::Bool(value) => message.bool_value = value,
-            Self::Integer(value) => message.integer_value = value,
-            Self::Double(value) => message.double_value = value,
-            Self::Text(value) => message.string_value = value,
-            Self::Bools(values) => message.bool_array_value = values,
-            Self::Integers(values) => message.integer_array_value = values,
-            Self::Doubles(values) => message.double_array_value = values,
-            Self::Texts(values) => message.string_array_value = values,
+            Self::Bool(bool_value) => Message { r#type: 1, bool_value, ..none },
+            Self::Integer(integer_value) => Message { r#type: 2, integer_value, ..none },
+            Self::Double(double_value) => Message { r#type: 3, double_value, ..none },
+            Self::Text(string_value) => Message { r#type: 4, string_value, ..none },
+            Self::Bools(bool_array_value) => Message { r#type: 6, bool_array_value, ..none },
+            Self::Integers(integer_array_value) => Message { r#type: 7, integer_array_value, ..none },
+            Self::Doubles(double_array_value) => Message { r#type: 8, double_array_value, ..none },
+            Self::Texts(string_array_value) => Message { r#type: 9, string_array_value, ..none },
         }
-        message
     }
 }

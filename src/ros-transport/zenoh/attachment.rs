@@ -2,6 +2,10 @@
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use zenoh::bytes::ZBytes;
+
+use crate::error::SampleError;
+
 /// Length of a publisher's identity, bytes.
 const GID_LENGTH: u8 = 16;
 /// Length of an attachment, bytes.
@@ -38,8 +42,14 @@ impl Attachment {
         bytes
     }
 
+    /// Reads the attachment of a sample, which this kind of sender attaches.
+    pub(super) fn of(attached: Option<&ZBytes>, sender: &'static str) -> Result<Self, SampleError> {
+        let read = attached.and_then(|attached| Self::read(&attached.to_bytes()));
+        read.ok_or(SampleError::NotAttached(sender))
+    }
+
     /// Reads the bytes of an attachment; later versions may append fields, which are ignored.
-    pub(super) fn read(bytes: &[u8]) -> Option<Self> {
+    fn read(bytes: &[u8]) -> Option<Self> {
         let (number, rest) = bytes.split_first_chunk()?;
         let (sent, rest) = rest.split_first_chunk()?;
         let (length, rest) = rest.split_first()?;

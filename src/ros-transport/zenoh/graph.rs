@@ -3,12 +3,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use zenoh::Wait;
 use zenoh::config::WhatAmI;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::sample::SampleKind;
-use zenoh::{Session, Wait};
 
-use super::keys::{EndpointKind, GraphEndpoint, NodeKey, TopicKey, all_tokens, read_token, session_of};
+use super::keys::{EndpointKind, GraphEndpoint, TopicKey, all_tokens, read_token, session_of};
+use super::node_session::NodeSession;
 use crate::link::ZenohLinks;
 
 /// Maximum number of remembered tokens on our topics: enough for a large fleet, and a bound against floods.
@@ -23,9 +24,18 @@ const MAX_MISSING: usize = 1000;
 pub(super) struct Heritage {
     /// Id of the replaced session, which is not a foreign session.
     session: Option<String>,
+    history: LinkHistory,
+}
+
+#[derive(Default, Clone)]
+struct LinkHistory {
+    /// Number of lost connections.
     lost: u64,
-    named: BTreeSet<String>,
+    /// Peers whose connection is lost and which have shown no sign since: neither another connection nor a
+    /// token, which would come through a router, like samples.
     missing: BTreeSet<String>,
+    /// Endpoints with a hash other than ours that were named in the log.
+    named: BTreeSet<String>,
 }
 
 /// State shared with Zenoh's threads, which call back.
@@ -35,12 +45,7 @@ struct SeenToken {
     endpoints: BTreeMap<String, GraphEndpoint>,
     /// Connections, and whether the other end is a router.
     links: BTreeMap<String, bool>,
-    lost: u64,
-    /// Peers whose connection is lost and which have shown no sign since: neither another connection nor a
-    /// token, which would come through a router, like samples.
-    missing: BTreeSet<String>,
-    /// Endpoints with a hash other than ours that were named in the log.
-    named: BTreeSet<String>,
+    history: LinkHistory,
 }
 
 /// The graph as far as it concerns our topics.
@@ -53,16 +58,15 @@ pub(super) struct Graph {
 impl Graph {
     /// Declares our node, unless the graph must not list it, and subscribes to declarations on these topics.
     pub(super) fn new(
-        session: &Session,
-        node: &NodeKey,
+        node: &NodeSession,
         shows_node: bool,
         written: &[TopicKey],
         read: &[TopicKey],
-        Heritage { session: former, lost, named, missing }: Heritage,
+        Heritage { session: former, history }: Heritage,
     ) -> zenoh::Result<Self> {
-        let seen = Arc::new(Mutex::new(SeenToken { lost, missing, named, ..SeenToken::default() }));
+        let seen = Arc::new(Mutex::new(SeenToken { history, ..SeenToken::default() }));
         let (links, not_a_peer) = (Arc::clone(&seen), former.clone());
-        session
+        node.session
             .info()
             .transport_events_listener()
             .history(true)
@@ -75,15 +79,15 @@ impl Graph {
             })
             .background()
             .wait()?;
-        let (tokens, own) = (Arc::clone(&seen), node.session.clone());
+        let (tokens, own) = (Arc::clone(&seen), node.key.session.clone());
         // Readers matter on the topics that we write, and writers on all our topics.
         let topics = [
             (EndpointKind::Subscription, written.to_vec()),
             (EndpointKind::Publisher, [written, read].concat()),
         ];
-        session
+        node.session
             .liveliness()
-            .declare_subscriber(all_tokens(node.domain))
+            .declare_subscriber(all_tokens(node.key.domain))
             .history(true)
             .callback(move |sample| {
                 let token = sample.key_expr().as_str();
@@ -92,7 +96,7 @@ impl Graph {
                     return;
                 }
                 if sample.kind() == SampleKind::Put {
-                    lock(&tokens).missing.remove(session);
+                    lock(&tokens).history.missing.remove(session);
                 }
                 let Some(endpoint) = read_token(token) else { return };
                 let is_on = |(kind, topics): &(EndpointKind, Vec<TopicKey>)| {
@@ -105,30 +109,23 @@ impl Graph {
             })
             .background()
             .wait()?;
-        let token =
-            shows_node.then(|| session.liveliness().declare_token(node.token()).wait()).transpose()?;
+        let token = shows_node.then(|| node.declare(node.key.token())).transpose()?;
         Ok(Self { seen, _token: token })
     }
 
     /// Returns the peers whose connection is lost and which have shown no sign since.
     pub(super) fn missing(&self) -> BTreeSet<String> {
-        lock(&self.seen).missing.clone()
+        lock(&self.seen).history.missing.clone()
     }
 
     /// Forgets peers that have ended.
     pub(super) fn forget(&self, ended: &BTreeSet<String>) {
-        lock(&self.seen).missing.retain(|session| !ended.contains(session));
+        lock(&self.seen).history.missing.retain(|session| !ended.contains(session));
     }
 
-    /// Returns the state for the graph of the session that replaces this one.
-    pub(super) fn heritage(&self, session: &Session) -> Heritage {
-        let seen = lock(&self.seen);
-        Heritage {
-            session: Some(session.zid().to_string()),
-            lost: seen.lost,
-            named: seen.named.clone(),
-            missing: seen.missing.clone(),
-        }
+    /// Returns the state for the graph of the session that replaces this one, of this id.
+    pub(super) fn heritage(&self, session: &str) -> Heritage {
+        Heritage { session: Some(session.to_owned()), history: lock(&self.seen).history.clone() }
     }
 
     /// Returns the number of foreign endpoints that receive this topic from us, or send it to us.
@@ -146,33 +143,38 @@ impl Graph {
             let links = seen.links.values().filter(|is_router| **is_router == wanted);
             u32::try_from(links.count()).unwrap_or(u32::MAX)
         };
-        ZenohLinks { routers: count(true), peers: count(false), lost: seen.lost, unreachable: Vec::new() }
+        ZenohLinks {
+            routers: count(true),
+            peers: count(false),
+            lost: seen.history.lost,
+            unreachable: Vec::new(),
+        }
     }
 }
 
 impl SeenToken {
     /// Records a connection. Peers come and go with each `ros2` command, which is not worth a log line.
     fn note_link(&mut self, session: &str, is_router: bool, kind: SampleKind) {
-        match (kind, is_router) {
-            (SampleKind::Put, true) => tracing::info!("connected with Zenoh router {session}"),
-            (SampleKind::Put, false) => tracing::debug!("connected with Zenoh peer {session}"),
-            (SampleKind::Delete, true) => {
-                tracing::warn!("the connection with Zenoh router {session} is lost");
-            }
-            (SampleKind::Delete, false) => {
-                tracing::debug!("the connection with Zenoh peer {session} has ended");
-            }
-        }
         match kind {
             SampleKind::Put => {
+                if is_router {
+                    tracing::info!("connected with Zenoh router {session}");
+                } else {
+                    tracing::debug!("connected with Zenoh peer {session}");
+                }
                 self.links.insert(session.to_owned(), is_router);
-                self.missing.remove(session);
+                self.history.missing.remove(session);
             }
             SampleKind::Delete => {
+                if is_router {
+                    tracing::warn!("the connection with Zenoh router {session} is lost");
+                } else {
+                    tracing::debug!("the connection with Zenoh peer {session} has ended");
+                }
                 self.links.remove(session);
-                self.lost += 1;
-                if !is_router && self.missing.len() < MAX_MISSING {
-                    self.missing.insert(session.to_owned());
+                self.history.lost += 1;
+                if !is_router && self.history.missing.len() < MAX_MISSING {
+                    self.history.missing.insert(session.to_owned());
                 }
             }
         }
@@ -202,7 +204,8 @@ impl SeenToken {
     /// Warns once about an endpoint that will not receive from us, or from which we will not receive.
     fn warn(&mut self, endpoint: &GraphEndpoint, ours: &TopicKey) {
         let GraphEndpoint { node, topic: TopicKey { name, type_name, hash }, .. } = endpoint;
-        if self.named.len() >= MAX_NAMED || !self.named.insert(format!("{node} {name} {type_name} {hash}")) {
+        let named = &mut self.history.named;
+        if named.len() >= MAX_NAMED || !named.insert(format!("{node} {name} {type_name} {hash}")) {
             return;
         }
         let (theirs, own) =

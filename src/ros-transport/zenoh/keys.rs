@@ -3,9 +3,10 @@
 use xxhash_rust::xxh3::xxh3_128;
 
 use super::attachment::Gid;
+use crate::error::TransportError;
 use crate::qos::{Durability, Reliability};
 use crate::settings::TypeHashes;
-use ros_messages::type_hash;
+use ros_messages::{dds_type, type_hash};
 
 /// First part of all tokens, which `**` does not match.
 const GRAPH: &str = "@ros2_lv";
@@ -14,7 +15,7 @@ const EMPTY: &str = "%";
 /// Replaces the hash of a type in Humble.
 const NOT_SUPPORTED: &str = "TypeHashNotSupported";
 
-/// A topic with its type, as in keys and tokens.
+/// A topic or service with its type, as in keys and tokens.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct TopicKey {
     /// Absolute name of the topic.
@@ -26,24 +27,14 @@ pub(super) struct TopicKey {
 }
 
 impl TopicKey {
-    /// Creates the topic of this name and type; `None` for a type without a known hash.
-    pub(super) fn new(name: &str, (package, message): (&str, &str), hashes: TypeHashes) -> Option<Self> {
+    /// Creates the topic or service of this name and type; fails for a type without a known hash.
+    pub(super) fn new(name: &str, type_name: &str, hashes: TypeHashes) -> Result<Self, TransportError> {
         let hash = match hashes {
-            TypeHashes::Rihs01 => type_hash(package, message)?,
+            TypeHashes::Rihs01 => type_hash(type_name)
+                .ok_or_else(|| TransportError::NoHash(type_name.replacen("/msg/", "/", 1)))?,
             TypeHashes::NotSupported => NOT_SUPPORTED,
         };
-        let type_name = format!("{package}::msg::dds_::{message}_");
-        Some(Self { name: name.to_owned(), type_name, hash: hash.to_owned() })
-    }
-
-    /// Creates the service of this name and type; `None` for a type without a known hash.
-    pub(super) fn service(name: &str, (package, service): (&str, &str), hashes: TypeHashes) -> Option<Self> {
-        let hash = match hashes {
-            TypeHashes::Rihs01 => type_hash(package, service)?,
-            TypeHashes::NotSupported => NOT_SUPPORTED,
-        };
-        let type_name = format!("{package}::srv::dds_::{service}_");
-        Some(Self { name: name.to_owned(), type_name, hash: hash.to_owned() })
+        Ok(Self { name: name.to_owned(), type_name: dds_type(type_name), hash: hash.to_owned() })
     }
 
     /// Returns the key of the topic's samples.
@@ -63,18 +54,6 @@ pub(super) struct NodeKey {
     pub(super) namespace: String,
     /// Name of the node.
     pub(super) node: String,
-}
-
-/// Ids of endpoints, each returned once.
-#[derive(Debug, Default)]
-pub(super) struct NextId(u32);
-
-impl NextId {
-    /// Returns the next id.
-    pub(super) fn next(&mut self) -> u32 {
-        self.0 = self.0.wrapping_add(1);
-        self.0
-    }
 }
 
 /// Kind of endpoint that a token describes.
@@ -206,7 +185,7 @@ mod tests {
     /// The examples of `rmw_zenoh`'s design document.
     #[test]
     fn keys_and_tokens_are_those_of_rmw_zenoh() {
-        let chatter = TopicKey::new("/chatter", ("std_msgs", "String"), TypeHashes::Rihs01).unwrap();
+        let chatter = TopicKey::new("/chatter", "std_msgs/msg/String", TypeHashes::Rihs01).unwrap();
         let hash = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18";
         assert_eq!(chatter.data(2), format!("2/chatter/std_msgs::msg::dds_::String_/{hash}"));
         assert_eq!(node("/").token(), "@ros2_lv/2/8b20917502ee955ac4476e0266340d5c/0/0/NN/%/%/talker");
@@ -221,18 +200,19 @@ mod tests {
     #[test]
     fn namespaces_depths_and_humble_show_in_them() {
         let topic =
-            TopicKey::new("/car/vehicle/status", ("std_msgs", "String"), TypeHashes::NotSupported).unwrap();
+            TopicKey::new("/car/vehicle/status", "std_msgs/msg/String", TypeHashes::NotSupported).unwrap();
         assert_eq!(topic.data(0), "0/car/vehicle/status/std_msgs::msg::dds_::String_/TypeHashNotSupported");
         let qos = qos(Reliability::BestEffort, Durability::TransientLocal, 1);
         let token = node("/car/a").endpoint_token(1, EndpointKind::Subscription, &topic, &qos);
         assert!(token.contains("/0/1/MS/%/%car%a/talker/%car%vehicle%status/"), "{token}");
         assert!(token.ends_with("/TypeHashNotSupported/2:1:,1:,:,:,,"), "{token}");
-        assert_eq!(TopicKey::new("/a", ("std_msgs", "Nothing"), TypeHashes::Rihs01), None);
+        let unknown = TopicKey::new("/a", "std_msgs/msg/Nothing", TypeHashes::Rihs01).unwrap_err();
+        assert_eq!(unknown.to_string(), "the hash of std_msgs/Nothing is not known");
     }
 
     #[test]
     fn tokens_are_read_with_what_versions_to_come_add_and_nothing_else_is() {
-        let topic = TopicKey::new("/a/b", ("std_msgs", "String"), TypeHashes::Rihs01).unwrap();
+        let topic = TopicKey::new("/a/b", "std_msgs/msg/String", TypeHashes::Rihs01).unwrap();
         for (namespace, full) in [("/", "/talker"), ("/car/a", "/car/a/talker")] {
             let token = node(namespace).endpoint_token(10, EndpointKind::Subscription, &topic, "::,7:,:,:,,");
             let read = read_token(&token).unwrap();

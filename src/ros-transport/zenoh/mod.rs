@@ -14,6 +14,7 @@
 mod attachment;
 mod graph;
 mod keys;
+mod node_session;
 mod payload;
 mod peer_search;
 mod router_query;
@@ -40,6 +41,6 @@ pub(crate) fn serve(
     let mut worker = ZenohWorker::new(settings, link, log_losses);
     match worker.open() {
         Ok(()) => worker.run(runtime),
-        Err(reason) => runtime.block_on(refuse(&reason, worker.into_link())),
+        Err(reason) => runtime.block_on(refuse(reason, worker.into_link())),
     }
 }

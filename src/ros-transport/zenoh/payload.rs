@@ -3,36 +3,30 @@
 use rustdds::bytes::Bytes;
 use zenoh::bytes::ZBytes;
 
-use crate::link::SampleEncoding;
-use ros_messages::cdr::CdrBytes;
+use crate::error::SampleError;
+use ros_messages::cdr::{CdrBytes, Endian, encapsulated};
 
 /// Length of the header before a message, bytes.
 const LENGTH: usize = 4;
-/// The header of our messages: CDR, little-endian, no options.
-const HEADER: [u8; LENGTH] = [0, 1, 0, 0];
 
 /// A received message.
 pub(super) struct ReceivedPayload {
     /// Byte order of the message.
-    pub(super) encoding: SampleEncoding,
+    pub(super) endian: Endian,
     payload: Vec<u8>,
 }
 
 impl ReceivedPayload {
-    /// Reads the header of a message of at most `limit` bytes. The error is a text for the user.
-    pub(super) fn read(payload: &ZBytes, limit: usize) -> Result<Self, String> {
+    /// Reads the header of a message of at most `limit` bytes.
+    pub(super) fn read(payload: &ZBytes, limit: usize) -> Result<Self, SampleError> {
         let length = payload.len();
         if length.saturating_sub(LENGTH) > limit {
-            return Err(format!("{length} bytes are too many"));
+            return Err(SampleError::TooLong(length));
         }
         let payload = payload.to_bytes().into_owned();
-        let encoding = match payload.get(..LENGTH) {
-            Some([0, 0, ..]) => SampleEncoding::Big,
-            Some([0, 1, ..]) => SampleEncoding::Little,
-            Some(other) => return Err(format!("its encoding {other:02x?} is not CDR")),
-            None => return Err(format!("{length} bytes are no message")),
-        };
-        Ok(Self { encoding, payload })
+        let header = *payload.first_chunk().ok_or(SampleError::TooShort(length))?;
+        let (endian, _) = encapsulated(&payload).ok_or(SampleError::NotCdr(header))?;
+        Ok(Self { endian, payload })
     }
 
     /// Returns the message without the header.
@@ -44,7 +38,7 @@ impl ReceivedPayload {
 /// Returns a message with its header, for sending.
 pub(super) fn with_header(message: CdrBytes) -> ZBytes {
     let mut payload = ZBytes::writer();
-    payload.append(ZBytes::from(HEADER));
+    payload.append(ZBytes::from(Endian::Little.encapsulation()));
     payload.append(ZBytes::from(Bytes::from_owner(message)));
     payload.finish()
 }

@@ -6,21 +6,22 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use zenoh::Wait;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::query::{Query, Queryable};
-use zenoh::{Session, Wait};
 
 use super::attachment::Attachment;
-use super::keys::{EndpointKind, NextId, NodeKey, TopicKey, qos};
+use super::keys::{EndpointKind, TopicKey, qos};
+use super::node_session::NodeSession;
 use super::payload::{ReceivedPayload, with_header};
 use super::topic_writer::ZenohTopicWriter;
+use crate::error::{SampleError, TransportError};
 use crate::link::{Order, WrittenTopic};
 use crate::parameters::{MAX_REQUEST, NodeService, Parameters, ServiceContents};
 use crate::qos::{Delivery, Durability, Reliability};
 use crate::settings::TypeHashes;
 use crate::wakeup::Wakeup;
 use crate::wall_clock::now;
-use ros_messages::cdr::CdrBytes;
 use ros_messages::rcl_interfaces::ParameterEvent;
 
 /// The topic for changes.
@@ -61,61 +62,49 @@ struct WaitingRequests {
 impl ZenohServiceServer {
     /// Declares the services of this node.
     pub(super) fn new(
-        session: &Session,
-        node: &NodeKey,
-        ids: &mut NextId,
+        node: &NodeSession,
         hashes: TypeHashes,
         contents: ServiceContents,
         wakeup: &Arc<Wakeup>,
-    ) -> zenoh::Result<Self> {
+    ) -> Result<Self, TransportError> {
         let waiting = Arc::<Mutex<WaitingRequests>>::default();
-        let full_name = format!("{}/{}", node.namespace, node.node);
+        let full_name = format!("{}/{}", node.key.namespace, node.key.node);
         let qos = qos(Reliability::Reliable, Durability::Volatile, DEPTH);
         let mut services = Vec::new();
         for (position, (service, name)) in contents.services(&full_name).into_iter().enumerate() {
-            let key = TopicKey::service(&name, service.type_name(), hashes)
-                .ok_or_else(|| format!("the hash of {:?} is not known", service.type_name()))?;
+            let key = TopicKey::new(&name, service.type_name(), hashes)?;
             let (queries, wakeup) = (Arc::clone(&waiting), Arc::clone(wakeup));
             let take = move |query| {
                 lock(&queries).put(position, query);
                 wakeup.notify();
             };
             // Clients query only servers declared as complete.
-            let queryable = session.declare_queryable(key.data(node.domain)).complete(true).callback(take);
-            let token = node.endpoint_token(ids.next(), EndpointKind::Service, &key, &qos);
+            let data = key.data(node.key.domain);
+            let queryable = node.session.declare_queryable(&data).complete(true).callback(take);
+            let token = node.endpoint_token(EndpointKind::Service, &key, &qos);
             services.push(Service {
                 kind: service,
-                key: key.data(node.domain),
+                key: data.clone(),
                 _queryable: queryable.wait()?,
-                _token: session.liveliness().declare_token(token).wait()?,
+                _token: node.declare(token)?,
             });
         }
-        let (package, message) = ParameterEvent::TYPE_NAME;
         let events = WrittenTopic {
             name: EVENTS.to_owned(),
-            type_name: (package.to_owned(), message.to_owned()),
+            type_name: ParameterEvent::TYPE_NAME.to_owned(),
             durability: Durability::Volatile,
             depth: DEPTH,
             delivery: Delivery::Once,
         };
-        let key = TopicKey::new(EVENTS, (package, message), hashes)
-            .ok_or_else(|| format!("the hash of {message} is not known"))?;
-        let events = ZenohTopicWriter::new(session, node, ids, &events, key)?;
+        let key = TopicKey::new(EVENTS, ParameterEvent::TYPE_NAME, hashes)?;
+        let events = ZenohTopicWriter::new(node, &events, key)?;
         Ok(Self { contents, node: full_name, events, waiting, services })
     }
 
     /// Replaces the parameters, and publishes the differences.
-    pub(super) fn set_parameters(&mut self, parameters: Parameters, ids: &mut NextId) {
-        let stamp = now().into();
-        let event = parameters.event_after(&self.contents.parameters, &self.node, stamp);
-        self.contents.parameters = parameters;
-        let published = event.map(|event| {
-            let bytes = CdrBytes::encode(&event).map_err(|error| error.to_string())?;
-            self.events.carry_out(&Order::Publish(vec![bytes]), ids).map_err(|error| error.to_string())
-        });
-        if let Some(Err(reason)) = published {
-            tracing::warn!("the change of the parameters is not on /parameter_events: {reason}");
-        }
+    pub(super) fn set_parameters(&mut self, parameters: Parameters) {
+        let publish = |event| Ok(self.events.carry_out(&Order::Publish(vec![event]))?);
+        self.contents.set_parameters(parameters, &self.node, now().into(), publish);
     }
 
     /// Answers the requests that have arrived. Returns the number of unanswered requests.
@@ -128,7 +117,7 @@ impl ZenohServiceServer {
                 tracing::warn!("a request to a service was not answered: {reason}");
                 unanswered += 1;
                 // Sent so that the client does not wait; it may be gone.
-                let _ = query.reply_err(reason).wait();
+                let _ = query.reply_err(reason.to_string()).wait();
             }
         }
         unanswered
@@ -136,22 +125,14 @@ impl ZenohServiceServer {
 }
 
 impl Service {
-    fn answer(&self, query: &Query, contents: &ServiceContents) -> Result<(), String> {
-        let attachment = query.attachment().and_then(|attached| Attachment::read(&attached.to_bytes()));
-        let attachment =
-            attachment.ok_or("it has no number and no client attached, as rmw_zenoh attaches them")?;
-        let request = ReceivedPayload::read(query.payload().ok_or("it is empty")?, MAX_REQUEST)?;
-        let response = self
-            .kind
-            .answer(contents, request.bytes(), request.encoding.into())
-            .map_err(|error| error.to_string())?;
+    fn answer(&self, query: &Query, contents: &ServiceContents) -> Result<(), SampleError> {
+        let Attachment { number, gid, .. } = Attachment::of(query.attachment(), "client")?;
+        let request = ReceivedPayload::read(query.payload().ok_or(SampleError::Empty)?, MAX_REQUEST)?;
+        let response = self.kind.answer(contents, request.bytes(), request.endian)?;
         // The client recognises its request by the number, and by its own identity.
-        let attachment = Attachment::now(attachment.number, attachment.gid).to_bytes();
-        query
-            .reply(self.key.as_str(), with_header(response))
-            .attachment(attachment)
-            .wait()
-            .map_err(|error| error.to_string())
+        let attachment = Attachment::now(number, gid).to_bytes();
+        let reply = query.reply(self.key.as_str(), with_header(response));
+        Ok(reply.attachment(attachment).wait()?)
     }
 }
 

@@ -3,14 +3,16 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use zenoh::Wait;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::sample::{Sample, SampleKind};
-use zenoh::{Session, Wait};
 use zenoh_ext::{AdvancedSubscriber, AdvancedSubscriberBuilderExt, HistoryConfig};
 
 use super::attachment::Attachment;
-use super::keys::{EndpointKind, NextId, NodeKey, TopicKey, qos};
+use super::keys::{EndpointKind, TopicKey, qos};
+use super::node_session::NodeSession;
 use super::payload::ReceivedPayload;
+use crate::error::SampleError;
 use crate::link::{MAX_SAMPLE, ReadTopic};
 use crate::qos::Durability;
 use crate::wakeup::Wakeup;
@@ -24,7 +26,7 @@ pub(super) struct Arrived {
 }
 
 /// A sample, or the reason why it cannot be read.
-pub(super) type Arrival = Result<Arrived, String>;
+pub(super) type Arrival = Result<Arrived, SampleError>;
 
 /// The newest arrivals, at most as many as the topic's depth.
 #[derive(Clone)]
@@ -68,9 +70,7 @@ enum Subscriber {
 impl ZenohTopicReader {
     /// Reads a topic from now on, and also its current samples if so configured.
     pub(super) fn new(
-        session: &Session,
-        node: &NodeKey,
-        ids: &mut NextId,
+        node: &NodeSession,
         settings: &ReadTopic,
         topic: &TopicKey,
         wakeup: Arc<Wakeup>,
@@ -83,7 +83,7 @@ impl ZenohTopicReader {
                 arrivals.put(arrival(&sample));
             }
         };
-        let builder = session.declare_subscriber(topic.data(node.domain)).callback(receive);
+        let builder = node.session.declare_subscriber(topic.data(node.key.domain)).callback(receive);
         let subscriber = match settings.durability {
             Durability::Volatile => Subscriber::Plain { _held: builder.wait()? },
             Durability::TransientLocal => {
@@ -92,8 +92,7 @@ impl ZenohTopicReader {
             }
         };
         let qos = qos(settings.reliability, settings.durability, settings.depth);
-        let token = node.endpoint_token(ids.next(), EndpointKind::Subscription, topic, &qos);
-        let token = session.liveliness().declare_token(token).wait()?;
+        let token = node.declare(node.endpoint_token(EndpointKind::Subscription, topic, &qos))?;
         Ok(Self { queue, _subscriber: subscriber, _token: token })
     }
 
@@ -105,8 +104,6 @@ impl ZenohTopicReader {
 
 /// Reads attachment and header of a sample.
 fn arrival(sample: &Sample) -> Arrival {
-    let attached = sample.attachment().and_then(|attached| Attachment::read(&attached.to_bytes()));
-    let attachment =
-        attached.ok_or("it has no number and no publisher attached, as rmw_zenoh attaches them")?;
+    let attachment = Attachment::of(sample.attachment(), "publisher")?;
     Ok(Arrived { attachment, message: ReceivedPayload::read(sample.payload(), MAX_SAMPLE)? })
 }

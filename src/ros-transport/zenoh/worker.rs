@@ -12,15 +12,15 @@ use tokio::time::sleep;
 use zenoh::{Session, Wait};
 
 use super::graph::{Graph, Heritage};
-use super::keys::{EndpointKind, NextId, NodeKey, TopicKey};
+use super::keys::{EndpointKind, TopicKey};
+use super::node_session::NodeSession;
 use super::peer_search::{Answer, PeerSearch};
 use super::router_query;
 use super::service_server::ZenohServiceServer;
 use super::topic_reader::ZenohTopicReader;
 use super::topic_writer::ZenohTopicWriter;
-use crate::link::LostLines;
-use crate::link::ZenohLinks;
-use crate::link::{FromNetwork, Link, NetworkSettings, NetworkStatus, Order, Sample};
+use crate::error::TransportError;
+use crate::link::{FromNetwork, Link, LostLines, NetworkSettings, NetworkStatus, Order, Sample, ZenohLinks};
 use crate::orders;
 use crate::qos::Delivery;
 use crate::settings::{Transport, TypeHashes};
@@ -48,8 +48,7 @@ struct SessionKeys {
 
 /// A session with its endpoints.
 struct JoinedSession {
-    session: Session,
-    ids: NextId,
+    node: NodeSession,
     writers: Vec<ZenohTopicWriter>,
     readers: Vec<ZenohTopicReader>,
     graph: Graph,
@@ -91,13 +90,10 @@ pub(super) struct ZenohWorker {
 }
 
 impl SessionKeys {
-    fn new(settings: &NetworkSettings, hashes: TypeHashes) -> Result<Self, String> {
-        let key = |name: &str, (package, message): &(String, String)| {
-            TopicKey::new(name, (package, message), hashes)
-                .ok_or_else(|| format!("the hash of {package}/{message} is not known"))
-        };
-        let written = settings.written.iter().map(|topic| key(&topic.name, &topic.type_name));
-        let read = settings.read.iter().map(|topic| key(&topic.name, &topic.type_name));
+    fn new(settings: &NetworkSettings, hashes: TypeHashes) -> Result<Self, TransportError> {
+        let written = settings.written.iter();
+        let written = written.map(|topic| TopicKey::new(&topic.name, &topic.type_name, hashes));
+        let read = settings.read.iter().map(|topic| TopicKey::new(&topic.name, &topic.type_name, hashes));
         Ok(Self {
             hashes,
             written: written.collect::<Result<_, _>>()?,
@@ -114,39 +110,22 @@ impl JoinedSession {
         SessionKeys { hashes, written, read }: &SessionKeys,
         wakeup: &Arc<Wakeup>,
         heritage: Heritage,
-    ) -> zenoh::Result<Self> {
-        let node = NodeKey {
-            domain: settings.domain_id,
-            session: session.zid().to_string(),
-            namespace: if settings.namespace == "/" { String::new() } else { settings.namespace.clone() },
-            node: settings.node.clone(),
-        };
-        let mut ids = NextId::default();
-        let graph = Graph::new(&session, &node, settings.graph, written, read, heritage)?;
+    ) -> Result<Self, TransportError> {
+        let node = NodeSession::new(session, settings);
+        let graph = Graph::new(&node, settings.graph, written, read, heritage)?;
         let writers = settings.written.iter().zip(written);
-        let writers =
-            writers.map(|(topic, key)| ZenohTopicWriter::new(&session, &node, &mut ids, topic, key.clone()));
+        let writers = writers.map(|(topic, key)| ZenohTopicWriter::new(&node, topic, key.clone()));
         let writers = writers.collect::<zenoh::Result<Vec<_>>>()?;
         let readers = settings.read.iter().zip(read);
-        let readers = readers.map(|(topic, key)| {
-            ZenohTopicReader::new(&session, &node, &mut ids, topic, key, Arc::clone(wakeup))
-        });
+        let readers =
+            readers.map(|(topic, key)| ZenohTopicReader::new(&node, topic, key, Arc::clone(wakeup)));
         let readers = readers.collect::<zenoh::Result<Vec<_>>>()?;
         let service_server = settings
             .services
             .clone()
-            .map(|contents| ZenohServiceServer::new(&session, &node, &mut ids, *hashes, contents, wakeup));
+            .map(|contents| ZenohServiceServer::new(&node, *hashes, contents, wakeup));
         let service_server = service_server.transpose()?;
-        Ok(Self { session, ids, writers, readers, graph, service_server })
-    }
-
-    /// Calls the function with the writer at a position, if there is one.
-    fn act(
-        &mut self,
-        position: usize,
-        act: impl FnOnce(&mut ZenohTopicWriter, &mut NextId) -> zenoh::Result<()>,
-    ) -> zenoh::Result<()> {
-        self.writers.get_mut(position).map_or(Ok(()), |writer| act(writer, &mut self.ids))
+        Ok(Self { node, writers, readers, graph, service_server })
     }
 }
 
@@ -180,22 +159,22 @@ impl ZenohWorker {
     }
 
     /// Opens a session, with or without a network; a client's session waits for a router, so it is opened in
-    /// a separate thread. The error is a text for the user.
-    pub(super) fn open(&mut self) -> Result<(), String> {
+    /// a separate thread.
+    pub(super) fn open(&mut self) -> Result<(), TransportError> {
         let Transport::Zenoh(zenoh) = &self.settings.transport else {
-            return Err("not configured".to_owned());
+            return Err(TransportError::NotConfigured);
         };
-        self.config = zenoh_config::parse(zenoh.config.as_deref()).map_err(|error| error.to_string())?;
+        self.config = zenoh_config::parse(zenoh.config.as_deref())?;
         self.keys = SessionKeys::new(&self.settings, zenoh.type_hashes)?;
         if !zenoh_config::waits_for_router(&self.config) {
-            let session = zenoh::open(self.config.clone()).wait().map_err(|error| error.to_string())?;
-            return self.join(session).map_err(|error| error.to_string());
+            let session = zenoh::open(self.config.clone()).wait()?;
+            return self.join(session);
         }
-        self.open_later(self.config.clone()).map_err(|error| error.to_string())
+        self.open_later(self.config.clone())
     }
 
     /// Opens a session in a separate thread.
-    fn open_later(&mut self, config: zenoh::Config) -> io::Result<()> {
+    fn open_later(&mut self, config: zenoh::Config) -> Result<(), TransportError> {
         let (sender, receiver) = channel();
         let wakeup = Arc::clone(&self.wakeup);
         let open = move || {
@@ -210,8 +189,8 @@ impl ZenohWorker {
 
     /// Declares all endpoints on a session, which replaces any previous one, and publishes the current
     /// samples.
-    fn join(&mut self, session: Session) -> zenoh::Result<()> {
-        let heritage = self.joined.as_ref().map(|former| former.graph.heritage(&former.session));
+    fn join(&mut self, session: Session) -> Result<(), TransportError> {
+        let heritage = self.joined.as_ref().map(|former| former.graph.heritage(&former.node.key.session));
         let is_first = heritage.is_none();
         let joined = JoinedSession::new(
             session,
@@ -240,7 +219,7 @@ impl ZenohWorker {
         if let Some((_, former)) =
             self.replaced.take_if(|(since, _)| now.saturating_duration_since(*since) >= OVERLAP)
         {
-            let close = move || drop(former.session.close().wait());
+            let close = move || drop(former.node.session.close().wait());
             let started = thread::Builder::new().name("zenoh close".to_owned()).spawn(close);
             if let Err(error) = started {
                 tracing::warn!("a session of Zenoh was not closed in order: {error}");
@@ -261,8 +240,8 @@ impl ZenohWorker {
             }
             if findings.replace && self.opening.is_none() && self.replaced.is_none() {
                 let opened = zenoh_config::with_another_id(self.config.clone())
-                    .map_err(|error| error.to_string())
-                    .and_then(|config| self.open_later(config).map_err(|error| error.to_string()));
+                    .map_err(TransportError::from)
+                    .and_then(|config| self.open_later(config));
                 if let Err(reason) = opened {
                     tracing::warn!("no other session of Zenoh can be opened: {reason}");
                 }
@@ -305,10 +284,11 @@ impl ZenohWorker {
                 self.opening = None;
                 // Samples received by the previous session come first.
                 self.receive();
-                if let Err(error) = opened.and_then(|session| self.join(session)) {
+                let joined = opened.map_err(TransportError::from).and_then(|session| self.join(session));
+                if let Err(error) = joined {
                     tracing::warn!("no session of Zenoh can be opened: {error}");
                     if self.joined.is_none() {
-                        return Err(io::Error::other(error.to_string()));
+                        return Err(io::Error::other(error));
                     }
                 }
             }
@@ -318,18 +298,16 @@ impl ZenohWorker {
             if self.obey()? {
                 if let Some(joined) = &self.joined {
                     // Remaining declarations end with the process.
-                    let _ = joined.session.close().wait();
+                    let _ = joined.node.session.close().wait();
                 }
                 return Ok(());
             }
             self.receive();
             let server = self.joined.as_ref().and_then(|joined| joined.service_server.as_ref());
             self.unanswered_requests += server.map_or(0, ZenohServiceServer::serve);
-            for position in 0..self.keys.written.len() {
-                let settled =
-                    self.joined.as_mut().map(|joined| joined.act(position, ZenohTopicWriter::settle));
-                self.count_write_error(settled.unwrap_or(Ok(())));
-            }
+            let writers = self.joined.iter_mut().flat_map(|joined| &mut joined.writers);
+            let settled: Vec<_> = writers.map(ZenohTopicWriter::settle).collect();
+            settled.into_iter().for_each(|outcome| self.count_write_error(outcome));
             self.update_status();
             self.link.flush()?;
         }
@@ -353,8 +331,8 @@ impl ZenohWorker {
             self.carry_out(topic, order);
         }
         if let Some(parameters) = received.parameters {
-            if let Some(JoinedSession { service_server: Some(server), ids, .. }) = &mut self.joined {
-                server.set_parameters(parameters.clone(), ids);
+            if let Some(JoinedSession { service_server: Some(server), .. }) = &mut self.joined {
+                server.set_parameters(parameters.clone());
             }
             self.settings.set_parameters(parameters);
         }
@@ -363,8 +341,9 @@ impl ZenohWorker {
 
     /// Carries out an order once there is a session, and stores it for the next session.
     fn carry_out(&mut self, topic: u16, order: Order) {
-        if let Some(joined) = &mut self.joined {
-            let done = joined.act(usize::from(topic), |writer, ids| writer.carry_out(&order, ids));
+        let joined = self.joined.as_mut();
+        if let Some(writer) = joined.and_then(|joined| joined.writers.get_mut(usize::from(topic))) {
+            let done = writer.carry_out(&order);
             self.count_write_error(done);
         }
         if self.settings.is_kept(topic) {
@@ -393,10 +372,12 @@ impl ZenohWorker {
                         subscription,
                         writer: arrived.attachment.gid,
                         number: arrived.attachment.number,
-                        encoding: arrived.message.encoding,
+                        endian: arrived.message.endian,
                         bytes: arrived.message.bytes(),
                     })),
-                    Err(reason) => self.link.answer(&FromNetwork::Unreadable(subscription, reason)),
+                    Err(reason) => {
+                        self.link.answer(&FromNetwork::Unreadable(subscription, &reason.to_string()))
+                    }
                 };
             }
         }

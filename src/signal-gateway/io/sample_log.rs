@@ -25,7 +25,7 @@ use ros_messages::autoware_vehicle_msgs::TurnIndicatorsReport;
 use ros_messages::cdr::{CdrBytes, Endian, Unreadable, encapsulated, read_message};
 use ros_messages::ros2_socketcan_msgs::FdFrame;
 use ros_messages::signal_gateway_msgs::GatewayCall as CallMessage;
-use ros_messages::{TypeName, can_msgs, full_name};
+use ros_messages::{TypeName, can_msgs};
 
 /// Reads the samples of a recording in the order of the file.
 pub struct SampleLog {
@@ -146,11 +146,11 @@ impl SampleLog {
         let mut rest =
             VecDeque::from(if path.is_dir() { files_of_bag(path)? } else { vec![path.to_owned()] });
         let first = rest.pop_front().ok_or(io::ErrorKind::IsADirectory)?;
-        let named = |(name, kind): &(String, SampleKind)| (name.clone(), full_name(kind.type_name()));
-        let names: Vec<(String, String)> = topics.iter().map(named).collect();
+        let named = |(name, kind): &(String, SampleKind)| (name.clone(), kind.type_name());
+        let names: Vec<(String, TypeName)> = topics.iter().map(named).collect();
         let choose: Choose<usize> = Arc::new(move |topic: &RecordedTopic<'_>| {
             let is_topic =
-                |(name, type_name): &(String, String)| name == topic.name && type_name == topic.type_name;
+                |(name, type_name): &(String, TypeName)| name == topic.name && *type_name == topic.type_name;
             names.iter().position(is_topic).filter(|_| topic.encoding == "cdr")
         });
         let topic = |(name, kind)| SampleTopic { name, kind, received: 0, undecodable: 0, reason: None };

@@ -256,11 +256,8 @@ impl Gateway {
     /// log has it.
     pub(crate) fn standstills(&self) -> u64 {
         let lines = self.0.lines(Mark::START).into_iter();
-        let is_it = |line: &Value| {
-            let text = line["text"].as_str().unwrap_or_default();
-            let others = ["new_address", "unacknowledged", "write_failed", "worn_out"];
-            text.contains("stood_still=true") && others.iter().all(|it| text.contains(&format!("{it}=false")))
-        };
+        let is_it =
+            |line: &Value| line["text"].as_str().is_some_and(|text| text.contains("cause=StoodStill"));
         lines.filter(|(_, line)| line["event"] == "log" && is_it(line)).count().try_into().unwrap()
     }
 

@@ -237,7 +237,7 @@ mod slow {
         );
         let log = gateway.log();
         let is_anew =
-            |line: &&String| line.contains("stood_still=true") || line.contains("has ended (no answer)");
+            |line: &&String| line.contains("cause=StoodStill") || line.contains("has ended (no answer)");
         if let Some(line) = log.iter().find(is_anew) {
             lateness.assert_gap(line, STANDSTILL, STANDSTILL / 2 + waited(gateway.id()));
             println!("peers have met the gateway anew: {line}");

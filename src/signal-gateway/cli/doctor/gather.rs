@@ -232,7 +232,9 @@ fn ros(
 fn start(domain_id: u16, ros: &RosSettings, facts: &RosFacts, time: Duration) -> Survey {
     let topics: Vec<_> = facts.written.iter().chain(&facts.read).map(|topic| topic.name.clone()).collect();
     let only_networks = ros.only_networks.clone();
-    thread::spawn(move || survey_domain(domain_id, &only_networks, &topics, time))
+    thread::spawn(move || {
+        survey_domain(domain_id, &only_networks, &topics, time).map_err(|error| error.to_string())
+    })
 }
 
 fn running(args: &DoctorArgs, settings: Option<&Settings>) -> RunningFacts {

@@ -9,7 +9,6 @@ use std::time::Duration;
 
 use super::encoder::{RecordedChannel, RecordedMessage};
 use super::file::{McapFile, offered_qos};
-use ros_messages::full_name;
 
 /// Limits after which a bag continues in a new file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -200,7 +199,7 @@ impl Bag {
                 "    - topic_metadata:\n        name: {}\n        type: {}\n        \
                  serialization_format: cdr\n        offered_qos_profiles: {}\n      message_count: {count}\n",
                 channel.topic,
-                full_name(channel.type_name),
+                channel.type_name,
                 quoted(&offered_qos(channel))
             );
         }

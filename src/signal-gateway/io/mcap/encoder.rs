@@ -326,7 +326,7 @@ mod tests {
         let channel = &encoder.channels()[message.channel];
         assert_eq!(
             (channel.topic.as_str(), channel.type_name),
-            ("/can_0__/from_can_bus", ("can_msgs", "Frame"))
+            ("/can_0__/from_can_bus", "can_msgs/msg/Frame")
         );
         assert_eq!((message.log_time, message.publish_time), (at, stamp));
         let mut expected = vec![5, 0, 0, 0, 1, 0, 0, 0];
@@ -342,7 +342,7 @@ mod tests {
         let channel = &encoder.channels()[message.channel];
         assert_eq!(
             (channel.topic.as_str(), channel.type_name),
-            ("/body/from_can_bus_fd", ("ros2_socketcan_msgs", "FdFrame"))
+            ("/body/from_can_bus_fd", "ros2_socketcan_msgs/msg/FdFrame")
         );
         assert!(message.bytes.as_ref().ends_with(&[9; 12]));
     }

@@ -16,7 +16,7 @@ use mcap::{McapError, WriteOptions, Writer};
 
 use super::encoder::{RecordedChannel, RecordedMessage};
 use crate::io::ros::topics::Durability;
-use ros_messages::{full_name, schema};
+use ros_messages::schema;
 
 /// A chunk is closed when it is larger than this, bytes.
 const CHUNK_BYTES: u64 = 768 * 1024;
@@ -98,7 +98,7 @@ impl McapFile {
             return Ok(known.id);
         }
         let definition = schema(channel.type_name).unwrap_or_default();
-        let schema = self.writer.add_schema(&full_name(channel.type_name), "ros2msg", definition.as_bytes());
+        let schema = self.writer.add_schema(channel.type_name, "ros2msg", definition.as_bytes());
         let metadata = BTreeMap::from([("offered_qos_profiles".to_owned(), offered_qos(channel))]);
         self.writer.add_channel(schema.map_err(io_error)?, &channel.topic, "cdr", &metadata).map_err(io_error)
     }

@@ -147,7 +147,7 @@ fn folder_that_cannot_be_made_costs_what_is_recorded_and_is_told_of() {
 #[test]
 fn schema_has_constants_and_every_type_in_it_once() {
     let separator = "=".repeat(80);
-    let text = schema(("diagnostic_msgs", "DiagnosticArray")).unwrap();
+    let text = schema("diagnostic_msgs/msg/DiagnosticArray").unwrap();
     let parts: Vec<_> = text.split(&separator).collect();
     assert_eq!(parts[0], "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n");
     let names: Vec<_> = parts[1..].iter().map(|part| part.lines().nth(1).unwrap()).collect();
@@ -161,5 +161,5 @@ fn schema_has_constants_and_every_type_in_it_once() {
         ]
     );
     assert!(parts[2].contains("\nbyte ERROR=2\n") && parts[2].contains("\nbyte level\n"), "{text}");
-    assert_eq!(schema(("std_msgs", "Nothing")), None);
+    assert_eq!(schema("std_msgs/msg/Nothing"), None);
 }

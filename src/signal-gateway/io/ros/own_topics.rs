@@ -5,7 +5,6 @@ use serde::{Deserialize, Serialize};
 use super::outgoing;
 use super::settings::RosSettings;
 use super::topics::{Durability, Reliability};
-use ros_messages::TypeName;
 
 /// A topic of this node.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -25,17 +24,16 @@ pub struct OwnTopic {
 
 /// Returns the topics that a session with these settings publishes, and the topics that it subscribes to.
 pub fn own_topics(settings: &RosSettings) -> (Vec<OwnTopic>, Vec<OwnTopic>) {
-    let type_name = |(package, name): TypeName| format!("{package}/msg/{name}");
     let written = outgoing::table(&settings.topics, settings.durability).into_iter().map(|topic| OwnTopic {
         is_shared: topic.is_shared(),
         name: topic.name,
-        type_name: type_name(topic.type_name),
+        type_name: topic.type_name.to_owned(),
         reliability: Reliability::Reliable,
         durability: topic.durability,
     });
     let read = settings.subscriptions.iter().map(|topic| OwnTopic {
         name: topic.name.clone(),
-        type_name: type_name(topic.kind.row().type_name),
+        type_name: topic.kind.row().type_name.to_owned(),
         reliability: topic.reliability,
         durability: topic.durability,
         is_shared: false,

@@ -167,7 +167,7 @@ impl TopicReception {
 
     fn take_sample(&mut self, sample: &Sample<'_>, now: Instant) -> Result<(), Violation> {
         let ReceivedTopic { kind, duplicate_filter, status } = self.subscription(sample.subscription)?;
-        let endian = sample.encoding.into();
+        let endian = sample.endian;
         let id = SampleId { writer: WriterId(sample.writer), sequence: sample.number };
         match read(*kind, id, sample.bytes, endian) {
             Ok(input) => {
@@ -215,7 +215,7 @@ fn rejected(input: &Input) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ros_transport::link::SampleEncoding;
+    use ros_messages::cdr::Endian;
 
     fn frame(message: &FromNetwork<'_>) -> Vec<u8> {
         let mut bytes = Vec::new();
@@ -229,8 +229,7 @@ mod tests {
     }
 
     fn text(number: i64, bytes: &[u8]) -> Vec<u8> {
-        let sample =
-            Sample { subscription: 0, writer: [1; 16], number, encoding: SampleEncoding::Little, bytes };
+        let sample = Sample { subscription: 0, writer: [1; 16], number, endian: Endian::Little, bytes };
         frame(&FromNetwork::Sample(sample))
     }
 

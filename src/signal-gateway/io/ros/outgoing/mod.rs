@@ -70,10 +70,9 @@ impl Outgoing {
 
     /// Returns the topic's part of the network side's settings.
     pub(in crate::io) fn written(&self) -> WrittenTopic {
-        let (package, message) = self.type_name;
         WrittenTopic {
             name: self.name.clone(),
-            type_name: (package.to_owned(), message.to_owned()),
+            type_name: self.type_name.to_owned(),
             durability: self.durability,
             depth: self.depth,
             delivery: self.delivery,

@@ -138,13 +138,13 @@ fn check(settings: &RosSettings) -> Result<(), RosError> {
     check_node(&settings.namespace, &settings.node).map_err(|why| RosError::Node {
         node: settings.node.clone(),
         namespace: settings.namespace.clone(),
-        why,
+        why: why.to_string(),
     })?;
     let written =
         outgoing::table(&settings.topics, settings.durability).into_iter().map(|outgoing| outgoing.name);
     let read = settings.subscriptions.iter().map(|subscription| subscription.name.clone());
     for topic in written.chain(read) {
-        check_topic(&topic).map_err(|why| RosError::Topic { topic, why })?;
+        check_topic(&topic).map_err(|why| RosError::Topic { topic, why: why.to_string() })?;
     }
     if let Some(subscription) = settings.subscriptions.iter().find(|subscription| subscription.depth < 1) {
         return Err(RosError::Depth { topic: subscription.name.clone(), depth: subscription.depth });

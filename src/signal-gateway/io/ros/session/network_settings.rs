@@ -9,15 +9,12 @@ const THREAD_HISTORY: u64 = 256 << 20;
 
 /// Returns the part of a session's settings that the network side needs.
 pub(super) fn network_settings(settings: &RosSettings, table: &[Outgoing]) -> NetworkSettings {
-    let read = settings.subscriptions.iter().map(|subscription| {
-        let (package, message) = subscription.kind.row().type_name;
-        ReadTopic {
-            name: subscription.name.clone(),
-            type_name: (package.to_owned(), message.to_owned()),
-            reliability: subscription.reliability,
-            durability: subscription.durability,
-            depth: subscription.depth,
-        }
+    let read = settings.subscriptions.iter().map(|subscription| ReadTopic {
+        name: subscription.name.clone(),
+        type_name: subscription.kind.row().type_name.to_owned(),
+        reliability: subscription.reliability,
+        durability: subscription.durability,
+        depth: subscription.depth,
     });
     NetworkSettings {
         node: settings.node.clone(),

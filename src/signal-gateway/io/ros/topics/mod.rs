@@ -227,7 +227,7 @@ const REPORT: OutgoingRow = OutgoingRow {
     flow: TopicFlow::VehicleLights,
     key: None,
     default_name: "",
-    type_name: ("", ""),
+    type_name: "",
     doc: "",
     durability: RowDurability::Configured,
     depth: 1,
