@@ -16,8 +16,9 @@ use ros2_client::entities_info::{NodeEntitiesInfo, ParticipantEntitiesInfo};
 use ros2_client::names::NodeName;
 use rustdds::dds::result::CreateResult;
 use rustdds::no_key::DataWriterCdr;
-use rustdds::{DomainParticipant, GUID, Publisher, RTPSEntity, Subscriber, Timestamp, TopicKind};
+use rustdds::{GUID, RTPSEntity, Timestamp, TopicKind};
 
+use super::dds_node::DdsNode;
 use super::topic_reader::{DdsTopicReader, TakenSample};
 use crate::distribution::{DISTRO, LENGTHS, identifier_length};
 use ros_messages::cdr::{Endian, read_message};
@@ -32,21 +33,12 @@ pub(super) struct GraphEntry {
 
 impl GraphEntry {
     /// Creates an entry that is not announced yet.
-    pub(super) fn new(
-        participant: &DomainParticipant,
-        publisher: &Publisher,
-        subscriber: &Subscriber,
-        node: NodeName,
-    ) -> CreateResult<Self> {
-        let topic = participant.create_topic(
-            TOPIC_NAME.to_owned(),
-            TYPE_NAME.to_owned(),
-            &QOS_PUB,
-            TopicKind::NoKey,
-        )?;
+    pub(super) fn new(DdsNode { name, publisher, subscriber, domain }: &DdsNode) -> CreateResult<Self> {
+        let (topic, type_name) = (TOPIC_NAME.to_owned(), TYPE_NAME.to_owned());
+        let topic = domain.create_topic(topic, type_name, &QOS_PUB, TopicKind::NoKey)?;
         let writer = publisher.create_datawriter_no_key_cdr(&topic, None)?;
         let reader = DdsTopicReader::new(subscriber, &topic, None)?;
-        Ok(Self { participant: participant.guid(), node, writer, reader })
+        Ok(Self { participant: domain.guid(), node: name.clone(), writer, reader })
     }
 
     /// Returns true if a message with the other layout has arrived since the last call; `waker` is called

@@ -31,6 +31,7 @@
 //!   polls such ports every 30 s. Within one host this is not needed.
 
 mod ack_timeout;
+mod dds_node;
 mod discovery_probe;
 mod echo;
 mod graph;

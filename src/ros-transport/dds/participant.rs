@@ -1,21 +1,18 @@
 //! A participant with its node, topics, writers and readers, and their matches.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::net::IpAddr;
 use std::pin::Pin;
 use std::task::{Context, Poll, Waker};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use futures_util::Stream as _;
-use ros2_client::names::{Name, NodeName};
-use rustdds::dds::result::CreateResult;
-use rustdds::policy::{self, History};
+use rustdds::policy::Durability;
 use rustdds::{
-    DomainParticipant, DomainParticipantBuilder, DomainParticipantStatusEvent,
-    DomainParticipantStatusListener, EndpointDescription, GUID, LostReason, QosPolicies, QosPolicyBuilder,
-    StatusEvented, Subscriber, Topic, TopicKind,
+    DomainParticipant, DomainParticipantStatusEvent, DomainParticipantStatusListener, EndpointDescription,
+    GUID, LostReason, StatusEvented,
 };
 
+use super::dds_node::DdsNode;
 use super::discovery_probe::{MissingPeers, Prefix, prefix};
 use super::echo::{Echo, SignsOfLife};
 use super::graph::GraphEntry;
@@ -25,24 +22,11 @@ use super::topic_reader::{DdsTopicReader, TakenSample};
 use super::topic_writer::DdsTopicWriter;
 use super::type_check::TypeCheck;
 use crate::error::TransportError;
-use crate::link::{NetworkSettings, Order, ReadTopic};
+use crate::link::{NetworkSettings, Order};
 use crate::parameters::Parameters;
-use crate::qos::{Delivery, Durability, LOG_LIFESPAN, Reliability};
-use ros_messages::dds_type;
 
 /// Maximum number of remembered foreign writers, as a bound against floods.
 const MAX_OTHER_WRITERS: usize = 1000;
-
-/// Creates a participant in a domain, which announces itself at once. It uses only these addresses of this
-/// host, or all if the list is empty.
-pub(super) fn participant_of(domain_id: u16, only_networks: &[IpAddr]) -> CreateResult<DomainParticipant> {
-    let builder = DomainParticipantBuilder::new(domain_id);
-    if only_networks.is_empty() {
-        builder.build()
-    } else {
-        builder.with_only_networks(only_networks.iter().copied()).build()
-    }
-}
 
 /// Node, writers and readers on one DDS participant. Dropping it leaves the graph.
 pub(super) struct Participant {
@@ -71,43 +55,27 @@ pub(super) struct Participant {
     /// Maximum number of unacknowledged bytes that the writers may hold together.
     max_history: usize,
     /// Last field: RustDDS requires endpoints to be dropped before their participant.
-    _domain: DomainParticipant,
+    _node: DdsNode,
 }
 
 impl Participant {
     /// Creates node, topics, writers and readers on a participant.
     pub(super) fn new(settings: &NetworkSettings, domain: DomainParticipant) -> Result<Self, TransportError> {
-        let node = NodeName::new(&settings.namespace, &settings.node)?;
         let events = domain.status_listener();
-        let publisher = domain.create_publisher(&QosPolicies::default())?;
-        let subscriber = domain.create_subscriber(&QosPolicies::default())?;
-        let topic_writers = settings
-            .written
-            .iter()
-            .map(|written| {
-                let lifespan = (written.delivery == Delivery::Log).then_some(LOG_LIFESPAN);
-                let qos = qos(Reliability::Reliable, written.durability, written.depth, lifespan);
-                let topic = topic(&domain, &node, &written.name, &written.type_name, &qos)?;
-                Ok(DdsTopicWriter::new(&publisher, topic, written)?)
-            })
-            .collect::<Result<Vec<_>, TransportError>>()?;
-        let topic_readers = settings
-            .read
-            .iter()
-            .map(|read| topic_reader((&domain, &subscriber), &node, read, read.durability))
-            .collect::<Result<Vec<_>, TransportError>>()?;
-        let serve = |contents| DdsServiceServer::new((&domain, &publisher, &subscriber), &node, contents);
-        let service_server = settings.services.clone().map(serve).transpose()?;
+        let node = DdsNode::new(settings, domain)?;
+        let topic_writers = settings.written.iter().map(|written| node.writer(written));
+        let topic_writers = topic_writers.collect::<Result<Vec<_>, _>>()?;
+        let topic_readers = settings.read.iter().map(|read| node.reader(read, read.durability));
+        let topic_readers = topic_readers.collect::<Result<Vec<_>, _>>()?;
+        let serve = |contents| DdsServiceServer::new(&node, contents);
         let written = settings.written.iter().map(|written| written.name.clone());
         let read = settings.read.iter().map(|read| read.name.clone());
-        let graph =
-            settings.graph.then(|| GraphEntry::new(&domain, &publisher, &subscriber, node)).transpose();
         let participant = Self {
             topic_writers,
             topic_readers,
-            service_server,
-            graph: graph?,
-            echo: Echo::new(&domain, &publisher, &subscriber)?,
+            service_server: settings.services.clone().map(serve).transpose()?,
+            graph: settings.graph.then(|| GraphEntry::new(&node)).transpose()?,
+            echo: Echo::new(&node.domain, &node.publisher, &node.subscriber)?,
             matched: BTreeMap::new(),
             other_writers: BTreeMap::new(),
             names: written.chain(read).collect(),
@@ -116,7 +84,7 @@ impl Participant {
             announced: 0,
             peers: 0,
             max_history: settings.history_bytes,
-            _domain: domain,
+            _node: node,
         };
         participant.announce();
         Ok(participant)
@@ -316,7 +284,7 @@ impl Participant {
     /// Prevents a reader of one of our topics that requests history from receiving outdated samples.
     fn meet_reader(&mut self, reader: &EndpointDescription) -> Result<(), TransportError> {
         let asks_for_history =
-            reader.qos.durability().is_some_and(|durability| durability > policy::Durability::Volatile);
+            reader.qos.durability().is_some_and(|durability| durability > Durability::Volatile);
         let Some(position) = self.written_position(&reader.topic_name).filter(|_| asks_for_history) else {
             return Ok(());
         };
@@ -404,54 +372,4 @@ impl Participant {
 
 fn matches(matched: &BTreeMap<GUID, BTreeSet<GUID>>, local: GUID) -> usize {
     matched.get(&local).map_or(0, BTreeSet::len)
-}
-
-/// Creates a reader of a topic of the settings, with this durability.
-pub(super) fn topic_reader(
-    (domain, subscriber): (&DomainParticipant, &Subscriber),
-    node: &NodeName,
-    read: &ReadTopic,
-    durability: Durability,
-) -> Result<DdsTopicReader, TransportError> {
-    let qos = |durability| qos(read.reliability, durability, read.depth, None);
-    let topic = topic(domain, node, &read.name, &read.type_name, &qos(read.durability))?;
-    Ok(DdsTopicReader::new(subscriber, &topic, Some(qos(durability)))?)
-}
-
-fn topic(
-    participant: &DomainParticipant,
-    node: &NodeName,
-    name: &str,
-    type_name: &str,
-    qos: &QosPolicies,
-) -> Result<Topic, TransportError> {
-    let parsed = Name::parse(name).map_err(|why| TransportError::Topic { topic: name.to_owned(), why })?;
-    let name = parsed.to_dds_name("rt", node, "");
-    Ok(participant.create_topic(name, dds_type(type_name), qos, TopicKind::NoKey)?)
-}
-
-fn qos(
-    reliability: Reliability,
-    durability: Durability,
-    depth: i32,
-    lifespan: Option<Duration>,
-) -> QosPolicies {
-    let durability = match durability {
-        Durability::TransientLocal => policy::Durability::TransientLocal,
-        Durability::Volatile => policy::Durability::Volatile,
-    };
-    let reliability = match reliability {
-        Reliability::Reliable => {
-            policy::Reliability::Reliable { max_blocking_time: rustdds::Duration::from_millis(10) }
-        }
-        Reliability::BestEffort => policy::Reliability::BestEffort,
-    };
-    let mut qos = QosPolicyBuilder::new()
-        .reliability(reliability)
-        .durability(durability)
-        .history(History::KeepLast { depth });
-    if let Some(lifespan) = lifespan {
-        qos = qos.lifespan(policy::Lifespan { duration: lifespan.into() });
-    }
-    qos.build()
 }

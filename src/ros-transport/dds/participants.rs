@@ -9,10 +9,11 @@ use std::time::{Duration, Instant};
 
 use rustdds::{DomainParticipant, RTPSEntity as _};
 
+use super::dds_node::participant_of;
 use super::discovery_probe::{MissingPeers, Prefix, prefix};
 use super::interfaces::Interfaces;
 use super::loopback_announcer::LoopbackAnnouncer;
-use super::participant::{Participant, participant_of};
+use super::participant::Participant;
 use crate::error::TransportError;
 use crate::link::{NetworkSettings, Order};
 

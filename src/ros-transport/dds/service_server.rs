@@ -8,14 +8,13 @@ use std::fmt::Display;
 use std::task::Waker;
 use std::time::{Duration, Instant};
 
-use ros2_client::names::NodeName;
 use rustdds::no_key::{DeserializedCacheChange, SimpleDataReader};
 use rustdds::policy::{Durability, History, Reliability};
 use rustdds::{
-    DomainParticipant, GUID, Publisher, QosPolicyBuilder, RTPSEntity, SampleIdentity, SequenceNumber,
-    Subscriber, TopicKind, WriteOptionsBuilder,
+    GUID, QosPolicyBuilder, RTPSEntity, SampleIdentity, SequenceNumber, TopicKind, WriteOptionsBuilder,
 };
 
+use super::dds_node::DdsNode;
 use super::sample::SampleWriter;
 use super::topic_reader::{AsBytes, Copied, EncodedSample};
 use crate::error::{SampleError, TransportError};
@@ -69,8 +68,7 @@ struct PendingResponse {
 impl DdsServiceServer {
     /// Creates the services of this node.
     pub(super) fn new(
-        (domain, publisher, subscriber): (&DomainParticipant, &Publisher, &Subscriber),
-        node: &NodeName,
+        DdsNode { name, publisher, subscriber, domain }: &DdsNode,
         contents: ServiceContents,
     ) -> Result<Self, TransportError> {
         let qos = QosPolicyBuilder::new()
@@ -78,7 +76,7 @@ impl DdsServiceServer {
             .durability(Durability::Volatile)
             .history(History::KeepLast { depth: DEPTH })
             .build();
-        let node = format!("{}/{}", node.namespace().trim_end_matches('/'), node.base_name());
+        let node = format!("{}/{}", name.namespace().trim_end_matches('/'), name.base_name());
         let topic = |service: NodeService, name: String, ending: &str| {
             let type_name = dds_type(&format!("{}_{ending}", service.type_name()));
             domain.create_topic(name, type_name, &qos, TopicKind::NoKey)

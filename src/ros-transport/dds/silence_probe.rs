@@ -4,10 +4,9 @@
 use std::task::Waker;
 use std::time::{Duration, Instant};
 
-use ros2_client::NodeName;
-use rustdds::{DomainParticipant, QosPolicies};
+use rustdds::DomainParticipant;
 
-use super::participant::topic_reader;
+use super::dds_node::DdsNode;
 use super::participants::Participants;
 use super::silent_writers::{ReadWriter, SilentWriters};
 use super::topic_reader::{DdsTopicReader, TakenSample};
@@ -71,9 +70,9 @@ impl WriterWatch {
 
     /// Removes the probe; returns its participant.
     pub(super) fn take_probe(&mut self) -> Option<DomainParticipant> {
-        let SilenceProbe { domain, readers, .. } = self.probe.take()?;
+        let SilenceProbe { node, readers, .. } = self.probe.take()?;
         drop(readers);
-        Some(domain)
+        Some(node.domain)
     }
 }
 
@@ -83,7 +82,7 @@ struct SilenceProbe {
     readers: Vec<(u16, DdsTopicReader)>,
     since: Instant,
     /// Last field: RustDDS requires endpoints to be dropped before their participant.
-    domain: DomainParticipant,
+    node: DdsNode,
 }
 
 impl SilenceProbe {
@@ -94,14 +93,12 @@ impl SilenceProbe {
         suspected: &[ReadWriter],
         now: Instant,
     ) -> Result<Self, TransportError> {
-        let node = NodeName::new(&settings.namespace, &settings.node)?;
-        let subscriber = domain.create_subscriber(&QosPolicies::default())?;
+        let node = DdsNode::new(settings, domain)?;
         let topics = (0..=u16::MAX).zip(&settings.read);
         let topics = topics.filter(|(position, _)| suspected.iter().any(|(topic, _)| topic == position));
-        let readers = topics.map(|(position, read)| {
-            Ok((position, topic_reader((&domain, &subscriber), &node, read, Durability::Volatile)?))
-        });
-        Ok(Self { readers: readers.collect::<Result<_, TransportError>>()?, since: now, domain })
+        let reader = |read| node.reader(read, Durability::Volatile);
+        let readers = topics.map(|(position, read)| Ok((position, reader(read)?)));
+        Ok(Self { readers: readers.collect::<Result<_, TransportError>>()?, since: now, node })
     }
 
     /// Reads the samples that have arrived: `heard` receives each sample's writer and number.

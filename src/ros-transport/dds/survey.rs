@@ -10,9 +10,9 @@ use rustdds::{
     DomainParticipantStatusEvent, EndpointDescription, GUID, QosPolicies, RTPSEntity, StatusEvented,
 };
 
+use super::dds_node::participant_of;
 use super::discovery_probe::{Prefix, prefix};
 use super::loopback_announcer::LoopbackAnnouncer;
-use super::participant::participant_of;
 use super::type_check::ros_type;
 use crate::error::TransportError;
 use crate::qos::{Durability, Reliability};
