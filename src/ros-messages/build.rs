@@ -186,13 +186,7 @@ fn read(path: &Path, text: &str) -> Result<Definition> {
 /// Adds to an empty request or response the field that ROS 2 gives it, since IDL has no empty structures.
 fn not_empty(mut definition: Definition) -> Definition {
     if definition.fields.is_empty() {
-        definition.fields.push(Field {
-            name: "structure_needs_at_least_one_member".to_owned(),
-            base: "uint8".to_owned(),
-            size: Size::One,
-            default: None,
-            comments: Vec::new(),
-        });
+        definition.fields.push(Field::new("uint8", Size::One, "structure_needs_at_least_one_member"));
     }
     definition
 }
@@ -211,7 +205,7 @@ fn field(type_text: &str, rest: &str, comments: Vec<String>) -> Result<Field> {
         Some((name, default)) => (name, Some(default.trim().to_owned())),
         None => (rest.trim(), None),
     };
-    Ok(Field { name: name.to_owned(), base: base.to_owned(), size, default, comments })
+    Ok(Field { default, comments, ..Field::new(base, size, name) })
 }
 
 fn primitive(base: &str) -> Option<(u32, &'static str)> {
@@ -219,6 +213,10 @@ fn primitive(base: &str) -> Option<(u32, &'static str)> {
 }
 
 impl Field {
+    fn new(base: &str, size: Size, name: &str) -> Self {
+        Self { name: name.to_owned(), base: base.to_owned(), size, default: None, comments: Vec::new() }
+    }
+
     /// Returns the full name of the nested type; `None` for a primitive.
     fn nested(&self) -> Option<String> {
         primitive(&self.base).is_none().then(|| match self.base.matches('/').count() {
@@ -357,25 +355,18 @@ fn schema(definitions: &Definitions, name: &str) -> Result<String> {
 /// Adds the messages that ROS 2 derives from each service.
 fn add_service_types(definitions: &mut Definitions, services: &[String]) {
     for name in services {
-        let of = |base: String, size, name: &str| Field {
-            name: name.to_owned(),
-            base,
-            size,
-            default: None,
-            comments: Vec::new(),
-        };
         let [request, response, event] =
             ["Request", "Response", "Event"].map(|suffix| format!("{name}_{suffix}"));
         let one = Size::BoundedSequence(1);
         let event_fields = vec![
-            of("service_msgs/ServiceEventInfo".to_owned(), Size::One, "info"),
-            of(request.clone(), one, "request"),
-            of(response.clone(), one, "response"),
+            Field::new("service_msgs/ServiceEventInfo", Size::One, "info"),
+            Field::new(&request, one, "request"),
+            Field::new(&response, one, "response"),
         ];
         let service_fields = vec![
-            of(request, Size::One, "request_message"),
-            of(response, Size::One, "response_message"),
-            of(event.clone(), Size::One, "event_message"),
+            Field::new(&request, Size::One, "request_message"),
+            Field::new(&response, Size::One, "response_message"),
+            Field::new(&event, Size::One, "event_message"),
         ];
         for (name, fields) in [(event, event_fields), (name.clone(), service_fields)] {
             definitions.insert(name, Definition { constants: Vec::new(), fields });

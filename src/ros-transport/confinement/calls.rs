@@ -69,7 +69,6 @@ fn unasked(engine: &Transport) -> Result<Calls, ConfinementError> {
     Ok(calls)
 }
 
-/// Returns the calls that an engine needs.
 fn allowed(engine: &Transport) -> Result<Calls, ConfinementError> {
     let mut calls: Calls = always().iter().map(|call| (*call, Vec::new())).collect();
     // Threads, but no processes.

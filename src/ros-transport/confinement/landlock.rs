@@ -76,7 +76,6 @@ fn needs(engine: &Transport) -> Needs {
     }
 }
 
-/// Returns all texts within some JSON.
 #[cfg(feature = "zenoh")]
 fn texts(json: &str) -> Vec<String> {
     fn collect(value: serde_json::Value, texts: &mut Vec<String>) {
@@ -93,7 +92,6 @@ fn texts(json: &str) -> Vec<String> {
     found
 }
 
-/// Returns the folder of a file with an absolute path.
 #[cfg(feature = "zenoh")]
 fn folder(text: &str) -> Option<String> {
     let path = std::path::Path::new(text).parent().filter(|folder| folder.has_root())?;

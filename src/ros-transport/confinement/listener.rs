@@ -18,12 +18,10 @@ pub(super) fn answering(program: &BpfProgram, replace: impl Fn(u32) -> u32) -> B
     replaced.collect()
 }
 
-/// Returns the answer for an error number.
 pub(super) fn error(errno: libc::c_int) -> u32 {
     ERRNO | errno.unsigned_abs()
 }
 
-/// Applies a program to all threads.
 pub(super) fn apply(program: &BpfProgram) -> io::Result<()> {
     install(program, libc::SECCOMP_FILTER_FLAG_TSYNC).map(drop)
 }

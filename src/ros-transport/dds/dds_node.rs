@@ -38,7 +38,6 @@ pub(super) struct DdsNode {
 }
 
 impl DdsNode {
-    /// Creates the node on a participant.
     pub(super) fn new(settings: &NetworkSettings, domain: DomainParticipant) -> Result<Self, TransportError> {
         Ok(Self {
             name: NodeName::new(&settings.namespace, &settings.node)?,
@@ -48,7 +47,6 @@ impl DdsNode {
         })
     }
 
-    /// Creates the writer of a topic.
     pub(super) fn writer(&self, written: &WrittenTopic) -> Result<DdsTopicWriter, TransportError> {
         let mut qos = qos(Reliability::Reliable, written.durability, written.depth);
         if written.delivery == Delivery::Log {

@@ -18,7 +18,6 @@ const GIVE_UP: Duration = Duration::from_secs(24 * 3600);
 /// Maximum number of remembered missing peers; the oldest is given up first.
 const MAX_MISSING: usize = 256;
 
-/// Returns the prefix of an identity.
 pub(super) fn prefix(bytes: &[u8]) -> Prefix {
     std::array::from_fn(|index| bytes.get(index).copied().unwrap_or(0))
 }
@@ -28,7 +27,6 @@ pub(super) fn prefix(bytes: &[u8]) -> Prefix {
 pub(super) struct MissingPeers(BTreeMap<Prefix, Instant>);
 
 impl MissingPeers {
-    /// Adds a peer whose lease has expired.
     pub(super) fn insert(&mut self, peer: Prefix, now: Instant) {
         if self.0.len() >= MAX_MISSING
             && let Some(oldest) = self.0.iter().min_by_key(|(_, since)| **since).map(|(peer, _)| *peer)
@@ -48,7 +46,6 @@ impl MissingPeers {
         self.0.retain(|_, since| now.saturating_duration_since(*since) < GIVE_UP);
     }
 
-    /// Returns the number of missing peers.
     pub(super) fn len(&self) -> usize {
         self.0.len()
     }
@@ -59,15 +56,10 @@ impl MissingPeers {
 pub(super) struct PeerWatch {
     pub(super) missing: MissingPeers,
     /// The probe, with the interfaces at its creation.
-    probe: Option<(DiscoveryProbe, Interfaces)>,
+    pub(super) probe: Option<(DiscoveryProbe, Interfaces)>,
 }
 
 impl PeerWatch {
-    /// Returns true while a probe listens.
-    pub(super) fn has_probe(&self) -> bool {
-        self.probe.is_some()
-    }
-
     /// Gives up peers that have been missing for too long. Drops the probe if none is left, or if a link has
     /// come up: a new probe announces itself at once instead of within 10 s.
     pub(super) fn check(&mut self, link_came_up: bool) {
@@ -77,7 +69,6 @@ impl PeerWatch {
         }
     }
 
-    /// Returns true if there are missing peers and no probe.
     pub(super) fn lacks_probe(&self) -> bool {
         self.missing.len() > 0 && self.probe.is_none()
     }
@@ -104,13 +95,12 @@ impl PeerWatch {
 }
 
 /// A participant without writers and readers that only observes discovery.
-struct DiscoveryProbe {
+pub(super) struct DiscoveryProbe {
     participant: DomainParticipant,
     events: DomainParticipantStatusListener,
 }
 
 impl DiscoveryProbe {
-    /// Starts to observe with a new participant.
     fn new(participant: DomainParticipant) -> Self {
         let events = participant.status_listener();
         Self { participant, events }

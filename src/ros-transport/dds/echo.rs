@@ -49,7 +49,6 @@ pub(super) struct Echo {
 }
 
 impl Echo {
-    /// Creates the writer and reader on a participant.
     pub(super) fn new(
         domain: &DomainParticipant,
         publisher: &Publisher,
@@ -78,7 +77,6 @@ impl Echo {
         self.witness.as_ref().is_some_and(|witness| witness.prefix == *peer)
     }
 
-    /// Sends a number.
     pub(super) fn send(&self, number: u64) -> Result<(), TransportError> {
         Ok(self.writer.write(number.to_le_bytes().to_vec().into(), None)?)
     }

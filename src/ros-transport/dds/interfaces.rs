@@ -45,7 +45,6 @@ impl Interfaces {
         !self.up.is_disjoint(&before.addresses)
     }
 
-    /// Returns true if a link has come up since then.
     fn has_new_link_since(&self, before: &Self) -> bool {
         !self.up.is_subset(&before.up)
     }
@@ -60,7 +59,6 @@ pub(super) struct AddressWatch {
 }
 
 impl AddressWatch {
-    /// Starts with the present interfaces.
     pub(super) fn new(interfaces: Interfaces) -> Self {
         Self { last: interfaces, is_settled: false }
     }

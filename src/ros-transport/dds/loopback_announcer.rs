@@ -13,7 +13,6 @@ use super::discovery_probe::{Prefix, prefix};
 
 /// Number of participants on this computer to which RustDDS announces its own.
 const ANNOUNCED_TO: u16 = 12;
-/// The multicast group of announcements.
 const GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
 /// Maximum number of datagrams read at once, so that a flood cannot block the worker.
 const AT_ONCE: usize = 64;

@@ -59,7 +59,6 @@ pub(super) struct Participant {
 }
 
 impl Participant {
-    /// Creates node, topics, writers and readers on a participant.
     pub(super) fn new(settings: &NetworkSettings, domain: DomainParticipant) -> Result<Self, TransportError> {
         let events = domain.status_listener();
         let node = DdsNode::new(settings, domain)?;
@@ -339,7 +338,6 @@ impl Participant {
         left.is_some()
     }
 
-    /// Removes our node from the graph.
     pub(super) fn leave_graph(&mut self) {
         self.graph = None;
     }

@@ -35,9 +35,9 @@ pub(super) struct Participants {
     /// Replaced participants, oldest first, each with the time of its replacement.
     pub(super) predecessors: Vec<(Participant, Instant)>,
     /// Our own participants, present or gone, which never count as missing.
-    own: Vec<Prefix>,
+    pub(super) own: Vec<Prefix>,
     /// `None` where the loopback is not used.
-    announcer: Option<LoopbackAnnouncer>,
+    pub(super) announcer: Option<LoopbackAnnouncer>,
     /// Time of the last attempt to create a participant, also one for a probe.
     pub(super) last_made: Instant,
 }
@@ -93,15 +93,6 @@ impl Participants {
         self.predecessors.iter_mut().map(|(predecessor, _)| predecessor).chain([&mut self.current])
     }
 
-    /// Handles the discovery events of our participant; see [`Participant::observe`].
-    pub(super) fn observe(
-        &mut self,
-        waker: &Waker,
-        missing: &mut MissingPeers,
-    ) -> Result<(), TransportError> {
-        self.current.observe(waker, missing, &self.own)
-    }
-
     /// Drops each predecessor once all its peers have discovered our participant too.
     pub(super) fn retire(&mut self) {
         let Self { current, predecessors, own, .. } = self;
@@ -112,12 +103,5 @@ impl Participants {
             let overlap = since.elapsed();
             overlap < OVERLAP || (overlap < MAX_OVERLAP && !current.serves_all_of(predecessor))
         });
-    }
-
-    /// Multicasts the announcements of our participants on the loopback.
-    pub(super) fn announce_on_loopback(&self) {
-        if let Some(announcer) = &self.announcer {
-            announcer.send_on(&self.own);
-        }
     }
 }

@@ -9,7 +9,6 @@ use super::echo::SignsOfLife;
 /// echo earlier.
 const ECHO_PATIENCE: Duration = Duration::from_millis(300);
 
-/// The unanswered pings.
 #[derive(Debug)]
 pub(super) struct Pings {
     /// The newest unanswered ping, and the arrival time of the oldest.
@@ -27,7 +26,6 @@ pub(super) struct Pings {
 /// An answer to all pings up to a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Answer {
-    /// Number of the ping.
     pub(super) number: u64,
     /// True if the answer is due to an echo.
     pub(super) has_echo: bool,
@@ -36,7 +34,6 @@ pub(super) struct Answer {
 }
 
 impl Pings {
-    /// Creates a state without pings.
     pub(super) fn new(echo_is_proven: bool) -> Self {
         Self { open: None, echo_is_proven, noticed_silence: false, answered: 0, witnessed: 0 }
     }

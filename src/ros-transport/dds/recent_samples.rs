@@ -11,14 +11,12 @@ use ros_messages::cdr::CdrBytes;
 pub(super) struct RecentSamples(VecDeque<(Instant, CdrBytes)>);
 
 impl RecentSamples {
-    /// Adds samples written now.
     pub(super) fn add(&mut self, now: Instant, samples: &[CdrBytes]) {
         self.0.extend(samples.iter().map(|sample| (now, sample.clone())));
         let surplus = self.0.len().saturating_sub(usize::try_from(LOG_DEPTH).unwrap_or_default());
         self.0.drain(..surplus);
     }
 
-    /// Returns the samples that are not too old.
     pub(super) fn now(&mut self, now: Instant) -> Vec<CdrBytes> {
         while self.0.front().is_some_and(|(at, _)| now.saturating_duration_since(*at) >= LOG_LIFESPAN) {
             self.0.pop_front();

@@ -32,23 +32,19 @@ const MAX_AT_ONCE: usize = 16;
 const MAX_WAITING: usize = 64;
 /// Longest wait for the client's reader.
 const PATIENCE: Duration = Duration::from_secs(2);
-/// Depth of readers and writers.
 const DEPTH: i32 = 16;
 /// Longest sample, bytes: a request with the numbers of client and request before it.
 const MAX_SAMPLE: usize = MAX_REQUEST + 16;
 
-/// The services of one participant.
 pub(super) struct DdsServiceServer {
     contents: ServiceContents,
     /// The node's name with its namespace.
     node: String,
-    /// The writer of `/parameter_events`.
     events: SampleWriter,
     endpoints: Vec<ServiceEndpoint>,
     waiting: VecDeque<PendingResponse>,
 }
 
-/// Reader and writer of one service.
 struct ServiceEndpoint {
     service: NodeService,
     reader: SimpleDataReader<EncodedSample, AsBytes>,
@@ -66,7 +62,6 @@ struct PendingResponse {
 }
 
 impl DdsServiceServer {
-    /// Creates the services of this node.
     pub(super) fn new(
         DdsNode { name, publisher, subscriber, domain }: &DdsNode,
         contents: ServiceContents,
@@ -104,12 +99,10 @@ impl DdsServiceServer {
         self.contents.set_parameters(parameters, &self.node, now().into(), publish);
     }
 
-    /// Returns the identities of its writers.
     pub(super) fn writers(&self) -> impl Iterator<Item = GUID> {
         self.endpoints.iter().map(|endpoint| &endpoint.writer).chain([&self.events]).map(RTPSEntity::guid)
     }
 
-    /// Returns the identities of its readers.
     pub(super) fn readers(&self) -> impl Iterator<Item = GUID> {
         self.endpoints.iter().map(|endpoint| endpoint.reader.guid())
     }

@@ -25,7 +25,6 @@ pub(super) struct SetBack {
 }
 
 impl SetBack {
-    /// Starts to compare the clocks.
     pub(super) fn watch() -> Self {
         let begun = Instant::now();
         let mut watched = Self { begun, most_ahead: Duration::ZERO, is_unfollowed: false, last_due: None };

@@ -24,12 +24,10 @@ pub(super) struct WriterWatch {
     pub(super) silent: SilentWriters,
     /// Present while writers are suspected.
     probe: Option<SilenceProbe>,
-    /// Time of the last echo.
     pub(super) last_echo: Option<Instant>,
 }
 
 impl WriterWatch {
-    /// Creates the state without any writer.
     pub(super) fn new(now: Instant) -> Self {
         Self { silent: SilentWriters::new(now), probe: None, last_echo: None }
     }

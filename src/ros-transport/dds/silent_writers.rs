@@ -36,7 +36,6 @@ const MAX_WRITERS: usize = 256;
 /// A subscription, by its position, and one of its writers.
 pub(super) type ReadWriter = (u16, GUID);
 
-/// The observed state of all writers.
 #[derive(Debug)]
 pub(super) struct SilentWriters {
     writers: BTreeMap<ReadWriter, Heard>,
@@ -48,7 +47,7 @@ pub(super) struct SilentWriters {
     pub(super) unheard: u32,
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Default)]
 struct Heard {
     number: i64,
     /// Number of samples in a row without a longer pause.
@@ -61,7 +60,6 @@ struct Heard {
 }
 
 impl SilentWriters {
-    /// Creates the state without any writer.
     pub(super) fn new(now: Instant) -> Self {
         Self { writers: BTreeMap::new(), last_look: now, last_suspicion: None, wrong: 0, unheard: 0 }
     }
@@ -71,15 +69,13 @@ impl SilentWriters {
         if !self.writers.contains_key(&writer) && self.writers.len() >= MAX_WRITERS {
             return;
         }
-        let (regular, usual, silence) = (0, Duration::ZERO, Duration::ZERO);
-        let new = Heard { number, regular, usual, silence, is_suspected: false };
-        let heard = self.writers.entry(writer).or_insert(new);
-        *heard = if heard.silence <= MAX_PAUSE {
-            let usual = heard.silence.max(heard.usual.mul_f64(FADING));
-            Heard { regular: heard.regular.saturating_add(1), usual, ..new }
+        let heard = self.writers.entry(writer).or_default();
+        let (regular, usual) = if heard.silence <= MAX_PAUSE {
+            (heard.regular.saturating_add(1), heard.silence.max(heard.usual.mul_f64(FADING)))
         } else {
-            new
+            Default::default()
         };
+        *heard = Heard { number, regular, usual, ..Heard::default() };
     }
 
     /// Records a sample received by another participant; returns true if it shows that a suspected writer has
@@ -97,13 +93,11 @@ impl SilentWriters {
         has_gone_on
     }
 
-    /// Drops all suspicions as wrong.
     pub(super) fn acquit(&mut self) {
         self.writers.values_mut().for_each(|heard| (heard.is_suspected, heard.regular) = (false, 0));
         self.wrong = (self.wrong + 1).min(MAX_WRONG);
     }
 
-    /// Returns true while a writer is suspected.
     pub(super) fn is_any_suspected(&self) -> bool {
         self.writers.values().any(|heard| heard.is_suspected)
     }

@@ -20,7 +20,6 @@ use crate::survey::{DdsEndpoint, DomainSurvey, MAX_ENDPOINTS};
 
 /// Pause between two reads of the events, of which RustDDS keeps 2,048.
 const PAUSE: Duration = Duration::from_millis(20);
-/// Maximum number of participants that are counted.
 const MAX_PARTICIPANTS: usize = 1000;
 
 /// DDS implementations by the vendor number at the start of an identity.
@@ -32,7 +31,6 @@ const IMPLEMENTATIONS: [([u8; 2], &str); 5] = [
     ([1, 20], "Dust DDS"),
 ];
 
-/// Participants and endpoints announced so far.
 #[derive(Default)]
 struct Announced {
     participants: BTreeSet<Prefix>,

@@ -13,23 +13,19 @@ use ros_messages::cdr::Endian;
 /// Maximum number of samples read from one topic before other work.
 const MAX_AT_ONCE: usize = 64;
 
-/// A sample that was taken.
 pub(super) enum TakenSample {
     /// A readable sample: its writer, its number at that writer, and its bytes.
     Sample(GUID, i64, EncodedSample),
-    /// An unreadable sample, with the reason as text.
     Unreadable(String),
 }
 
 /// A message in CDR, without the encapsulation header.
 pub(super) struct EncodedSample {
-    /// Byte order of the sample.
     pub(super) endian: Endian,
     /// Bytes of the message, up to a limit.
     pub(super) bytes: Vec<u8>,
 }
 
-/// A subscription of one participant.
 pub(super) struct DdsTopicReader {
     reader: SimpleDataReader<EncodedSample, AsBytes>,
 }
@@ -44,7 +40,6 @@ impl DdsTopicReader {
         Ok(Self { reader: subscriber.create_simple_datareader_no_key(topic, qos)? })
     }
 
-    /// Returns the identity of the reader.
     pub(super) fn guid(&self) -> GUID {
         self.reader.guid()
     }
@@ -91,7 +86,6 @@ impl DeserializerAdapter<EncodedSample> for AsBytes {
 /// Copies a sample's bytes; the gateway decodes them.
 #[derive(Clone)]
 pub(super) struct Copied {
-    /// Maximum number of bytes of a sample.
     pub(super) limit: usize,
 }
 

@@ -55,9 +55,7 @@ pub(super) struct DdsTopicWriter {
     current: Vec<CdrBytes>,
     /// For a log topic: the samples for late readers.
     recent: RecentSamples,
-    /// The writer has written a sample.
     used: bool,
-    /// Number of publications so far.
     publications: u64,
     history: History,
     /// Number of matched readers at the last call of [`settle`](Self::settle).

@@ -24,7 +24,6 @@ pub(super) struct TypeCheck {
 }
 
 impl TypeCheck {
-    /// Creates a check of the written and read topics.
     pub(super) fn new(settings: &NetworkSettings) -> Self {
         let dds = |name: &str, type_name: &str| (format!("rt{name}"), dds_type(type_name));
         Self {

@@ -20,7 +20,6 @@ const MAX_REPLACED_WRITERS: u32 = 1000;
 /// A longer round means that the process was stopped.
 const STANDSTILL: Duration = Duration::from_secs(2);
 
-/// The state of all watches.
 pub(super) struct Watches {
     pub(super) peers: PeerWatch,
     wall_clock: SetBack,
@@ -30,14 +29,11 @@ pub(super) struct Watches {
     /// RustDDS did not take a sample since the last replacement.
     pub(super) write_failed: bool,
     stood_still: bool,
-    /// Start of the present round.
     pub(super) last_round: Instant,
-    /// Time of the last check of the network.
     last_check: Instant,
 }
 
 impl Watches {
-    /// Starts all watches for the first participant.
     pub(super) fn new(participants: &Participants) -> Self {
         let now = Instant::now();
         Self {

@@ -20,7 +20,6 @@ const READER_LIFE: Duration = Duration::from_secs(2);
 const ANNOUNCEMENT_INTERVAL: Duration = Duration::from_millis(200);
 /// Minimum time between two checks: samples may wake this side thousands of times a second.
 const MIN_PAUSE: Duration = Duration::from_millis(20);
-/// Maximum number of datagrams read at once.
 const AT_ONCE: usize = 64;
 
 const SPDP_WRITER: [u8; 4] = [0, 1, 0, 0xC2];
@@ -45,7 +44,6 @@ const LEASE_S: u32 = 20;
 pub(super) struct Witness {
     /// The prefix of the witness's participant.
     pub(super) prefix: Prefix,
-    /// The observed participant.
     observed: Prefix,
     /// Address at which that participant listens for announcements.
     port: SocketAddrV4,
@@ -55,7 +53,6 @@ pub(super) struct Witness {
     socket: UdpSocket,
     /// Socket of its present reader.
     reader: UdpSocket,
-    /// Number of its present reader.
     number: u32,
     reader_since: Instant,
     last_look: Option<Instant>,
@@ -151,7 +148,7 @@ impl Witness {
             [&ids[..], &number(last - 1), &number(last), &self.announcements.to_le_bytes()].concat();
         submessage(&mut packet, HEARTBEAT, &available);
         let (ours, theirs) = (SUBSCRIPTIONS_WRITER, SUBSCRIPTIONS_READER);
-        let gone = self.parameters_of_reader(self.number - 1);
+        let gone = parameters(&[(0x5A, &self.guid(reader_id(self.number - 1)))]);
         let disposed = [0x71, 0, 4, 0, 0, 0, 0, 3, 1, 0, 0, 0];
         submessage(&mut packet, DISPOSAL, &data(theirs, ours, last - 1, &disposed, &gone));
         let present = parameters(&[
@@ -163,10 +160,6 @@ impl Witness {
         ]);
         submessage(&mut packet, DATA, &data(theirs, ours, last, &[], &present));
         Ok(packet)
-    }
-
-    fn parameters_of_reader(&self, number: u32) -> Vec<u8> {
-        parameters(&[(0x5A, &self.guid(reader_id(number)))])
     }
 
     fn guid(&self, entity: [u8; 4]) -> Vec<u8> {
@@ -212,7 +205,6 @@ fn parameters(parameters: &[(u16, &[u8])]) -> Vec<u8> {
     list
 }
 
-/// Returns the body of a sample.
 fn data(reader: [u8; 4], writer: [u8; 4], sequence: u64, inline: &[u8], payload: &[u8]) -> Vec<u8> {
     [&[0, 0, 16, 0][..], &reader, &writer, &number(sequence), inline, payload].concat()
 }

@@ -26,7 +26,6 @@ const TICK: Duration = Duration::from_millis(100);
 /// Maximum number of bytes waiting for the gateway; further samples stay in RustDDS, up to the topic's depth.
 const MAX_WAITING: usize = 256 * 1024;
 
-/// State of the network side.
 pub(super) struct DdsWorker {
     settings: NetworkSettings,
     /// Ends the wait when something was received.
@@ -42,7 +41,6 @@ pub(super) struct DdsWorker {
     counts: NetworkStatus,
     /// Returns the losses of this process's log.
     log_losses: fn() -> LostLines,
-    /// The last status sent.
     status: NetworkStatus,
     /// Last field: the gateway sees the link end only when everything else is gone.
     link: Link,
@@ -90,7 +88,9 @@ impl DdsWorker {
             if self.obey()? {
                 return Ok(());
             }
-            self.participants.announce_on_loopback();
+            if let Some(announcer) = &self.participants.announcer {
+                announcer.send_on(&self.participants.own);
+            }
             self.receive();
             let waker = self.waker();
             for participant in self.participants.all_mut() {
@@ -120,7 +120,8 @@ impl DdsWorker {
     /// within milliseconds.
     fn observe(&mut self) {
         let waker = Waker::from(Arc::clone(&self.discovered));
-        let observed = self.participants.observe(&waker, &mut self.watches.peers.missing);
+        let Participants { current, own, .. } = &mut self.participants;
+        let observed = current.observe(&waker, &mut self.watches.peers.missing, own);
         self.count_write_error(observed);
         let settled = self.participants.current.settle();
         self.count_write_error(settled);
@@ -263,7 +264,7 @@ impl DdsWorker {
             writers: current.writers().map(count).collect(),
             other_writers: current.other_writers().map(count).collect(),
             missing_peers: count(watches.peers.missing.len()),
-            has_probe: watches.peers.has_probe(),
+            has_probe: watches.peers.probe.is_some(),
             participants: current.peers,
             unheard_writers: watches.writers.silent.unheard,
             ..self.counts.clone()

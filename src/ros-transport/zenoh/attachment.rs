@@ -11,17 +11,14 @@ const GID_LENGTH: u8 = 16;
 /// Length of an attachment, bytes.
 pub(super) const LENGTH: usize = 8 + 8 + 1 + GID_LENGTH as usize;
 
-/// Identity of a publisher.
 pub(super) type Gid = [u8; GID_LENGTH as usize];
 
-/// The attachment of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Attachment {
     /// Number of the sample at its publisher, from 1.
     pub(super) number: i64,
     /// Time of sending, ns since 1970.
     pub(super) sent_ns: i64,
-    /// Identity of the publisher.
     pub(super) gid: Gid,
 }
 

@@ -1,7 +1,7 @@
 //! The view of the graph: endpoints on our topics, known by their tokens, and connections.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use zenoh::Wait;
 use zenoh::config::WhatAmI;
@@ -9,6 +9,7 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::sample::SampleKind;
 
 use super::keys::{EndpointKind, GraphEndpoint, TopicKey, all_tokens, read_token, session_of};
+use super::locked::locked;
 use super::node_session::NodeSession;
 use crate::link::ZenohLinks;
 
@@ -29,7 +30,6 @@ pub(super) struct Heritage {
 
 #[derive(Default, Clone)]
 struct LinkHistory {
-    /// Number of lost connections.
     lost: u64,
     /// Peers whose connection is lost and which have shown no sign since: neither another connection nor a
     /// token, which would come through a router, like samples.
@@ -51,7 +51,6 @@ struct SeenToken {
 /// The graph as far as it concerns our topics.
 pub(super) struct Graph {
     seen: Arc<Mutex<SeenToken>>,
-    /// The token of our node.
     _token: Option<LivelinessToken>,
 }
 
@@ -74,7 +73,7 @@ impl Graph {
                 let is_router = event.transport().whatami() == WhatAmI::Router;
                 let peer = event.transport().zid().to_string();
                 if not_a_peer.as_ref() != Some(&peer) {
-                    lock(&links).note_link(&peer, is_router, event.kind());
+                    locked(&links).note_link(&peer, is_router, event.kind());
                 }
             })
             .background()
@@ -96,7 +95,7 @@ impl Graph {
                     return;
                 }
                 if sample.kind() == SampleKind::Put {
-                    lock(&tokens).history.missing.remove(session);
+                    locked(&tokens).history.missing.remove(session);
                 }
                 let Some(endpoint) = read_token(token) else { return };
                 let is_on = |(kind, topics): &(EndpointKind, Vec<TopicKey>)| {
@@ -104,7 +103,7 @@ impl Graph {
                 };
                 if topics.iter().any(is_on) {
                     let topics = topics.iter().flat_map(|(_, topics)| topics);
-                    lock(&tokens).note_token(token, endpoint, sample.kind(), topics);
+                    locked(&tokens).note_token(token, endpoint, sample.kind(), topics);
                 }
             })
             .background()
@@ -115,30 +114,28 @@ impl Graph {
 
     /// Returns the peers whose connection is lost and which have shown no sign since.
     pub(super) fn missing(&self) -> BTreeSet<String> {
-        lock(&self.seen).history.missing.clone()
+        locked(&self.seen).history.missing.clone()
     }
 
-    /// Forgets peers that have ended.
     pub(super) fn forget(&self, ended: &BTreeSet<String>) {
-        lock(&self.seen).history.missing.retain(|session| !ended.contains(session));
+        locked(&self.seen).history.missing.retain(|session| !ended.contains(session));
     }
 
     /// Returns the state for the graph of the session that replaces this one, of this id.
     pub(super) fn heritage(&self, session: &str) -> Heritage {
-        Heritage { session: Some(session.to_owned()), history: lock(&self.seen).history.clone() }
+        Heritage { session: Some(session.to_owned()), history: locked(&self.seen).history.clone() }
     }
 
     /// Returns the number of foreign endpoints that receive this topic from us, or send it to us.
     pub(super) fn count(&self, kind: EndpointKind, topic: &TopicKey) -> u32 {
-        let seen = lock(&self.seen);
+        let seen = locked(&self.seen);
         let heard =
             seen.endpoints.values().filter(|endpoint| endpoint.kind == kind && endpoint.topic == *topic);
         u32::try_from(heard.count()).unwrap_or(u32::MAX)
     }
 
-    /// Returns the present connections.
     pub(super) fn links(&self) -> ZenohLinks {
-        let seen = lock(&self.seen);
+        let seen = locked(&self.seen);
         let count = |wanted| {
             let links = seen.links.values().filter(|is_router| **is_router == wanted);
             u32::try_from(links.count()).unwrap_or(u32::MAX)
@@ -218,9 +215,4 @@ impl SeenToken {
             "{name}: node {node} has another definition of the message and no sample passes between us: its type is {theirs}, ours {own}"
         );
     }
-}
-
-/// A panic cannot leave the data behind this lock half changed.
-fn lock(seen: &Mutex<SeenToken>) -> MutexGuard<'_, SeenToken> {
-    seen.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -22,7 +22,6 @@ pub(super) struct TopicKey {
     pub(super) name: String,
     /// Type in DDS notation, `package::msg::dds_::Name_`.
     pub(super) type_name: String,
-    /// Hash of the type.
     pub(super) hash: String,
 }
 
@@ -37,7 +36,6 @@ impl TopicKey {
         Ok(Self { name: name.to_owned(), type_name: dds_type(type_name), hash: hash.to_owned() })
     }
 
-    /// Returns the key of the topic's samples.
     pub(super) fn data(&self, domain: u16) -> String {
         format!("{domain}/{}/{}/{}", self.name.trim_start_matches('/'), self.type_name, self.hash)
     }
@@ -46,24 +44,18 @@ impl TopicKey {
 /// A node of a session.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct NodeKey {
-    /// Domain of the node.
     pub(super) domain: u16,
-    /// Id of the session.
     pub(super) session: String,
     /// Absolute namespace of the node.
     pub(super) namespace: String,
-    /// Name of the node.
     pub(super) node: String,
 }
 
 /// Kind of endpoint that a token describes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum EndpointKind {
-    /// A publisher of a topic.
     Publisher,
-    /// A subscription to a topic.
     Subscription,
-    /// A server of a service.
     Service,
 }
 
@@ -78,12 +70,10 @@ impl EndpointKind {
 }
 
 impl NodeKey {
-    /// Returns the token of the node.
     pub(super) fn token(&self) -> String {
         self.part(0, "NN")
     }
 
-    /// Returns the token of an endpoint.
     pub(super) fn endpoint_token(&self, id: u32, kind: EndpointKind, topic: &TopicKey, qos: &str) -> String {
         let TopicKey { name, type_name, hash } = topic;
         format!("{}/{}/{type_name}/{hash}/{qos}", self.part(id, kind.letters()), escaped(name))
@@ -126,13 +116,10 @@ pub(super) fn session_tokens(domain: u16, session: &str) -> String {
 /// An endpoint as described by its token.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct GraphEndpoint {
-    /// Id of its session.
     pub(super) session: String,
-    /// A publisher or a subscription.
     pub(super) kind: EndpointKind,
     /// Its node, with namespace.
     pub(super) node: String,
-    /// Topic of the endpoint.
     pub(super) topic: TopicKey,
 }
 

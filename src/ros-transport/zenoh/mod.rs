@@ -14,6 +14,7 @@
 mod attachment;
 mod graph;
 mod keys;
+mod locked;
 mod node_session;
 mod payload;
 mod peer_search;

@@ -9,9 +9,7 @@ use ros_messages::cdr::{CdrBytes, Endian, encapsulated};
 /// Length of the header before a message, bytes.
 const LENGTH: usize = 4;
 
-/// A received message.
 pub(super) struct ReceivedPayload {
-    /// Byte order of the message.
     pub(super) endian: Endian,
     payload: Vec<u8>,
 }
@@ -29,7 +27,6 @@ impl ReceivedPayload {
         Ok(Self { endian, payload })
     }
 
-    /// Returns the message without the header.
     pub(super) fn bytes(&self) -> &[u8] {
         self.payload.get(LENGTH..).unwrap_or_default()
     }

@@ -30,7 +30,6 @@ pub(super) struct SearchFindings {
     pub(super) replace: bool,
 }
 
-/// A peer that is sought.
 #[derive(Debug, Clone)]
 struct Sought {
     since: Instant,
@@ -38,7 +37,6 @@ struct Sought {
     nodes: BTreeSet<String>,
 }
 
-/// The peers that are sought.
 #[derive(Debug, Default)]
 pub(super) struct PeerSearch {
     sought: BTreeMap<String, Sought>,

@@ -4,7 +4,7 @@
 //! published on `/parameter_events`.
 
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use zenoh::Wait;
 use zenoh::liveliness::LivelinessToken;
@@ -12,6 +12,7 @@ use zenoh::query::{Query, Queryable};
 
 use super::attachment::Attachment;
 use super::keys::{EndpointKind, TopicKey, qos};
+use super::locked::locked;
 use super::node_session::NodeSession;
 use super::payload::{ReceivedPayload, with_header};
 use super::topic_writer::ZenohTopicWriter;
@@ -24,14 +25,11 @@ use crate::wakeup::Wakeup;
 use crate::wall_clock::now;
 use ros_messages::rcl_interfaces::ParameterEvent;
 
-/// The topic for changes.
 const EVENTS: &str = "/parameter_events";
-/// Maximum number of waiting requests.
 const MAX_WAITING: usize = 64;
 /// Depth of the services and the topic, as in `rmw_qos_profile_parameters`.
 const DEPTH: i32 = 1000;
 
-/// The services of one session.
 pub(super) struct ZenohServiceServer {
     contents: ServiceContents,
     /// The node's name with its namespace.
@@ -42,7 +40,6 @@ pub(super) struct ZenohServiceServer {
     services: Vec<Service>,
 }
 
-/// A service of our session.
 struct Service {
     kind: NodeService,
     key: String,
@@ -50,17 +47,14 @@ struct Service {
     _token: LivelinessToken,
 }
 
-/// Requests that have arrived.
 #[derive(Default)]
 struct WaitingRequests {
-    /// Position of the service, and the request.
     queries: VecDeque<(usize, Query)>,
     /// Number of requests refused for lack of room.
     refused: u64,
 }
 
 impl ZenohServiceServer {
-    /// Declares the services of this node.
     pub(super) fn new(
         node: &NodeSession,
         hashes: TypeHashes,
@@ -75,7 +69,7 @@ impl ZenohServiceServer {
             let key = TopicKey::new(&name, service.type_name(), hashes)?;
             let (queries, wakeup) = (Arc::clone(&waiting), Arc::clone(wakeup));
             let take = move |query| {
-                lock(&queries).put(position, query);
+                locked(&queries).put(position, query);
                 wakeup.notify();
             };
             // Clients query only servers declared as complete.
@@ -109,7 +103,7 @@ impl ZenohServiceServer {
 
     /// Answers the requests that have arrived. Returns the number of unanswered requests.
     pub(super) fn serve(&self) -> u64 {
-        let WaitingRequests { queries, refused } = std::mem::take(&mut *lock(&self.waiting));
+        let WaitingRequests { queries, refused } = std::mem::take(&mut *locked(&self.waiting));
         let mut unanswered = refused;
         for (position, query) in queries {
             let Some(service) = self.services.get(position) else { continue };
@@ -144,9 +138,4 @@ impl WaitingRequests {
             self.refused += 1;
         }
     }
-}
-
-/// A panic cannot leave the data behind this lock half changed.
-fn lock(waiting: &Mutex<WaitingRequests>) -> MutexGuard<'_, WaitingRequests> {
-    waiting.lock().unwrap_or_else(PoisonError::into_inner)
 }

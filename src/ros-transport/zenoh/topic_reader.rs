@@ -1,15 +1,17 @@
 //! One read topic: its subscription, its token, and the queue of arrived samples.
 
+use std::any::Any;
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use zenoh::Wait;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::sample::{Sample, SampleKind};
-use zenoh_ext::{AdvancedSubscriber, AdvancedSubscriberBuilderExt, HistoryConfig};
+use zenoh_ext::{AdvancedSubscriberBuilderExt, HistoryConfig};
 
 use super::attachment::Attachment;
 use super::keys::{EndpointKind, TopicKey, qos};
+use super::locked::locked;
 use super::node_session::NodeSession;
 use super::payload::ReceivedPayload;
 use crate::error::SampleError;
@@ -17,9 +19,7 @@ use crate::link::{MAX_SAMPLE, ReadTopic};
 use crate::qos::Durability;
 use crate::wakeup::Wakeup;
 
-/// A sample that has arrived.
 pub(super) struct Arrived {
-    /// The attachment of the sample.
     pub(super) attachment: Attachment,
     /// The message with its header.
     pub(super) message: ReceivedPayload,
@@ -38,7 +38,7 @@ struct SampleQueue {
 
 impl SampleQueue {
     fn put(&self, arrival: Arrival) {
-        let mut arrivals = self.lock();
+        let mut arrivals = locked(&self.arrivals);
         while arrivals.len() >= self.depth {
             arrivals.pop_front();
         }
@@ -46,25 +46,13 @@ impl SampleQueue {
         drop(arrivals);
         self.wakeup.notify();
     }
-
-    /// A panic cannot leave the data behind this lock half changed.
-    fn lock(&self) -> MutexGuard<'_, VecDeque<Arrival>> {
-        self.arrivals.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
-/// A subscription of our session.
 pub(super) struct ZenohTopicReader {
     queue: SampleQueue,
     /// Dropping it ends the subscription.
-    _subscriber: Subscriber,
+    _subscriber: Box<dyn Any + Send>,
     _token: LivelinessToken,
-}
-
-/// Held until dropped.
-enum Subscriber {
-    Plain { _held: zenoh::pubsub::Subscriber<()> },
-    WithHistory { _held: AdvancedSubscriber<()> },
 }
 
 impl ZenohTopicReader {
@@ -84,11 +72,11 @@ impl ZenohTopicReader {
             }
         };
         let builder = node.session.declare_subscriber(topic.data(node.key.domain)).callback(receive);
-        let subscriber = match settings.durability {
-            Durability::Volatile => Subscriber::Plain { _held: builder.wait()? },
+        let subscriber: Box<dyn Any + Send> = match settings.durability {
+            Durability::Volatile => Box::new(builder.wait()?),
             Durability::TransientLocal => {
                 let history = HistoryConfig::default().detect_late_publishers().max_samples(depth);
-                Subscriber::WithHistory { _held: builder.history(history).wait()? }
+                Box::new(builder.history(history).wait()?)
             }
         };
         let qos = qos(settings.reliability, settings.durability, settings.depth);
@@ -96,13 +84,11 @@ impl ZenohTopicReader {
         Ok(Self { queue, _subscriber: subscriber, _token: token })
     }
 
-    /// Removes and returns the oldest arrival.
     pub(super) fn take(&self) -> Option<Arrival> {
-        self.queue.lock().pop_front()
+        locked(&self.queue.arrivals).pop_front()
     }
 }
 
-/// Reads attachment and header of a sample.
 fn arrival(sample: &Sample) -> Arrival {
     let attachment = Attachment::of(sample.attachment(), "publisher")?;
     Ok(Arrived { attachment, message: ReceivedPayload::read(sample.payload(), MAX_SAMPLE)? })

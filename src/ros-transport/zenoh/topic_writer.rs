@@ -18,7 +18,6 @@ use ros_messages::cdr::CdrBytes;
 /// Time after which a report is resent, see the module's documentation.
 const REPEAT: Duration = Duration::from_secs(1);
 
-/// A topic of our session.
 pub(super) struct ZenohTopicWriter {
     node: NodeSession,
     settings: WrittenTopic,
@@ -35,12 +34,10 @@ struct WriterEndpoint {
     publisher: AdvancedPublisher<'static>,
     _token: LivelinessToken,
     gid: Gid,
-    /// Number of samples sent so far.
     number: i64,
 }
 
 impl ZenohTopicWriter {
-    /// Creates a topic without publications.
     pub(super) fn new(node: &NodeSession, settings: &WrittenTopic, topic: TopicKey) -> zenoh::Result<Self> {
         Ok(Self {
             endpoint: WriterEndpoint::new(node, settings, &topic)?,
@@ -52,7 +49,6 @@ impl ZenohTopicWriter {
         })
     }
 
-    /// Publishes, or withdraws the current report.
     pub(super) fn carry_out(&mut self, order: &Order) -> zenoh::Result<()> {
         match order {
             Order::Publish(samples) => {
@@ -100,7 +96,6 @@ impl ZenohTopicWriter {
 }
 
 impl WriterEndpoint {
-    /// Declares a publisher and its token.
     fn new(node: &NodeSession, settings: &WrittenTopic, topic: &TopicKey) -> zenoh::Result<Self> {
         let qos = qos(Reliability::Reliable, settings.durability, settings.depth);
         let token = node.endpoint_token(EndpointKind::Publisher, topic, &qos);

@@ -39,14 +39,12 @@ const OVERLAP: Duration = Duration::from_secs(1);
 /// Maximum number of nodes named in the status, and of characters of each.
 const MAX_NAMED: (usize, usize) = (5, 100);
 
-/// The names of the written and read topics.
 struct SessionKeys {
     hashes: TypeHashes,
     written: Vec<TopicKey>,
     read: Vec<TopicKey>,
 }
 
-/// A session with its endpoints.
 struct JoinedSession {
     node: NodeSession,
     writers: Vec<ZenohTopicWriter>,
@@ -58,15 +56,12 @@ struct JoinedSession {
 /// A router's answer, with the sessions in the query.
 type Answered = (BTreeSet<String>, Option<Answer>);
 
-/// State of the network side.
 pub(super) struct ZenohWorker {
     settings: NetworkSettings,
-    /// Configuration of the session.
     config: zenoh::Config,
     keys: SessionKeys,
     /// Ends the wait when something was received.
     wakeup: Arc<Wakeup>,
-    /// A session that is being opened.
     opening: Option<Receiver<zenoh::Result<Session>>>,
     /// `None` until a session is open.
     joined: Option<JoinedSession>,
@@ -83,7 +78,6 @@ pub(super) struct ZenohWorker {
     /// Returns the losses of this process's log.
     log_losses: fn() -> LostLines,
     lost_lines: LostLines,
-    /// The last status sent.
     status: NetworkStatus,
     /// Last field: the gateway sees the link end only when everything else is gone.
     link: Link,
@@ -103,7 +97,6 @@ impl SessionKeys {
 }
 
 impl JoinedSession {
-    /// Declares all endpoints on a session.
     fn new(
         session: Session,
         settings: &NetworkSettings,
@@ -153,7 +146,6 @@ impl ZenohWorker {
         }
     }
 
-    /// Returns the link.
     pub(super) fn into_link(self) -> Link {
         self.link
     }
@@ -173,7 +165,6 @@ impl ZenohWorker {
         self.open_later(self.config.clone())
     }
 
-    /// Opens a session in a separate thread.
     fn open_later(&mut self, config: zenoh::Config) -> Result<(), TransportError> {
         let (sender, receiver) = channel();
         let wakeup = Arc::clone(&self.wakeup);
@@ -307,7 +298,9 @@ impl ZenohWorker {
             self.unanswered_requests += server.map_or(0, ZenohServiceServer::serve);
             let writers = self.joined.iter_mut().flat_map(|joined| &mut joined.writers);
             let settled: Vec<_> = writers.map(ZenohTopicWriter::settle).collect();
-            settled.into_iter().for_each(|outcome| self.count_write_error(outcome));
+            for outcome in settled {
+                self.count_write_error(outcome);
+            }
             self.update_status();
             self.link.flush()?;
         }
