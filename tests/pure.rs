@@ -41,6 +41,7 @@ mod pure {
     mod recording_variants;
     mod repetition;
     mod report_model;
+    mod rustdds_defects;
     mod scenario_refusals;
     mod snapshot;
     mod spec_citations;
