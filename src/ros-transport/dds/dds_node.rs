@@ -75,7 +75,8 @@ impl DdsNode {
     }
 }
 
-fn qos(reliability: Reliability, durability: Durability, depth: i32) -> QosPolicyBuilder {
+/// Returns this quality of service; a writer waits for at most 10 ms.
+pub(super) fn qos(reliability: Reliability, durability: Durability, depth: i32) -> QosPolicyBuilder {
     let durability = match durability {
         Durability::TransientLocal => policy::Durability::TransientLocal,
         Durability::Volatile => policy::Durability::Volatile,

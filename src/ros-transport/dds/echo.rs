@@ -13,21 +13,20 @@ use std::time::Instant;
 
 use rustdds::dds::result::CreateResult;
 use rustdds::no_key::{DeserializedCacheChange, SimpleDataReaderCdr};
-use rustdds::policy::{Deadline, Durability, History, Reliability};
-use rustdds::{
-    DataReaderStatus, DomainParticipant, Duration, Publisher, QosPolicyBuilder, RTPSEntity, StatusEvented,
-    Subscriber, TopicKind,
-};
+use rustdds::policy::Deadline;
+use rustdds::{DataReaderStatus, RTPSEntity, StatusEvented, TopicKind};
 
+use super::dds_node::{DdsNode, qos};
 use super::discovery_probe::Prefix;
 use super::sample::SampleWriter;
 use super::witness::Witness;
 use crate::error::TransportError;
+use crate::qos::{Durability, Reliability};
 
 /// Maximum number of echoes and events read at once; there are never more waiting.
 const MAX_AT_ONCE: usize = 16;
 /// Time after which a missing echo is noticed.
-const DEADLINE: Duration = Duration::from_millis(200);
+const DEADLINE: rustdds::Duration = rustdds::Duration::from_millis(200);
 
 /// Signs of life of RustDDS.
 #[derive(Debug, Clone, Copy, Default)]
@@ -49,17 +48,8 @@ pub(super) struct Echo {
 }
 
 impl Echo {
-    pub(super) fn new(
-        domain: &DomainParticipant,
-        publisher: &Publisher,
-        subscriber: &Subscriber,
-    ) -> CreateResult<Self> {
-        let qos = QosPolicyBuilder::new()
-            .reliability(Reliability::BestEffort)
-            .durability(Durability::Volatile)
-            .history(History::KeepLast { depth: 1 })
-            .deadline(Deadline(DEADLINE))
-            .build();
+    pub(super) fn new(DdsNode { publisher, subscriber, domain, .. }: &DdsNode) -> CreateResult<Self> {
+        let qos = qos(Reliability::BestEffort, Durability::Volatile, 1).deadline(Deadline(DEADLINE)).build();
         let guid = domain.guid().to_bytes();
         let name = guid.iter().take(12).map(|byte| format!("{byte:02x}")).collect::<String>();
         let (name, type_name) = (format!("DCPS_signal_gateway/echo/{name}"), "signal_gateway::Echo");
@@ -102,6 +92,7 @@ mod tests {
     use std::net::Ipv4Addr;
     use std::sync::Arc;
 
+    use ros2_client::names::NodeName;
     use rustdds::{DomainParticipantBuilder, QosPolicies};
 
     use super::*;
@@ -118,7 +109,9 @@ mod tests {
         let domain = builder.build().unwrap();
         let publisher = domain.create_publisher(&QosPolicies::default()).unwrap();
         let subscriber = domain.create_subscriber(&QosPolicies::default()).unwrap();
-        let mut echo = Echo::new(&domain, &publisher, &subscriber).unwrap();
+        let name = NodeName::new("/", "node").unwrap();
+        let node = DdsNode { name, publisher, subscriber, domain };
+        let mut echo = Echo::new(&node).unwrap();
         let waker = Waker::from(Arc::new(Wakeup::default()));
         let (mut now, mut number) = (Instant::now(), 0);
         // Later increases come from other readers.
@@ -135,6 +128,6 @@ mod tests {
             });
         }
         let witness = echo.witness.as_ref().unwrap().prefix;
-        assert!(echo.is_witness(&witness) && !echo.is_witness(&prefix(&domain.guid().to_bytes())));
+        assert!(echo.is_witness(&witness) && !echo.is_witness(&prefix(&node.domain.guid().to_bytes())));
     }
 }

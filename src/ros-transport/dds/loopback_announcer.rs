@@ -1,10 +1,8 @@
 //! Multicasts announcements on the loopback.
 //!
-//! RustDDS sends no multicast on an interface without the multicast flag, such as the Linux loopback. There
-//! it announces a participant to the ports of the first twelve participants of this computer instead. A peer
-//! that has none of these ports and listens to multicast on the loopback, such as Cyclone DDS without a
-//! participant index, receives nothing, and would be discovered only when it announces itself again (8 s). So
-//! the gateway takes one of these ports, and forwards its own participants' announcements there by multicast.
+//! RustDDS sends none there (`docs/development/rustdds.md`), but announces a participant to the ports of the
+//! first twelve participants of this computer. So the gateway takes one of these ports, and forwards its own
+//! participants' announcements for peers that have none of them, such as Cyclone DDS without an index.
 
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, SocketAddrV4, UdpSocket};

@@ -11,9 +11,6 @@
 //! The readers discover the new writer during the silence; `topic_writer.rs` covers a resume that comes
 //! sooner. A volatile writer sends no old samples, and stays.
 //!
-//! Fast DDS 2.9 ignores RustDDS's dispose messages, which lack the key hash that it needs, so it keeps each
-//! replaced writer (some 9 kB) until our participant leaves. Data is unaffected.
-//!
 //! # Outages
 //!
 //! Most defects of RustDDS (`docs/development/rustdds.md`) are survived by a new participant, see

@@ -74,7 +74,7 @@ impl Participant {
             topic_readers,
             service_server: settings.services.clone().map(serve).transpose()?,
             graph: settings.graph.then(|| GraphEntry::new(&node)).transpose()?,
-            echo: Echo::new(&node.domain, &node.publisher, &node.subscriber)?,
+            echo: Echo::new(&node)?,
             matched: BTreeMap::new(),
             other_writers: BTreeMap::new(),
             names: written.chain(read).collect(),

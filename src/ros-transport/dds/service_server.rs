@@ -9,16 +9,14 @@ use std::task::Waker;
 use std::time::{Duration, Instant};
 
 use rustdds::no_key::{DeserializedCacheChange, SimpleDataReader};
-use rustdds::policy::{Durability, History, Reliability};
-use rustdds::{
-    GUID, QosPolicyBuilder, RTPSEntity, SampleIdentity, SequenceNumber, TopicKind, WriteOptionsBuilder,
-};
+use rustdds::{GUID, RTPSEntity, SampleIdentity, SequenceNumber, TopicKind, WriteOptionsBuilder};
 
-use super::dds_node::DdsNode;
+use super::dds_node::{DdsNode, qos};
 use super::sample::SampleWriter;
 use super::topic_reader::{AsBytes, Copied, EncodedSample};
 use crate::error::{SampleError, TransportError};
 use crate::parameters::{MAX_REQUEST, Middleware, NodeService, Parameters, ServiceContents};
+use crate::qos::{Durability, Reliability};
 use crate::wall_clock::now;
 use ros_messages::cdr::CdrBytes;
 use ros_messages::dds_type;
@@ -66,11 +64,7 @@ impl DdsServiceServer {
         DdsNode { name, publisher, subscriber, domain }: &DdsNode,
         contents: ServiceContents,
     ) -> Result<Self, TransportError> {
-        let qos = QosPolicyBuilder::new()
-            .reliability(Reliability::Reliable { max_blocking_time: rustdds::Duration::from_millis(10) })
-            .durability(Durability::Volatile)
-            .history(History::KeepLast { depth: DEPTH })
-            .build();
+        let qos = qos(Reliability::Reliable, Durability::Volatile, DEPTH).build();
         let node = format!("{}/{}", name.namespace().trim_end_matches('/'), name.base_name());
         let topic = |service: NodeService, name: String, ending: &str| {
             let type_name = dds_type(&format!("{}_{ending}", service.type_name()));

@@ -5,13 +5,10 @@
 //! the writer's predecessor do not miss a report, it is repeated (same stamp) a few times in the writer's
 //! first seconds.
 //!
-//! RustDDS trims a transient-local writer's history every 6 s, up to the last sample acknowledged by all
-//! readers; without readers it keeps thousands of samples, whatever the depth. A late reader would receive
-//! minutes of old samples before the current one. So while there is no reader, nothing is written and the
-//! history is empty; the current samples are written when a reader joins. While other readers exist, the
-//! history still has seconds of samples. RustDDS reports a discovered reader before it sends it anything: the
-//! reader must first request the history, and is answered after 5 ms. By then the writer is gone, and the
-//! reader finds a new, empty writer instead; the other readers find it too, and lose only outdated samples.
+//! RustDDS trims the history every 6 s only (`docs/development/rustdds.md`). So while there is no reader,
+//! nothing is written and the history is empty; the current samples are written when a reader joins. While
+//! other readers exist, a discovered reader that requests the history is answered after 5 ms. By then the
+//! writer is gone, and all readers find a new, empty writer instead; the others lose only outdated samples.
 
 use std::time::{Duration, Instant};
 
