@@ -1,5 +1,5 @@
-//! Checks the names of nodes and topics by the rules of ROS 2. Builds without a network side use no names, and
-//! accept all.
+//! Checks the names of nodes and topics by the rules of ROS 2. Builds without a network side use no names,
+//! and accept all.
 #![cfg_attr(not(feature = "ros"), expect(unused_variables))]
 
 #[cfg(feature = "ros")]

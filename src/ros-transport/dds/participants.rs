@@ -1,8 +1,8 @@
 //! Our participant, and the participants that it has replaced.
 //!
 //! A replaced participant remains until all its peers have discovered its successor, which may itself have
-//! been replaced meanwhile. So no peer misses a sample; some receive one twice. The gateway recognises samples
-//! received twice by their numbers.
+//! been replaced meanwhile. So no peer misses a sample; some receive one twice. The gateway recognises
+//! samples received twice by their numbers.
 
 use std::task::Waker;
 use std::time::{Duration, Instant};
