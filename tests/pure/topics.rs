@@ -40,6 +40,6 @@ fn documentation_has_the_topics_of_reports_diagnostics_and_log() {
 #[test]
 fn every_type_that_is_written_is_defined() {
     let lacks = |row: &&OutgoingRow| type_hash(row.type_name).is_none();
-    let undefined: Vec<_> = OUTGOING.iter().filter(lacks).map(|row| row.label).collect();
+    let undefined: Vec<_> = OUTGOING.iter().filter(lacks).map(|row| row.default_name).collect();
     assert_eq!(undefined, [""; 0]);
 }

@@ -74,10 +74,8 @@ impl TimelineCollector {
         collector
     }
 
-    /// Replays a recording by its stamps, and returns its timeline.
-    ///
-    /// # Errors
-    /// Fails if the recording cannot be read to its end.
+    /// Replays a recording by its stamps, and returns its timeline. Fails if the recording cannot be read to
+    /// its end.
     pub fn replayed(settings: &Settings, mut replay: Replay, title: String) -> io::Result<Timeline> {
         let mut collector = Self::new(settings);
         loop {

@@ -56,7 +56,7 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut CheckReport) {
         report.line("", format!("{} = {}", parameter.name, parameter.value(&settings.parameters)));
     }
     let (read, written) = (|key| decider.inputs.name(key), |key| decider.outputs.name(key));
-    for key in SubscriptionKind::DECIDER.into_iter().filter_map(|kind| Some(kind.row().key?.1)) {
+    for key in SubscriptionKind::DECIDER.into_iter().filter_map(|kind| Some(kind.row().key?.key)) {
         let name = if read(key).is_empty() { "no topic" } else { read(key) };
         report.line("", format!("{} from {name}", key.replace('_', " ")));
     }

@@ -1,7 +1,6 @@
 //! `identify`: finds the built-in profiles that fit a recording or a bus.
 
 use std::io::{self, Write as _};
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -14,7 +13,8 @@ use super::messages;
 use super::progress::ProgressDisplay;
 use crate::check::identify::{Identifier, ProfileCandidate};
 use crate::check::{identify_text, log_faults};
-use crate::daemon::{self, DaemonError};
+use crate::daemon::DaemonError;
+use crate::daemon::bus_survey::listen_to;
 use crate::io::process_log::LogForm;
 use can_log::EntryContent;
 use can_log::no_frame;
@@ -96,20 +96,20 @@ pub(super) fn listen(interface: &str, length: Duration) -> Result<Identifier, Fa
     let progress = ProgressDisplay::new(format!("listening to {interface}"), Some(millis), form);
     let start = Instant::now();
     let (mut looked, mut unusable) = (SHORTEST, None);
-    daemon::listen_to(interface, length, |input| {
-        if let CanInput::Link { state, .. } = input {
+    listen_to(interface, length, |input| {
+        if let CanInput::Link { state, .. } = *input {
             unusable = (state != LinkState::Up).then_some(state);
-            return if unusable.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+            return unusable.is_none();
         }
-        let CanInput::Frame { frame, stamp, .. } = input else { return ControlFlow::Continue(()) };
-        identifier.frame(interface, &frame, stamp);
+        let CanInput::Frame { frame, stamp, .. } = input else { return true };
+        identifier.frame(interface, frame, *stamp);
         let elapsed = start.elapsed();
         progress.set(u64::try_from(elapsed.as_millis()).unwrap_or(u64::MAX));
         if elapsed < looked {
-            return ControlFlow::Continue(());
+            return true;
         }
         looked = elapsed + LOOK;
-        if identifier.is_sure() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        !identifier.is_sure()
     })?;
     drop(progress);
     if let Some(state) = unusable.filter(|_| identifier.frames() == 0) {

@@ -20,6 +20,7 @@ use crate::io::sample_log::{SampleKind, SampleLog, SampleTopic};
 use crate::report::drive::chart::DriveChart;
 use crate::report::drive::shadow::{ShadowManoeuvre, ShadowSummary};
 use crate::report::drive::{DriveForm, DriveWriter};
+use can_log::file_budget::FileBudget;
 use gateway_base::time::MonoTime;
 use turn_signal::decision::BasisKind;
 use turn_signal::flow::{DeciderRole, TurnSignalSettings};
@@ -67,7 +68,8 @@ pub(super) fn run(
     names: Option<&TopicNames>,
     form: &ReportForm<'_>,
 ) -> Result<ExitCode, Failure> {
-    let mut log = SampleLog::open(recording, topics(names)).map_err(Failure::file(recording))?;
+    let opened = SampleLog::open(recording, topics(names), FileBudget::default());
+    let mut log = opened.map_err(Failure::file(recording))?;
     let settings = TurnSignalSettings {
         decider: file.decider.clone(),
         road: file.road.clone(),

@@ -30,6 +30,7 @@ use crate::io::sample_log::{LoggedSample, SampleKind, SampleLog};
 use crate::replay::{Departures, NoRun, RecordedInput, RecordedRun, Recording, Replay, Routes, RunSink};
 use crate::report::gateway::{Changes, JsonTimeline};
 use crate::report::view::{View, time_text};
+use can_log::file_budget::FileBudget;
 use can_log::{Log, no_frame};
 use can_signal::can::CanInput;
 use gateway_base::time::{MonoTime, Now, WallStamp};
@@ -109,7 +110,7 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     let unreadable = Failure::file(&path);
     let is_bag = SampleLog::is_for(&path).map_err(&unreadable)?;
     let run = if is_bag && args.recording.map.is_empty() {
-        let log = SampleLog::open(&path, inputs(&settings)).map_err(&unreadable)?;
+        let log = SampleLog::open(&path, inputs(&settings), FileBudget::default()).map_err(&unreadable)?;
         RecordedRun::begin(settings.gateway.clone(), log, &mut results).map_err(&unreadable)?
     } else {
         Err(NoRun::NoCalls)
@@ -151,7 +152,8 @@ fn with_samples(log: Log, path: &Path, inputs: &[(String, SampleKind)]) -> io::R
         return Ok(log.into());
     }
     let is_sample = |(_, kind): &&(String, SampleKind)| !matches!(kind, SampleKind::Frames { .. });
-    let samples = SampleLog::open_beside(&log, path, inputs.iter().filter(is_sample).cloned().collect())?;
+    let topics = inputs.iter().filter(is_sample).cloned().collect();
+    let samples = SampleLog::open(path, topics, log.budget().clone())?;
     Ok(Recording { log, samples: Some(samples) })
 }
 

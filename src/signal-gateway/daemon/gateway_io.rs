@@ -118,7 +118,7 @@ impl GatewayIo {
         }
     }
 
-    pub(super) fn close(mut self) {
+    pub(super) fn close(self) {
         self.service.supervisor.stopping();
         self.outputs.close();
     }

@@ -4,12 +4,13 @@ use std::fs::File;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
-use std::thread;
+use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use std::time::Duration;
 
+use crate::io::awaited_thread::AwaitedThread;
 use crate::io::clock::Clock;
 use crate::io::history_file::{HistoryFile, ReadHistory, WriterState};
+use crate::io::lock::lock;
 use crate::io::recorder::log_of;
 use crate::report::gateway::Changes;
 use crate::report::text::counted;
@@ -73,8 +74,7 @@ impl Shared {
 
 impl SharedHistory {
     fn lock(&self) -> MutexGuard<'_, Shared> {
-        // A panic cannot leave the history inconsistent.
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.0)
     }
 
     /// Returns the requested entries.
@@ -234,10 +234,7 @@ impl HistoryKeeper {
     /// Waits until the history is written. Call it after everything else has ended, which gives the disk more
     /// time.
     pub(super) fn wait(self) {
-        let is_late = |writer: &HistoryWriter| {
-            writer.ended.recv_timeout(STOP_PATIENCE) == Err(RecvTimeoutError::Timeout)
-        };
-        if self.writer.as_ref().is_some_and(is_late) {
+        if self.writer.is_some_and(|writer| !writer.thread.ends_within(STOP_PATIENCE)) {
             tracing::warn!("the end of the history is not written: the disk is too slow");
         }
     }
@@ -259,19 +256,14 @@ fn process(kind: ChangeKind, text: String) -> Change {
 struct HistoryWriter {
     /// Dropped to stop it.
     stop: Option<Sender<()>>,
-    ended: Receiver<()>,
+    thread: AwaitedThread,
 }
 
 impl HistoryWriter {
     fn start(file: HistoryFile, shared: SharedHistory) -> std::io::Result<Self> {
         let (stop, stopped) = channel();
-        let (end, ended) = channel();
-        thread::Builder::new().name("history".to_owned()).spawn(move || {
-            // Dropped when the thread ends, which wakes `stop`.
-            let _end: Sender<()> = end;
-            write_until(&stopped, &file, &shared);
-        })?;
-        Ok(Self { stop: Some(stop), ended })
+        let thread = AwaitedThread::start("history", move || write_until(&stopped, &file, &shared))?;
+        Ok(Self { stop: Some(stop), thread })
     }
 }
 

@@ -29,7 +29,6 @@ pub use process_state::build;
 
 use std::future::pending;
 use std::io;
-use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use tokio::time::sleep_until;
@@ -165,32 +164,6 @@ pub fn listen(
                         }
                     }
                     take(&batch)?;
-                }
-            }
-        }
-    })
-}
-
-/// Passes the inputs of one interface to `take`, until `take` breaks, a stop signal arrives, or `length` is
-/// over. Also passes the state of a link that is not up.
-pub fn listen_to(
-    interface: &str,
-    length: Duration,
-    mut take: impl FnMut(CanInput) -> ControlFlow<()>,
-) -> Result<(), DaemonError> {
-    runtime()?.block_on(async {
-        let mut stop = StopSignals::listen()?;
-        let mut receivers = Receivers::of_all_frames(&[interface.to_owned()]);
-        let end = sleep_until((Instant::now() + length).into());
-        tokio::pin!(end);
-        loop {
-            tokio::select! {
-                () = stop.requested() => return Ok(()),
-                () = &mut end => return Ok(()),
-                batch = receivers.recv() => {
-                    if batch?.into_iter().try_for_each(&mut take).is_break() {
-                        return Ok(());
-                    }
                 }
             }
         }

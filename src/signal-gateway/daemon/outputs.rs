@@ -133,9 +133,7 @@ impl Recorders {
         if let Some(black_box) = &mut self.black_box {
             black_box.given_out(output, at);
         }
-        if let Some(mcap) = &self.mcap {
-            mcap.given_out(output.clone(), at.wall);
-        }
+        self.record(|mcap| mcap.given_out(output.clone(), at.wall));
     }
 
     /// Calls `record` with the MCAP recording, if there is one.

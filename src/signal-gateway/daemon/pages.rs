@@ -75,7 +75,7 @@ async fn history(State(sources): State<Sources>, uri: Uri) -> Response {
 }
 
 /// Reads the parameters of a request for changes.
-fn request_of(query: &str) -> Result<HistoryRequest, String> {
+fn request_of(query: &str) -> serde_json::Result<HistoryRequest> {
     let mut fields = serde_json::Map::new();
     for (name, value) in query
         .split('&')
@@ -85,7 +85,7 @@ fn request_of(query: &str) -> Result<HistoryRequest, String> {
         let value = value.parse::<u64>().map_or_else(|_| value.into(), serde_json::Value::from);
         fields.insert(name.to_owned(), value);
     }
-    serde_json::from_value(fields.into()).map_err(|error| error.to_string())
+    serde_json::from_value(fields.into())
 }
 
 /// Responds with the report of the black box that contains the frames of a change, opened at the change.

@@ -8,6 +8,7 @@ use crate::config::Settings;
 use crate::io::can::traffic::TrafficMeter;
 use crate::io::process_log;
 use crate::process_status::configuration::ConfigurationState;
+use crate::process_status::log::LogState;
 use crate::process_status::snapshot::{Build, ProcessSnapshot, Snapshot};
 use gateway_base::diagnostics::{Diagnostics, Status};
 use gateway_base::time::{Now, millis};
@@ -66,7 +67,7 @@ impl ProcessState {
         if let Output::Diagnostics { diagnostics, .. } = output
             && diagnostics.refresh
         {
-            self.published = self.statuses(outputs);
+            self.published = self.statuses(outputs, process_log::state());
             diagnostics.statuses.extend(self.published.iter().cloned());
         }
     }
@@ -79,7 +80,8 @@ impl ProcessState {
             return None;
         }
         self.next_check = at + CHECK_INTERVAL;
-        let statuses = self.statuses(outputs);
+        // Called in every case, since it also writes due log lines.
+        let statuses = self.statuses(outputs, process_log::state());
         let changed = changed(&statuses, &self.published);
         self.published = statuses;
         let node = self.node.clone().filter(|_| !changed.is_empty())?;
@@ -87,9 +89,7 @@ impl ProcessState {
         Some(Output::Diagnostics { diagnostics, stamp: now.wall })
     }
 
-    fn statuses(&self, outputs: &Outputs) -> Vec<Status> {
-        // Called in every case, since it also writes due log lines.
-        let log = process_log::state();
+    fn statuses(&self, outputs: &Outputs, log: Option<LogState>) -> Vec<Status> {
         if self.node.is_none() {
             return Vec::new();
         }
@@ -108,15 +108,17 @@ impl ProcessState {
 
     /// Returns the current state of the gateway and of the process.
     pub(super) fn snapshot(&mut self, gateway: &Gateway, now: Now, outputs: &Outputs) -> Snapshot {
+        let log = process_log::state();
+        let statuses = self.statuses(outputs, log.clone());
         let process = ProcessSnapshot {
             uptime_ms: millis(self.started.elapsed()),
             black_box: outputs.recorders.black_box.as_ref().map(FaultRecorder::state),
             next_change: outputs.recorders.history.next_number(),
-            log: process_log::state(),
+            log,
             ros: outputs.publisher.snapshot(),
             ..self.known.clone()
         };
-        let mut snapshot = gateway.snapshot(now).with_process(process, &self.statuses(outputs));
+        let mut snapshot = gateway.snapshot(now).with_process(process, &statuses);
         for (bus, meter) in snapshot.buses.iter_mut().zip(&mut self.traffic) {
             bus.traffic = meter.measure();
         }

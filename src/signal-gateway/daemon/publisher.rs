@@ -12,11 +12,12 @@ use crate::config::gateway::traffic_lights::LightsOutput;
 use crate::config::gateway::turn_signal::TurnSignalConfig;
 use crate::config::ros_names::{NodeNames, Remapping};
 use crate::io::ros::inbox::Inbox;
+use crate::io::ros::reception::IncomingStatus;
 use crate::io::ros::session::{RosError, RosSession};
 use crate::io::ros::settings::{Isolation, RosSettings};
 use crate::io::ros::topics::{
     Durability, LightsTopicSettings, OUTGOING, OutgoingRow, OutgoingTopic, Subscription, SubscriptionKind,
-    TopicFlow, Topics,
+    TopicFlow, TopicKey, Topics,
 };
 use crate::process_status::network::NetworkState;
 use crate::process_status::snapshot::RosSnapshot;
@@ -68,9 +69,6 @@ impl Publisher {
     }
 
     /// Joins the ROS graph, unless the configuration disables it.
-    ///
-    /// # Errors
-    /// See [`PublisherError`].
     pub fn start(settings: &Settings) -> Result<Self, PublisherError> {
         if !settings.ros.enabled {
             return Ok(Self::off());
@@ -108,7 +106,7 @@ impl Publisher {
 
     /// Returns true while publishing works or is disabled.
     pub fn is_healthy(&self) -> bool {
-        self.session.as_ref().is_none_or(|session| session.status().running)
+        self.session.as_ref().is_none_or(RosSession::is_running)
     }
 
     /// Returns the domain and its transport, as text.
@@ -127,26 +125,18 @@ impl Publisher {
 
     /// Returns the state of the ROS 2 connection for clients; `None` without a session.
     pub fn snapshot(&self) -> Option<RosSnapshot> {
-        self.session.as_ref().map(|session| {
-            let status = session.status();
-            let count = |count: usize| u64::try_from(count).unwrap_or(u64::MAX);
-            let topic = |name: &str, peers, other_writers| TopicSnapshot {
-                name: name.to_owned(),
-                peers: count(peers),
-                other_writers: count(other_writers),
-            };
-            RosSnapshot {
-                domain_id: self.domain_id,
-                written: status
-                    .outgoing
-                    .iter()
-                    .map(|written| topic(&written.name, written.readers, written.other_writers))
-                    .collect(),
-                read: status.incoming.iter().map(|read| topic(&read.name, read.writers, 0)).collect(),
-                missing_peers: count(status.missing_peers),
-                write_errors: status.write_errors,
-                ..RosSnapshot::of(&status.network)
-            }
+        let status = self.session.as_ref()?.status();
+        let read = |read: &IncomingStatus| TopicSnapshot {
+            peers: read.writers.into(),
+            ..TopicSnapshot::unmatched(&read.name)
+        };
+        Some(RosSnapshot {
+            domain_id: self.domain_id,
+            read: status.incoming.iter().map(read).collect(),
+            missing_peers: status.seen.missing_peers.into(),
+            write_errors: status.write_errors(),
+            written: status.outgoing,
+            ..RosSnapshot::of(&status.network)
         })
     }
 
@@ -230,7 +220,7 @@ fn loop_topic(ros: &RosSettings) -> Option<String> {
 fn configured_topics(settings: &Settings) -> Topics {
     let lights = &settings.gateway.lights;
     let (ros, decider) = (&settings.ros, settings.turn_signal.as_ref().filter(|decider| decider.runs));
-    let named = |(section, key)| match section {
+    let named = |TopicKey { section, key }| match section {
         "ros.topics" => ros.topics.name(key),
         _ => decider.map_or("", |decider| decider.outputs.name(key)),
     };
@@ -321,8 +311,7 @@ pub fn decider_subscriptions(inputs: &TopicNames, compares: bool) -> Vec<Subscri
 
 /// Returns the subscription to a topic of this kind; `None` if no topic is named.
 fn subscription(names: &TopicNames, kind: SubscriptionKind) -> Option<Subscription> {
-    let (_, key) = kind.row().key?;
-    let name = Some(names.name(key)).filter(|name| !name.is_empty())?;
+    let name = Some(names.name(kind.row().key?.key)).filter(|name| !name.is_empty())?;
     let SubscriptionKind::Factors(topic) = kind else { return Some(Subscription::new(name, kind)) };
     Some(Subscription::new(&topic.in_folder(name), kind))
 }
@@ -341,7 +330,7 @@ fn parameters(settings: &Settings, domain_id: u16) -> Parameters {
     parameters.set("ros.memory_limit_mb", i64::from(ros.memory_limit_mb));
     let topics = topics(settings);
     for row in &OUTGOING {
-        if let Some((section @ "ros.topics", key)) = row.key {
+        if let Some(TopicKey { section: section @ "ros.topics", key }) = row.key {
             parameters.set(&format!("{section}.{key}"), topics.name(row.topic).unwrap_or_default());
         }
     }
@@ -362,10 +351,8 @@ fn door_layouts(settings: &Settings) -> Option<DoorLayouts> {
     })
 }
 
-/// Returns the settings of the session, from the configuration and the environment.
-///
-/// # Errors
-/// Fails if an environment variable of ROS 2 has an unsupported value.
+/// Returns the settings of the session, from the configuration and the environment. Fails if an environment
+/// variable of ROS 2 has an unsupported value.
 pub fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
     let network = ros_environment::network(&settings.ros, |name| std::env::var(name).ok())?;
     network.warnings.iter().for_each(|warning| tracing::warn!("{warning}"));

@@ -10,7 +10,7 @@ use tokio::sync::oneshot;
 use super::gateway_io::GatewayIo;
 use super::receivers::Receivers;
 use crate::config::Settings;
-use crate::io::process_log;
+use crate::io::process_log::{self, JournalField};
 use crate::process_status::configuration::{Change, EffectiveConfiguration, changes_text, plan};
 use gateway_base::time::Now;
 use gateway_core::gateway::call::GatewayCall;
@@ -101,7 +101,7 @@ impl Running<'_> {
                 let text = changes_text(&changes);
                 let text = if text.is_empty() { "nothing is different" } else { &text };
                 let text = format!("configuration reloaded: {text}");
-                let fields = [("MESSAGE_ID", RELOADED)];
+                let fields = [JournalField { name: "MESSAGE_ID", text: RELOADED }];
                 process_log::record(tracing::Level::INFO, "configuration", &text, &fields);
                 state.applied(parts, changes, now.wall);
             }
@@ -109,6 +109,7 @@ impl Running<'_> {
                 let text = format!("configuration not reloaded, the one before goes on: {reason}");
                 let cause = reason.lines().next().unwrap_or_default();
                 let fields = [("MESSAGE_ID", REFUSED), ("CAUSE", cause)];
+                let fields = fields.map(|(name, text)| JournalField { name, text });
                 process_log::record(tracing::Level::WARN, "configuration", &text, &fields);
                 state.refused(reason, changes, now.wall);
             }

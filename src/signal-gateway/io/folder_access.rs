@@ -6,10 +6,7 @@ use std::path::Path;
 use rustix::fs::{Access, access};
 
 /// Checks with the kernel whether files can be created in a folder, which need not exist yet. Creates
-/// nothing.
-///
-/// # Errors
-/// The reason: `NotADirectory`, `PermissionDenied`, `ReadOnlyFilesystem`, …
+/// nothing. The reason: `NotADirectory`, `PermissionDenied`, `ReadOnlyFilesystem`, …
 pub fn check_writable(folder: &Path) -> io::Result<()> {
     // The nearest existing ancestor; the gateway creates the folders below it.
     let mut existing = folder.ancestors().filter(|folder| folder.symlink_metadata().is_ok());

@@ -2,11 +2,12 @@
 //! then one line of JSON per entry.
 
 use std::fs::{self, File, TryLockError};
-use std::io::{self, BufRead, BufReader, BufWriter, ErrorKind, Write as _};
+use std::io::{self, BufRead, BufReader, ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::new_files::write_whole;
 use gateway_core::gateway::history::HistoryEntry;
 
 const NAME: &str = "history.jsonl";
@@ -61,10 +62,8 @@ impl HistoryFile {
     }
 
     /// Claims the file for this process until the result is dropped; `None` if the lock file cannot be
-    /// created, e.g. because the folder is not writable yet.
-    ///
-    /// # Errors
-    /// Fails if another process stores its history there.
+    /// created, e.g. because the folder is not writable yet. Fails if another process stores its history
+    /// there.
     pub fn claim(&self) -> io::Result<Option<File>> {
         let path = self.path.with_extension("lock");
         let folder = self.path.parent().map(fs::create_dir_all).transpose();
@@ -78,10 +77,8 @@ impl HistoryFile {
         }
     }
 
-    /// Reads the file; `None` if there is none.
-    ///
-    /// # Errors
-    /// Fails if the file cannot be read, or is not a history that this version supports.
+    /// Reads the file; `None` if there is none. Fails if the file cannot be read, or is not a history that
+    /// this version supports.
     pub fn read(&self) -> io::Result<Option<ReadHistory>> {
         let invalid = |text: String| io::Error::new(ErrorKind::InvalidData, text);
         match fs::metadata(&self.path) {
@@ -94,34 +91,25 @@ impl HistoryFile {
         parse(BufReader::new(File::open(&self.path)?)).map(Some)
     }
 
-    /// Writes the whole file, or leaves the old one unchanged. Creates the folder if it is missing.
-    ///
-    /// # Errors
-    /// Fails if the folder or the disk does not accept the file.
+    /// Writes the whole file, or leaves the old one unchanged. Creates the folder if it is missing. Fails if
+    /// the folder or the disk does not accept the file.
     pub fn write(&self, entries: &[HistoryEntry], writer: WriterState) -> io::Result<()> {
         if let Some(folder) = self.path.parent() {
             fs::create_dir_all(folder)?;
         }
-        let draft = self.path.with_extension("draft");
-        let written = (|| {
-            let mut file = BufWriter::new(File::create(&draft)?);
-            serde_json::to_writer(&mut file, &Header { history: VERSION, writer })?;
+        write_whole(&self.path.with_extension("draft"), &self.path, |file| {
+            serde_json::to_writer(&mut *file, &Header { history: VERSION, writer })?;
             for entry in entries {
                 file.write_all(b"\n")?;
-                serde_json::to_writer(&mut file, entry)?;
+                serde_json::to_writer(&mut *file, entry)?;
             }
-            file.write_all(b"\n")?;
-            file.into_inner()?.sync_all()?;
-            fs::rename(&draft, &self.path)
-        })();
-        written.inspect_err(|_| drop(fs::remove_file(&draft)))
+            file.write_all(b"\n")
+        })
     }
 }
 
-/// Reads the lines of a history.
-///
-/// # Errors
-/// Fails if reading fails, or if this is not a history that this version supports.
+/// Reads the lines of a history. Fails if reading fails, or if this is not a history that this version
+/// supports.
 pub fn parse(reader: impl BufRead) -> io::Result<ReadHistory> {
     let invalid = |text: String| io::Error::new(ErrorKind::InvalidData, text);
     let mut lines = reader.take(MAX_BYTES).split(b'\n');

@@ -4,7 +4,7 @@
 use std::convert::Infallible;
 use std::io;
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use axum::extract::Request;
@@ -23,6 +23,8 @@ use hyper_util::service::TowerToHyperService;
 use tokio::net::TcpSocket;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 use tokio::time::{Instant, sleep, sleep_until};
+
+use super::lock::lock;
 
 /// Maximum number of simultaneous requests; further connections are closed.
 pub const MAX_CONNECTIONS: usize = 64;
@@ -68,7 +70,7 @@ impl Connection {
     /// too many streams.
     pub fn begin_stream(&self) -> bool {
         let Ok(place) = Arc::clone(&self.0.streams).try_acquire_owned() else { return false };
-        *self.0.place.lock().unwrap_or_else(PoisonError::into_inner) = place;
+        *lock(&self.0.place) = place;
         true
     }
 

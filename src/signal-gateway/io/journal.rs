@@ -15,6 +15,15 @@ const SOCKET: &str = "/run/systemd/journal/socket";
 /// Maximum length of a field's text, bytes; a datagram has room for several such fields.
 const MAX_TEXT: usize = 16 * 1024;
 
+/// A field of a record.
+#[derive(Debug, Clone, Copy)]
+pub struct JournalField<'a> {
+    /// Name of the field, in capitals.
+    pub name: &'static str,
+    /// Text of the field; a field without text is omitted.
+    pub text: &'a str,
+}
+
 /// Opens a socket to the journal if standard error goes there.
 pub(super) fn open() -> Option<UnixDatagram> {
     let stream = std::env::var("JOURNAL_STREAM").ok()?;
@@ -45,13 +54,13 @@ pub(super) fn with_priority(level: Level, text: &str) -> String {
     text.lines().map(|line| format!("<{}>{line}\n", priority(level))).collect()
 }
 
-/// Formats a record as a datagram. Field names are in capitals; empty fields are omitted.
-pub(super) fn datagram(level: Level, message: &str, fields: &[(&str, &str)]) -> Vec<u8> {
+/// Formats a record as a datagram.
+pub(super) fn datagram(level: Level, message: &str, fields: &[JournalField<'_>]) -> Vec<u8> {
     let mut datagram = Vec::new();
     field(&mut datagram, "MESSAGE", message);
     field(&mut datagram, "PRIORITY", priority(level));
     field(&mut datagram, "SYSLOG_IDENTIFIER", "signal-gateway");
-    for (name, text) in fields.iter().filter(|(_, text)| !text.is_empty()) {
+    for JournalField { name, text } in fields.iter().filter(|field| !field.text.is_empty()) {
         field(&mut datagram, name, text);
     }
     datagram
@@ -73,7 +82,11 @@ mod tests {
 
     #[test]
     fn record_has_each_field_with_its_length_and_no_empty_one() {
-        let datagram = datagram(Level::ERROR, "a\nb", &[("TASK", "can0"), ("CAUSE", "")]);
+        let datagram = datagram(
+            Level::ERROR,
+            "a\nb",
+            &[("TASK", "can0"), ("CAUSE", "")].map(|(name, text)| JournalField { name, text }),
+        );
         let expected = [
             &b"MESSAGE\n\x03\0\0\0\0\0\0\0a\nb\n"[..],
             b"PRIORITY\n\x01\0\0\0\0\0\0\x003\n",

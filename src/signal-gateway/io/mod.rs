@@ -1,5 +1,6 @@
 //! Input and output: each file handles one external interface and contains no decisions.
 
+pub mod awaited_thread;
 pub mod can;
 pub mod clock;
 pub mod clock_state;
@@ -8,6 +9,7 @@ pub mod hangup;
 pub mod history_file;
 pub mod http;
 mod journal;
+pub mod lock;
 pub mod mcap;
 pub mod new_files;
 pub mod output_queue;

@@ -1,6 +1,6 @@
 //! New files in a folder, which replace existing files only on request.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File};
 use std::io::{self, BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
@@ -60,15 +60,25 @@ pub fn write_new(path: &Path, text: &str, overwrite: bool) -> io::Result<()> {
     }
 }
 
-fn create(path: &Path, overwrite: bool) -> io::Result<File> {
-    let mut options = OpenOptions::new();
-    options.write(true);
-    if overwrite {
-        options.create(true).truncate(true)
-    } else {
-        options.create_new(true)
-    };
-    options.open(path)
+/// Creates a file for writing. Fails if it exists and `overwrite` is false.
+pub(super) fn create(path: &Path, overwrite: bool) -> io::Result<File> {
+    File::options().write(true).create(overwrite).truncate(overwrite).create_new(!overwrite).open(path)
+}
+
+/// Writes a file so that `path` has it completely, even after a power cut, or as it was before. `draft` is
+/// another name in the same folder.
+pub(super) fn write_whole(
+    draft: &Path,
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+) -> io::Result<()> {
+    let written = (|| {
+        let mut file = BufWriter::new(File::create(draft)?);
+        write(&mut file)?;
+        file.into_inner()?.sync_all()?;
+        fs::rename(draft, path)
+    })();
+    written.inspect_err(|_| drop(fs::remove_file(draft)))
 }
 
 #[cfg(test)]

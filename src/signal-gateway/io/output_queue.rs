@@ -7,9 +7,11 @@ use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{self, ErrorKind, Write as _};
 use std::os::fd::AsFd;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
+
+use super::lock::lock;
 
 /// Maximum number of queued bytes, in addition to the text that is being written.
 const MAX_WAITING: usize = 256 * 1024;
@@ -75,13 +77,13 @@ impl OutputQueue {
     /// Like [`Self::start`], but each text is sent to a socket as one datagram and counts as one line.
     pub fn start_datagrams(name: &str, to: &impl AsFd) -> io::Result<Self> {
         let queue = Self::start(name, to)?;
-        queue.0.lock().counts_texts = true;
+        lock(&queue.0.state).counts_texts = true;
         Ok(queue)
     }
 
     /// Queues a text of one or more lines, completely or not at all. Never blocks.
     pub fn push(&self, text: &[u8]) {
-        let mut state = self.0.lock();
+        let mut state = lock(&self.0.state);
         if state.waiting_bytes + text.len() <= MAX_WAITING {
             state.waiting_bytes += text.len();
             state.waiting.push_back(text.to_vec());
@@ -93,7 +95,7 @@ impl OutputQueue {
 
     /// Writes to a duplicate of another file from the next text on. Fails if it cannot be duplicated.
     pub fn redirect(&self, to: &impl AsFd) -> io::Result<()> {
-        self.0.lock().next_file = Some(File::from(to.as_fd().try_clone_to_owned()?));
+        lock(&self.0.state).next_file = Some(File::from(to.as_fd().try_clone_to_owned()?));
         Ok(())
     }
 
@@ -101,7 +103,7 @@ impl OutputQueue {
     /// the process meanwhile, only 10 ms of that time count, so that the last lines are not lost.
     pub fn flush(&self, patience: Duration) -> bool {
         let mut left = patience;
-        let mut state = self.0.lock();
+        let mut state = lock(&self.0.state);
         while state.is_writing || !state.waiting.is_empty() {
             if left.is_zero() {
                 return false;
@@ -116,17 +118,13 @@ impl OutputQueue {
 
     /// Returns the losses since the start.
     pub fn losses(&self) -> Losses {
-        self.0.lock().losses
+        lock(&self.0.state).losses
     }
 }
 
 impl SharedQueue {
-    fn lock(&self) -> MutexGuard<'_, QueueState> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     fn write_to(&self, file: &mut File) {
-        let mut state = self.lock();
+        let mut state = lock(&self.state);
         loop {
             let Some(text) = state.waiting.pop_front() else {
                 state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
@@ -139,7 +137,7 @@ impl SharedQueue {
             }
             drop(state);
             let written = write_all(file, &text);
-            state = self.lock();
+            state = lock(&self.state);
             state.is_writing = false;
             match written {
                 Ok(()) => state.losses.is_losing = false,

@@ -14,18 +14,20 @@ use std::fmt;
 use std::io;
 use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 use tracing::{Event, Level, Metadata, Subscriber};
 use tracing_subscriber::filter::EnvFilter;
 use tracing_subscriber::fmt::format::Writer;
-use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields, MakeWriter};
+use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
 use tracing_subscriber::layer::{Context, Filter, Layer, SubscriberExt as _};
 use tracing_subscriber::registry::LookupSpan;
 use tracing_subscriber::util::SubscriberInitExt as _;
 
 use super::journal;
+pub use super::journal::JournalField;
+use super::lock::lock;
 use super::output_queue::{Loss, OutputQueue};
 use crate::process_status::log::LogState;
 use limits::{EventText, LogLimits, MessageKind, WINDOW};
@@ -80,7 +82,7 @@ pub fn start(filter: EnvFilter, form: LogForm, has_color: bool) -> io::Result<()
         return Ok(());
     }
     let layer = tracing_subscriber::fmt::layer()
-        .with_writer(LineWriter)
+        .with_writer(|| LineWriter)
         .with_target(false)
         .log_internal_errors(false)
         .with_ansi(has_color);
@@ -124,25 +126,21 @@ fn write_directly(text: &str) {
     drop(io::Write::write_all(&mut io::stderr(), text.as_bytes()));
 }
 
-/// Logs a message about a subject, with these fields in the journal, whose names are in capitals. Messages
-/// about one subject are limited together.
-pub fn record(level: Level, subject: &str, text: &str, fields: &[(&str, &str)]) {
+/// Logs an error, a warning or information about a subject, with these fields in the journal. Messages about
+/// one subject are limited together.
+pub fn record(level: Level, subject: &str, text: &str, fields: &[JournalField<'_>]) {
     let Some(log) = LOG.get().filter(|log| log.is_journal) else {
         match level {
             Level::ERROR => tracing::error!(log.subject = subject, "{text}"),
             Level::WARN => tracing::warn!(log.subject = subject, "{text}"),
-            Level::INFO => tracing::info!(log.subject = subject, "{text}"),
-            Level::DEBUG => tracing::debug!(log.subject = subject, "{text}"),
-            Level::TRACE => tracing::trace!(log.subject = subject, "{text}"),
+            _ => tracing::info!(log.subject = subject, "{text}"),
         }
         return;
     };
     let is_enabled = match level {
         Level::ERROR => tracing::enabled!(Level::ERROR),
         Level::WARN => tracing::enabled!(Level::WARN),
-        Level::INFO => tracing::enabled!(Level::INFO),
-        Level::DEBUG => tracing::enabled!(Level::DEBUG),
-        Level::TRACE => tracing::enabled!(Level::TRACE),
+        _ => tracing::enabled!(Level::INFO),
     };
     let kind = MessageKind::of_subject(subject);
     if is_enabled {
@@ -167,7 +165,7 @@ pub fn redirect(to: &impl AsFd) {
 /// Waits until everything is written, including lines about suppressed messages, at most for `patience`.
 pub fn flush(patience: Duration) {
     if let Some(log) = LOG.get() {
-        let mut limits = log.limits();
+        let mut limits = lock(&log.limits);
         limits.settle(Instant::now() + WINDOW);
         log.write_summaries(&mut limits);
         drop(limits);
@@ -185,7 +183,7 @@ pub fn lost_lines() -> LostLines {
 pub fn state() -> Option<LogState> {
     let log = LOG.get()?;
     let suppressed = {
-        let mut limits = log.limits();
+        let mut limits = lock(&log.limits);
         limits.settle(Instant::now());
         log.write_summaries(&mut limits);
         limits.suppressed
@@ -206,13 +204,9 @@ pub fn state() -> Option<LogState> {
 }
 
 impl ProcessLog {
-    fn limits(&self) -> MutexGuard<'_, LogLimits> {
-        self.limits.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// Counts a message and returns true if it is to be written.
     fn admits(&self, kind: MessageKind, text: &str, level: Level) -> bool {
-        let mut limits = self.limits();
+        let mut limits = lock(&self.limits);
         let is_admitted = limits.admit(kind, text, level, Instant::now());
         self.write_summaries(&mut limits);
         is_admitted
@@ -226,7 +220,7 @@ impl ProcessLog {
     }
 
     /// Queues a line, or a record of the journal.
-    fn write(&self, level: Level, text: &str, fields: &[(&str, &str)]) {
+    fn write(&self, level: Level, text: &str, fields: &[JournalField<'_>]) {
         if self.is_journal {
             self.queue.push(&journal::datagram(level, text, fields));
         } else {
@@ -243,7 +237,10 @@ impl<S: Subscriber> Layer<S> for JournalLayer {
         let Some(log) = LOG.get() else { return };
         let mut text = EventText::default();
         event.record(&mut text);
-        let fields = [("TARGET", event.metadata().target()), ("INTERFACE", text.interface.as_str())];
+        let fields = [
+            JournalField { name: "TARGET", text: event.metadata().target() },
+            JournalField { name: "INTERFACE", text: &text.interface },
+        ];
         log.write(*event.metadata().level(), &text.whole(), &fields);
     }
 }
@@ -278,14 +275,6 @@ where
 }
 
 struct LineWriter;
-
-impl MakeWriter<'_> for LineWriter {
-    type Writer = Self;
-
-    fn make_writer(&self) -> Self {
-        Self
-    }
-}
 
 impl io::Write for LineWriter {
     fn write(&mut self, text: &[u8]) -> io::Result<usize> {

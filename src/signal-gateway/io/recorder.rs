@@ -6,17 +6,19 @@
 //! is a file being written.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, channel, sync_channel};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use super::awaited_thread::AwaitedThread;
+use super::lock::lock;
 use super::mcap::encoder::Encoder;
 use super::mcap::file::McapFile;
+use super::new_files::write_whole;
 use crate::process_status::recordings::RecorderState;
 use gateway_base::time::MonoTime;
 use gateway_core::gateway::black_box::Recording;
@@ -39,7 +41,7 @@ pub struct BlackBoxRecorder {
     state: Arc<Mutex<RecorderState>>,
     keep: Arc<AtomicUsize>,
     boot: String,
-    ended: Receiver<()>,
+    thread: AwaitedThread,
 }
 
 impl BlackBoxRecorder {
@@ -50,22 +52,16 @@ impl BlackBoxRecorder {
         let state = RecorderState { folder: folder.display().to_string(), ..RecorderState::default() };
         let state = Arc::new(Mutex::new(state));
         let (sender, recordings) = sync_channel(MAX_WAITING);
-        let (end, ended) = channel();
-        let limit = Arc::new(AtomicUsize::new(keep));
-        let boot = boot();
+        let (keep, boot) = (Arc::new(AtomicUsize::new(keep)), boot());
+        let path = folder.to_owned();
         let mut writer = RecordingWriter {
-            keep: Arc::clone(&limit),
-            folder: Folder { path: folder.to_owned(), keep, boot: boot.clone(), last_counter: 0 },
+            folder: Folder { path, keep: Arc::clone(&keep), boot: boot.clone(), last_counter: 0 },
             line,
             encoder,
             state: Arc::clone(&state),
         };
-        thread::Builder::new().name("black-box".to_owned()).spawn(move || {
-            // Dropped when the thread ends, which wakes `stop`.
-            let _end: std::sync::mpsc::Sender<()> = end;
-            writer.run(&recordings);
-        })?;
-        Ok(Self { recordings: Some(sender), state, keep: limit, boot, ended })
+        let thread = AwaitedThread::start("black-box", move || writer.run(&recordings))?;
+        Ok(Self { recordings: Some(sender), state, keep, boot, thread })
     }
 
     /// Queues a recording. Never blocks: if the queue is full, the recording is lost and counted.
@@ -98,15 +94,13 @@ impl BlackBoxRecorder {
     /// Waits until the queued recordings are written, at most for `patience`.
     pub fn stop(&mut self, patience: Duration) {
         self.recordings = None;
-        if self.ended.recv_timeout(patience) == Err(RecvTimeoutError::Timeout) {
+        if !self.thread.ends_within(patience) {
             tracing::warn!("black box not written: the disk is too slow");
         }
     }
 }
 
 /// Returns the log of a recording in a folder, by the end of its name; `None` if there is none, or no longer.
-///
-/// # Errors
 /// Fails if the folder cannot be read.
 pub fn log_of(folder: &Path, recording: &str) -> io::Result<Option<PathBuf>> {
     let end = format!("-{recording}.log");
@@ -123,7 +117,6 @@ pub fn log_of(folder: &Path, recording: &str) -> io::Result<Option<PathBuf>> {
 
 struct RecordingWriter {
     folder: Folder,
-    keep: Arc<AtomicUsize>,
     line: DecisionLine,
     encoder: Encoder,
     state: Arc<Mutex<RecorderState>>,
@@ -135,10 +128,7 @@ impl RecordingWriter {
         self.prepare();
         loop {
             match recordings.recv_timeout(RETRY) {
-                Ok(recording) => {
-                    self.folder.keep = self.keep.load(Ordering::Relaxed);
-                    self.save(&recording);
-                }
+                Ok(recording) => self.save(&recording),
                 Err(RecvTimeoutError::Timeout) if lock(&self.state).is_failing => self.prepare(),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return,
@@ -182,20 +172,13 @@ impl RecordingWriter {
     /// Counts each failure; logs a repeated one only once.
     fn note_failure(&self, error: &io::Error) {
         let text = error.to_string();
-        let is_news = {
-            let state = lock(&self.state);
-            !state.is_failing || state.last_error.as_ref() != Some(&text)
-        };
-        if is_news {
+        let is_known = |state: &RecorderState| state.is_failing && state.last_error.as_ref() == Some(&text);
+        if !is_known(&lock(&self.state)) {
             let folder = self.folder.path.display();
             tracing::warn!("black box not written in {folder}: {text}; change [black_box] folder");
         }
         fail(&self.state, text);
     }
-}
-
-fn lock(state: &Mutex<RecorderState>) -> MutexGuard<'_, RecorderState> {
-    state.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn fail(state: &Mutex<RecorderState>, error: String) {
@@ -218,7 +201,7 @@ fn boot() -> String {
 struct Folder {
     path: PathBuf,
     /// Number of recordings to keep, at least 1.
-    keep: usize,
+    keep: Arc<AtomicUsize>,
     boot: String,
     /// The highest counter so far, even if its file has been deleted.
     last_counter: u64,
@@ -249,9 +232,8 @@ impl Folder {
     fn prepare(&self) -> io::Result<()> {
         fs::create_dir_all(&self.path)?;
         let draft = self.path.join(format!("{PREFIX}test.draft"));
-        let written = write_whole(&draft, &draft, "test");
-        let removed = fs::remove_file(&draft);
-        written.and(removed)
+        write_text(&draft, &draft, "test")?;
+        fs::remove_file(&draft)
     }
 
     /// Writes a recording as the newest one; creates the folder if it is missing. After an error no files
@@ -276,7 +258,7 @@ impl Folder {
             // Frees its disk space for the other files.
             let _ = fs::remove_file(&draft);
         }
-        let written = write_whole(&draft, &beside, decisions).and_then(|()| write_whole(&draft, &path, log));
+        let written = write_text(&draft, &beside, decisions).and_then(|()| write_text(&draft, &path, log));
         if written.is_err() {
             // Files that cannot be removed now are removed before the next recording is written.
             for left in [&draft, &mcap, &beside, &path] {
@@ -292,7 +274,7 @@ impl Folder {
     fn prune(&self) -> io::Result<Kept> {
         let (whole, left): (Vec<_>, Vec<_>) =
             self.recordings()?.into_iter().partition(|(_, files)| files.is_whole);
-        let beyond = whole.len().saturating_sub(self.keep.max(1));
+        let beyond = whole.len().saturating_sub(self.keep.load(Ordering::Relaxed).max(1));
         for (_, files) in left.iter().chain(whole.iter().take(beyond)) {
             files.paths.iter().try_for_each(fs::remove_file)?;
         }
@@ -323,12 +305,8 @@ impl Folder {
     }
 }
 
-/// Writes a file so that `path` has it completely, even after a power cut, or does not exist.
-fn write_whole(draft: &Path, path: &Path, text: &str) -> io::Result<()> {
-    let mut file = File::create(draft)?;
-    file.write_all(text.as_bytes())?;
-    file.sync_all()?;
-    fs::rename(draft, path)
+fn write_text(draft: &Path, path: &Path, text: &str) -> io::Result<()> {
+    write_whole(draft, path, |file| file.write_all(text.as_bytes()))
 }
 
 /// Writes inputs and outputs in chronological order.

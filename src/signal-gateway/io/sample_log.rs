@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use can_log::file_budget::{ENTRY_WORK, FileBudget};
 use can_log::{
-    Choose, EntryContent, Log, MessageReader, RecordedTopic, begins_like_a_bag, files_of_bag, is_breakage,
+    Choose, EntryContent, MessageReader, RecordedTopic, begins_like_a_bag, files_of_bag, is_breakage,
     open_messages, received_frame,
 };
 
@@ -117,32 +117,14 @@ pub struct LoggedSample {
 
 impl SampleLog {
     /// Returns true if a path is a recording that may contain samples: a folder, or a file with suitable
-    /// first bytes.
-    ///
-    /// # Errors
-    /// Fails if a file cannot be read.
+    /// first bytes. Fails if a file cannot be read.
     pub fn is_for(path: &Path) -> io::Result<bool> {
         Ok(path.is_dir() || path.is_file() && begins_like_a_bag(path)?)
     }
 
-    /// Opens a file, or all files of a bag's folder, for the samples of these topics.
-    ///
-    /// # Errors
-    /// Fails if a file cannot be read, or is of another kind.
-    pub fn open(path: &Path, topics: Vec<(String, SampleKind)>) -> io::Result<Self> {
-        Self::open_within(path, topics, FileBudget::default())
-    }
-
-    /// Like [`Self::open`], for a recording whose frames `log` reads: both together share the budget of one
-    /// reader.
-    ///
-    /// # Errors
-    /// Fails if a file cannot be read, or is of another kind.
-    pub fn open_beside(log: &Log, path: &Path, topics: Vec<(String, SampleKind)>) -> io::Result<Self> {
-        Self::open_within(path, topics, log.budget().clone())
-    }
-
-    fn open_within(path: &Path, topics: Vec<(String, SampleKind)>, budget: FileBudget) -> io::Result<Self> {
+    /// Opens a file, or all files of a bag's folder, for the samples of these topics. All readers of one
+    /// recording share a `budget`. Fails if a file cannot be read, or is of another kind.
+    pub fn open(path: &Path, topics: Vec<(String, SampleKind)>, budget: FileBudget) -> io::Result<Self> {
         let mut rest =
             VecDeque::from(if path.is_dir() { files_of_bag(path)? } else { vec![path.to_owned()] });
         let first = rest.pop_front().ok_or(io::ErrorKind::IsADirectory)?;
@@ -168,10 +150,8 @@ impl SampleLog {
     }
 
     /// Returns the next sample that can be decoded. Reading of a truncated or damaged file ends at the
-    /// damage, which [`Self::losses`] reports, and continues with the next file of the bag.
-    ///
-    /// # Errors
-    /// Fails if a file cannot be read.
+    /// damage, which [`Self::losses`] reports, and continues with the next file of the bag. Fails if a file
+    /// cannot be read.
     pub fn next_sample(&mut self) -> io::Result<Option<LoggedSample>> {
         while !self.is_ended {
             match self.budget.spend(ENTRY_WORK).and_then(|()| self.reader.advance()) {
@@ -282,13 +262,14 @@ fn next_of_unknown(received: u64) -> SampleId {
 
 /// Converts a frame to the input of a bus.
 fn received(message: &[u8], bus: BusIndex, is_fd: bool, logged: WallStamp) -> Result<CanInput, Unreadable> {
-    let layout = |reason: String| Unreadable::Layout(reason);
-    let (stamp, content) =
-        received_frame(message, is_fd, logged).map_err(|reason| layout(reason.to_string()))?;
+    let received = received_frame(message, is_fd, logged);
+    let (stamp, content) = received.map_err(|reason| Unreadable::Layout(reason.to_string()))?;
     match content {
         EntryContent::Data(frame) => Ok(CanInput::Frame { bus, frame, stamp }),
         EntryContent::Error(error) => Ok(CanInput::ErrorFrame { bus, error }),
-        EntryContent::Note(_) | EntryContent::Remote => Err(layout("it is a remote frame".to_owned())),
+        EntryContent::Note(_) | EntryContent::Remote => {
+            Err(Unreadable::Layout("it is a remote frame".to_owned()))
+        }
     }
 }
 
@@ -334,7 +315,7 @@ mod tests {
 
     fn read_all(path: &Path) -> (Vec<LoggedSample>, SampleLog) {
         let topics = vec![(TURN.to_owned(), SampleKind::Input(SubscriptionKind::OwnTurnCommand))];
-        let mut log = SampleLog::open(path, topics).unwrap();
+        let mut log = SampleLog::open(path, topics, FileBudget::default()).unwrap();
         let mut samples = Vec::new();
         while let Some(sample) = log.next_sample().unwrap() {
             samples.push(sample);
@@ -401,8 +382,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("drive.log");
         fs::write(&path, "(1.0) can0 123#00\n").unwrap();
-        let error = SampleLog::open(&path, Vec::new()).map(|_| ()).unwrap_err().to_string();
+        let error =
+            SampleLog::open(&path, Vec::new(), FileBudget::default()).map(|_| ()).unwrap_err().to_string();
         assert!(error.starts_with("the recording holds no messages of ROS 2; give an MCAP file"), "{error}");
-        assert!(SampleLog::open(folder.path(), Vec::new()).is_err(), "a folder without a bag");
+        assert!(
+            SampleLog::open(folder.path(), Vec::new(), FileBudget::default()).is_err(),
+            "a folder without a bag"
+        );
     }
 }

@@ -1,6 +1,7 @@
 //! The state of the packaged service, as systemd reports it.
 
 use std::fs;
+use std::io;
 use std::process::{Command, Stdio};
 
 use serde::{Deserialize, Serialize};
@@ -31,17 +32,24 @@ pub struct ServiceState {
     pub domain_id: Option<String>,
 }
 
+/// Reason why systemd could not be asked.
+#[derive(Debug, thiserror::Error)]
+pub enum SystemctlError {
+    /// The program cannot be started.
+    #[error("systemctl cannot be run: {0}")]
+    NotRun(#[from] io::Error),
+    /// The program ended with an error, whose first line this is.
+    #[error("systemctl fails: {0}")]
+    Failed(String),
+}
+
 /// Queries systemd for the state of the unit.
-///
-/// # Errors
-/// Returns the reason why the query failed, as text.
-pub fn service_state() -> Result<ServiceState, String> {
+pub fn service_state() -> Result<ServiceState, SystemctlError> {
     let show = ["show", UNIT, "--no-pager", "--property", PROPERTIES];
-    let output = Command::new("systemctl").args(show).stdin(Stdio::null()).output();
-    let output = output.map_err(|error| format!("systemctl cannot be run: {error}"))?;
+    let output = Command::new("systemctl").args(show).stdin(Stdio::null()).output()?;
     if !output.status.success() {
         let reason = String::from_utf8_lossy(&output.stderr);
-        return Err(format!("systemctl fails: {}", reason.lines().next().unwrap_or_default()));
+        return Err(SystemctlError::Failed(reason.lines().next().unwrap_or_default().to_owned()));
     }
     let environment = fs::read_to_string(ENVIRONMENT).unwrap_or_default();
     Ok(parsed(&String::from_utf8_lossy(&output.stdout), &environment))

@@ -7,7 +7,7 @@ use std::fs::File;
 use std::io::{self, BufRead as _, BufReader, IsTerminal as _, Read as _, Write};
 use std::os::fd::OwnedFd;
 use std::panic;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -24,6 +24,7 @@ use rustix::process::{Signal, getpgrp, getpid, kill_process};
 use rustix::stdio::dup2_stderr;
 use rustix::termios::tcgetpgrp;
 
+use super::lock::lock;
 use super::output_queue::OutputQueue;
 use super::process_log;
 
@@ -42,7 +43,7 @@ struct TakenTerminal {
 }
 
 fn taken() -> MutexGuard<'static, Option<TakenTerminal>> {
-    TAKEN.lock().unwrap_or_else(PoisonError::into_inner)
+    lock(&TAKEN)
 }
 
 /// Returns true if a view can be shown: standard input and output are a terminal that supports control

@@ -66,7 +66,7 @@ pub struct SharedTopic {
     /// Absolute name of the topic.
     pub name: String,
     /// Number of their writers.
-    pub other_writers: usize,
+    pub other_writers: u64,
 }
 
 /// Where a network side runs.

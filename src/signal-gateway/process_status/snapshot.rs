@@ -90,6 +90,13 @@ pub struct TopicSnapshot {
     pub other_writers: u64,
 }
 
+impl TopicSnapshot {
+    /// Creates a topic with no one on its other end.
+    pub fn unmatched(name: &str) -> Self {
+        Self { name: name.to_owned(), ..Self::default() }
+    }
+}
+
 impl RosSnapshot {
     /// Returns the part that comes from the network side.
     pub fn of(network: &NetworkState) -> Self {

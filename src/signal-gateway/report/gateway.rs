@@ -308,7 +308,9 @@ mod tests {
         };
         let (v2i, camera) = (LightsTopic::V2i, LightsTopic::Camera);
         let lights = vec![lights_topic(v2i, "/a"), lights_topic(camera, "/b"), lights_topic(v2i, "/c")];
-        let timeline = timeline(Topics::default().with_lights(lights));
+        let mut topics = Topics::default();
+        topics.lights = lights;
+        let timeline = timeline(topics);
         let emission = |topic| {
             let groups = vec![GroupState { relation_id: 7, ..GroupState::default() }];
             let (stamp, content) = (WallStamp::from_nanos(3), LightsContent::groups(groups));

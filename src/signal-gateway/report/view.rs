@@ -7,7 +7,7 @@ use std::time::Duration;
 use super::story::{Story, Summary, Teller, TryNext, WrongCaption, try_next_text};
 use super::terminal::TerminalView;
 use crate::io::output_queue::{Loss, Losses, OutputQueue};
-use crate::io::process_log;
+use crate::io::process_log::{self, JournalField};
 use crate::process_status::snapshot::Snapshot;
 use crate::report::gateway::{Changes, Event, JsonTimeline};
 use crate::report::gateway_view::GatewayView;
@@ -161,10 +161,11 @@ impl View {
             return;
         }
         // A field may occur several times, so that each task of the moment can be found.
-        let mut fields = vec![("MESSAGE_ID", worst.message_id()), ("CAUSE", worst.cause())];
+        let field = |name, text| JournalField { name, text };
+        let mut fields = vec![field("MESSAGE_ID", worst.message_id()), field("CAUSE", worst.cause())];
         for event in &events {
-            fields.push(("TASK", event.task.as_str()));
-            fields.extend(event.signals.iter().map(|signal| ("SIGNAL", signal.as_str())));
+            fields.push(field("TASK", &event.task));
+            fields.extend(event.signals.iter().map(|signal| field("SIGNAL", signal)));
         }
         process_log::record(level, subject, &text, &fields);
     }

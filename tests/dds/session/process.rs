@@ -18,9 +18,10 @@ use ros_transport::parameters::{DoorLayouts, Parameters, ServiceContents};
 use serde_json::{Value, json};
 use signal_gateway::io::process_log;
 use signal_gateway::io::ros::session::{
-    Durability, Isolation, OutgoingStatus, OutgoingTopic, Recovery, RosSession, RosSettings, Topics,
-    Transport, TypeHashes, ZenohSettings,
+    Durability, Isolation, OutgoingTopic, Recovery, RosSession, RosSettings, Topics, Transport, TypeHashes,
+    ZenohSettings,
 };
+use signal_gateway::process_status::snapshot::TopicSnapshot;
 use turn_signal::light_command::{HazardCommand, TurnCommand};
 use turn_signal::output::TurnSignalOutput;
 
@@ -38,7 +39,11 @@ fn session_process() {
     let Ok(role) = std::env::var(ROLE) else { return };
     let role: Value = serde_json::from_str(&role).unwrap();
     let (topics, subscriptions) = match role["topics"].as_str() {
-        Some("lights") => (Topics::default().with_lights(lights::outlets()), lights::subscriptions()),
+        Some("lights") => {
+            let mut topics = Topics::default();
+            topics.lights = lights::outlets();
+            (topics, lights::subscriptions())
+        }
         Some("autoware") => (autoware_topics::topics(), autoware_topics::subscriptions()),
         Some("vehicle_status") => (vehicle_status_topics(), vec![]),
         Some(_) | None => (Topics::default(), vec![]),
@@ -86,18 +91,18 @@ fn session_process() {
                 let Lateness { worst, total } = beside.look();
                 println!(
                     "{}",
-                    json!({"event": "status", "running": status.running, "rebuilds": status.rebuilds,
-                        "readers": readers(&status.outgoing, |label| REPORTS.contains(&label)),
-                        "lights": readers(&status.outgoing, |label| !REPORTS.contains(&label)),
-                        "commands": readers(&status.outgoing, |label| label.ends_with("command")),
+                    json!({"event": "status", "running": status.running, "rebuilds": status.seen.rebuilds,
+                        "readers": readers(&status.outgoing, |name| REPORTS.contains(&name)),
+                        "lights": readers(&status.outgoing, |name| !REPORTS.contains(&name)),
+                        "commands": readers(&status.outgoing, |name| name.starts_with("/commanded_")),
                         "incoming": status.incoming.iter().map(|topic| json!({"writers": topic.writers,
                             "received": topic.received, "undecodable": topic.undecodable,
                             "rejected": topic.rejected_groups})).collect::<Vec<_>>(),
-                        "missing": status.missing_peers, "probe": status.has_probe,
+                        "missing": status.seen.missing_peers, "probe": status.seen.has_probe,
                         "isolated": is_isolated, "worst_us": worst.as_micros(), "total_us": total.as_micros(),
                         "waited_us": waited(std::process::id()).as_micros(),
-                        "write_errors": status.write_errors,
-                        "unanswered": status.unanswered_requests,
+                        "write_errors": status.write_errors(),
+                        "unanswered": status.seen.unanswered_requests,
                         "overtaken": status.overtaken_lights,
                         "up": status.network.is_up, "restarts": status.network.restarts,
                         "taken_anew": status.network.taken_anew, "peers": status.network.peers,
@@ -175,8 +180,13 @@ fn services(role: &Value) -> ServiceContents {
     ServiceContents { parameters, doors: Some(doors) }
 }
 
-/// Labels of what is always written.
-const REPORTS: [&str; 4] = ["turn", "hazard", "diagnostics", "log"];
+/// Topics that are always written.
+const REPORTS: [&str; 4] = [
+    "/vehicle/status/turn_indicators_status",
+    "/vehicle/status/hazard_lights_status",
+    "/diagnostics",
+    "/rosout",
+];
 
 fn vehicle_status_topics() -> Topics {
     [OutgoingTopic::VelocityReport, OutgoingTopic::GearReport]
@@ -184,8 +194,8 @@ fn vehicle_status_topics() -> Topics {
         .fold(Topics::default(), |topics, topic| topics.with(topic, topic.row().default_name))
 }
 
-fn readers(topics: &[OutgoingStatus], is_requested: impl Fn(&str) -> bool) -> Vec<usize> {
-    topics.iter().filter(|topic| is_requested(topic.label)).map(|topic| topic.readers).collect()
+fn readers(topics: &[TopicSnapshot], is_requested: impl Fn(&str) -> bool) -> Vec<u64> {
+    topics.iter().filter(|topic| is_requested(&topic.name)).map(|topic| topic.peers).collect()
 }
 
 fn output(command: &str) -> Output {

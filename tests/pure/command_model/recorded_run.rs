@@ -7,6 +7,7 @@ use proptest::prelude::*;
 use proptest::test_runner::Config;
 
 use can_log::Log;
+use can_log::file_budget::FileBudget;
 use can_signal::can::{BusIndex, CanId, CanInput, Frame, LinkState, LogNote};
 use gateway_base::time::{MonoTime, Now, WallStamp};
 use gateway_core::command::allow_list::CommandFrame;
@@ -221,7 +222,7 @@ fn replayed(path: &Path) -> Result<(Seen, Option<Departures>), NoRun> {
     let settings = car();
     let topics = encoder(&settings).inputs(&subscriptions(&settings));
     let mut seen = Seen::default();
-    let log = SampleLog::open(path, topics).unwrap();
+    let log = SampleLog::open(path, topics, FileBudget::default()).unwrap();
     let mut run = RecordedRun::begin(settings.gateway, log, &mut seen).unwrap()?;
     while run.step(&mut seen).unwrap() {}
     Ok((seen, run.departures().cloned()))
@@ -303,7 +304,7 @@ fn what_another_recorder_received_is_replayed_by_its_stamps() {
         let settings = car();
         let topics = encoder(&settings).inputs(&subscriptions(&settings));
         let topics = topics.into_iter().filter(|(_, kind)| !matches!(kind, SampleKind::Frames { .. }));
-        let samples = Some(SampleLog::open(&path, topics.collect()).unwrap());
+        let samples = Some(SampleLog::open(&path, topics.collect(), FileBudget::default()).unwrap());
         let routes = Routes::by_interface(&settings.gateway);
         let recording = Recording { log: Log::open(&path).unwrap(), samples };
         let mut replay = Replay::new(settings.gateway, recording, routes).unwrap();

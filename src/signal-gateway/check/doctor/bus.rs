@@ -38,21 +38,21 @@ pub(super) const BIT_RATE: CheckRow = CheckRow {
 fn bit_rate(facts: &Facts, interface: &InterfaceFacts, survey: &BusSurvey) -> Outcome {
     let name = interface.state.name.as_str();
     let time = seconds(facts);
-    let values = [("interface", name), ("time", time.as_str())];
+    let found = |row: &FindingRow| row.found().with("interface", name).with("time", &time);
     if survey.frames > 0 {
         let frames = counted(survey.frames, "frame");
         let ids = counted(u64::try_from(survey.ids).unwrap_or(u64::MAX), "identifier");
         Outcome::sound(format!("{name}: {}; {frames} of {ids} in {time}", rates(interface)))
     } else if survey.error_frames > 0 {
         let errors = counted(survey.error_frames, "error frame");
-        WRONG_RATE.with(&[values[0], values[1], ("errors", &errors), ("kinds", &kinds(survey))])
+        found(&WRONG_RATE).with("errors", errors).with("kinds", kinds(survey))
     } else {
         let search = interface.state.controller.map_or(String::new(), |_| {
             format!(
                 "; if it stays silent, find the bit rate: ip link set {name} down; sudo signal-gateway doctor --scan {name}"
             )
         });
-        SILENT.with(&[values[0], values[1], ("search", &search)])
+        found(&SILENT).with("search", search)
     }
 }
 
@@ -83,14 +83,13 @@ pub(super) const ERROR_FRAMES: CheckRow = CheckRow {
 fn errors(facts: &Facts, interface: &InterfaceFacts, survey: &BusSurvey) -> Option<Outcome> {
     let name = interface.state.name.as_str();
     let time = seconds(facts);
-    let values = [("interface", name), ("time", time.as_str())];
+    let found = |row: &FindingRow| row.found().with("interface", name).with("time", &time);
     if survey.error_frames > 0 && survey.frames > 0 {
-        let [errors, frames] = [(survey.error_frames, "error frame"), (survey.frames, "frame")]
-            .map(|(count, noun)| counted(count, noun));
-        let more = [("errors", errors.as_str()), ("frames", &frames), ("kinds", &kinds(survey))];
-        Some(DISTURBED.with(&[values.as_slice(), &more].concat()))
+        let errors = counted(survey.error_frames, "error frame");
+        let found = found(&DISTURBED).with("errors", errors).with("frames", counted(survey.frames, "frame"));
+        Some(found.with("kinds", kinds(survey)))
     } else if survey.drops > 0 {
-        Some(DROPS.with(&[values[0], values[1], ("drops", &counted(survey.drops, "frame"))]))
+        Some(found(&DROPS).with("drops", counted(survey.drops, "frame")))
     } else {
         // Error frames without any other frame put the bit rate in question, which another check judges.
         (survey.error_frames == 0).then(|| Outcome::sound(format!("{name}: no error frame in {time}")))
@@ -116,7 +115,13 @@ pub(super) const VEHICLE_MESSAGES: CheckRow = CheckRow {
             match survey.of_profile.filter(|_| survey.frames > 0)? {
                 0 => {
                     let frames = counted(survey.frames, "frame");
-                    Some(OTHER_VEHICLE.with(&[("interface", name), ("time", &time), ("frames", &frames)]))
+                    Some(
+                        OTHER_VEHICLE
+                            .found()
+                            .with("interface", name)
+                            .with("time", &time)
+                            .with("frames", &frames),
+                    )
                 }
                 count => Some(Outcome::sound(format!("{name}: {} in {time}", counted(count, "frame")))),
             }

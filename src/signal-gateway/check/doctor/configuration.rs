@@ -40,12 +40,14 @@ pub(super) const CONFIGURATION: CheckRow = CheckRow {
             let reason = "no configuration was given, so only interfaces and this computer are examined";
             return vec![Outcome::not_checked(reason)];
         };
-        let path = ("path", configuration.path.as_str());
+        let path = &configuration.path;
         vec![match &configuration.problem {
             None => Outcome::sound(format!("{}: {}", configuration.path, configuration.vehicle)),
-            Some(ConfigurationProblem::Missing) => MISSING.with(&[path]),
-            Some(ConfigurationProblem::Denied) => UNREADABLE.with(&[path]),
-            Some(ConfigurationProblem::Refused(reason)) => REFUSED.with(&[path, ("reason", reason)]),
+            Some(ConfigurationProblem::Missing) => MISSING.found().with("path", path),
+            Some(ConfigurationProblem::Denied) => UNREADABLE.found().with("path", path),
+            Some(ConfigurationProblem::Refused(reason)) => {
+                REFUSED.found().with("path", path).with("reason", reason)
+            }
         }]
     },
 };

@@ -66,25 +66,25 @@ fn service(facts: &Facts) -> Vec<Outcome> {
         }
         Known::Yes(service) => {
             if service.unit_file_state == "disabled" || service.unit_file_state == "masked" {
-                outcomes.push(DISABLED.with(&[("state", &service.unit_file_state)]));
+                outcomes.push(DISABLED.found().with("state", &service.unit_file_state));
             }
             match service.active_state.as_str() {
-                "failed" => outcomes.push(FAILED.with(&[("code", &service.exit_code.to_string())])),
+                "failed" => outcomes.push(FAILED.found().with("code", service.exit_code)),
                 "active" | "activating" | "reloading" => {}
-                state => outcomes.push(INACTIVE.with(&[("state", state)])),
+                state => outcomes.push(INACTIVE.found().with("state", state)),
             }
             let path = facts.configuration.as_ref().map(|configuration| configuration.path.as_str());
             if let (Some(path), Some(other)) = (path, &service.configuration)
                 && path != other
             {
-                outcomes.push(OTHER_FILE.with(&[("path", path), ("service", other)]));
+                outcomes.push(OTHER_FILE.found().with("path", path).with("service", other));
             }
         }
     }
     let is_found = outcomes.iter().any(|outcome| matches!(outcome, Outcome::Found(_)));
     match (&facts.running.differences, facts.running.reach) {
         (Some(parts), _) if !parts.is_empty() => {
-            outcomes.push(NOT_IN_EFFECT.with(&[("differences", &parts.join(", "))]));
+            outcomes.push(NOT_IN_EFFECT.found().with("differences", parts.join(", ")));
         }
         (Some(_), _) => outcomes.push(Outcome::sound("a gateway runs with this configuration")),
         (None, Reach::Served) => outcomes.push(Outcome::sound("a gateway runs")),
@@ -170,28 +170,27 @@ pub(super) const PERMISSIONS: CheckRow = CheckRow {
 
 fn permissions(facts: &Facts) -> Vec<Outcome> {
     let (permissions, running) = (&facts.permissions, &facts.running);
-    let socket = [("socket", running.socket.as_str())];
     let mut outcomes = match running.reach {
-        Reach::Denied => vec![STATUS_DENIED.with(&socket)],
-        Reach::Unreadable => vec![STATUS_UNREADABLE.with(&socket)],
+        Reach::Denied => vec![STATUS_DENIED.found().with("socket", &running.socket)],
+        Reach::Unreadable => vec![STATUS_UNREADABLE.found().with("socket", &running.socket)],
         Reach::Served | Reach::Absent => Vec::new(),
     };
     outcomes.extend(permissions.folders.iter().filter_map(|folder| {
         let problem = folder.problem.as_ref()?;
-        Some(FOLDER.with(&[("key", &folder.key), ("path", &folder.path), ("problem", problem)]))
+        Some(FOLDER.found().with("key", &folder.key).with("path", &folder.path).with("problem", problem))
     }));
-    outcomes.extend(permissions.hidden_from_service.iter().map(|path| HIDDEN.with(&[("path", path)])));
+    outcomes.extend(permissions.hidden_from_service.iter().map(|path| HIDDEN.found().with("path", path)));
     let unreadable = permissions.unreadable_for_service.iter().flatten();
-    outcomes.extend(unreadable.map(|path| SERVICE_DENIED.with(&[("path", path)])));
+    outcomes.extend(unreadable.map(|path| SERVICE_DENIED.found().with("path", path)));
     if let Some(errno) = permissions.can_socket_errno {
         let reason = std::io::Error::from_raw_os_error(errno).to_string();
-        outcomes.push(NO_CAN.with(&[("reason", &reason)]));
+        outcomes.push(NO_CAN.found().with("reason", &reason));
     }
     let is_service = running.reach == Reach::Served
         || matches!(&facts.service, Known::Yes(service) if service.active_state == "active");
     if !is_service {
         let locked = permissions.locked_interfaces.iter();
-        outcomes.extend(locked.map(|interface| OTHER_SENDER.with(&[("interface", interface)])));
+        outcomes.extend(locked.map(|interface| OTHER_SENDER.found().with("interface", interface)));
     }
     if outcomes.is_empty() {
         let writable: Vec<_> = permissions.folders.iter().map(|folder| folder.path.as_str()).collect();
@@ -248,20 +247,20 @@ fn clock(facts: &Facts) -> Vec<Outcome> {
     let mut outcomes = Vec::new();
     match facts.clock.is_synchronised {
         Some(true) => {}
-        Some(false) => outcomes.push(UNSYNCHRONISED.with(&[])),
+        Some(false) => outcomes.push(UNSYNCHRONISED.found()),
         None => {
             outcomes.push(Outcome::not_checked("the kernel does not tell whether the clock is synchronised"));
         }
     }
     let step = facts.clock.jump_ms;
     if step.saturating_abs() > MAX_STEP_MS {
-        outcomes.push(JUMPED.with(&[("step", &step.to_string())]));
+        outcomes.push(JUMPED.found().with("step", step));
     }
     outcomes.extend(facts.interfaces.iter().filter_map(|interface| {
         let Known::Yes(survey) = &interface.survey else { return None };
         let distance = survey.stamp_distance_ms;
-        let values = [("interface", interface.state.name.as_str()), ("distance", &distance.to_string())];
-        (distance.saturating_abs() > MAX_STAMP_DISTANCE_MS).then(|| STAMPS.with(&values))
+        let found = || STAMPS.found().with("interface", &interface.state.name).with("distance", distance);
+        (distance.saturating_abs() > MAX_STAMP_DISTANCE_MS).then(found)
     }));
     if outcomes.is_empty() {
         outcomes.push(Outcome::sound("synchronised, and not set while it was watched"));

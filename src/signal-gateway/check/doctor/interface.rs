@@ -56,16 +56,16 @@ pub(super) const INTERFACE: CheckRow = CheckRow {
             return vec![Outcome::not_checked(format!("no interface is known; {}", there(facts)))];
         }
         let judge = |interface: &InterfaceFacts| {
-            let name = ("interface", interface.state.name.as_str());
+            let name = interface.state.name.as_str();
+            let found = |row: &FindingRow| row.found().with("interface", name);
             match interface.state.kind {
-                InterfaceKind::Missing => MISSING.with(&[name, ("there", &there(facts))]),
-                InterfaceKind::NotCan => NOT_CAN.with(&[name, ("there", &there(facts))]),
+                InterfaceKind::Missing => found(&MISSING).with("there", there(facts)),
+                InterfaceKind::NotCan => found(&NOT_CAN).with("there", there(facts)),
                 InterfaceKind::Unknown(errno) => {
-                    let reason = std::io::Error::from_raw_os_error(errno).to_string();
-                    UNKNOWN.with(&[name, ("reason", &reason)])
+                    found(&UNKNOWN).with("reason", std::io::Error::from_raw_os_error(errno))
                 }
-                InterfaceKind::Can if interface.state.is_up => Outcome::sound(format!("{} is up", name.1)),
-                InterfaceKind::Can => DOWN.with(&[name, ("settings", &settings(interface))]),
+                InterfaceKind::Can if interface.state.is_up => Outcome::sound(format!("{name} is up")),
+                InterfaceKind::Can => found(&DOWN).with("settings", settings(interface)),
             }
         };
         facts.interfaces.iter().map(judge).collect()
@@ -121,29 +121,29 @@ pub(super) const CONTROLLER: CheckRow = CheckRow {
 };
 
 fn controller(interface: &InterfaceFacts, controller: &ControllerSettings) -> Vec<Outcome> {
-    let name = ("interface", interface.state.name.as_str());
+    let name = interface.state.name.as_str();
     let counters = controller.counters.map_or(String::new(), |counted| {
         format!(", transmit errors {}, receive errors {}", counted.tx, counted.rx)
     });
     let mut outcomes = Vec::new();
-    let values = [name, ("counters", &counters)];
+    let found = |row: &FindingRow| row.found().with("interface", name).with("counters", &counters);
     match controller.state.filter(|_| interface.state.is_up) {
-        Some(ControllerState::BusOff) => outcomes.push(BUS_OFF.with(&values)),
-        Some(ControllerState::Passive) => outcomes.push(ERROR_PASSIVE.with(&values)),
-        Some(ControllerState::Warning) => outcomes.push(ERROR_WARNING.with(&values)),
+        Some(ControllerState::BusOff) => outcomes.push(found(&BUS_OFF)),
+        Some(ControllerState::Passive) => outcomes.push(found(&ERROR_PASSIVE)),
+        Some(ControllerState::Warning) => outcomes.push(found(&ERROR_WARNING)),
         Some(ControllerState::ErrorActive | ControllerState::Restarted | ControllerState::Stopped) | None => {
         }
     }
     if controller.modes.loopback {
-        outcomes.push(LOOPBACK.with(&values));
+        outcomes.push(found(&LOOPBACK));
     }
     // A controller in listen-only mode never enters bus-off.
     if controller.restart_ms == Some(0) && !controller.modes.listen_only {
-        outcomes.push(NO_RESTART.with(&values));
+        outcomes.push(found(&NO_RESTART));
     }
     if outcomes.is_empty() {
         let state = controller.state.map_or("no state".to_owned(), |state| state.to_string());
-        outcomes.push(Outcome::sound(format!("{} is {state}{counters}", name.1)));
+        outcomes.push(Outcome::sound(format!("{name} is {state}{counters}")));
     }
     outcomes
 }
@@ -177,15 +177,15 @@ pub(super) const LISTEN_ONLY: CheckRow = CheckRow {
 fn listen_only(interface: &InterfaceFacts, controller: &ControllerSettings) -> Outcome {
     let name = interface.state.name.as_str();
     let bitrate = bitrate_options(controller, "");
-    let values = [("interface", name), ("bitrate", bitrate.as_str())];
+    let found = |row: &FindingRow| row.found().with("interface", name).with("bitrate", &bitrate);
     let can_listen = controller.supported.is_none_or(|modes| modes.listen_only);
     match (interface.sends, controller.modes.listen_only) {
         (None, is_on) => {
             let state = if is_on { "it only listens" } else { "it can send" };
             Outcome::not_checked(format!("{name}: no configuration says whether commands are sent; {state}"))
         }
-        (Some(true), true) => CANNOT_SEND.with(&values),
-        (Some(false), false) if can_listen => CAN_SEND.with(&values),
+        (Some(true), true) => found(&CANNOT_SEND),
+        (Some(false), false) if can_listen => found(&CAN_SEND),
         (Some(false), false) => Outcome::not_checked(format!("{name}: its driver has no listen-only mode")),
         (Some(true), false) => Outcome::sound(format!("{name} can send, as the configuration does")),
         (Some(false), true) => {
@@ -213,7 +213,7 @@ pub(super) const TRANSMIT_QUEUE: CheckRow = CheckRow {
             .filter_map(|interface| {
                 let (name, length) = (interface.state.name.as_str(), interface.state.transmit_queue?);
                 Some(if length > MAX_QUEUE {
-                    LONG_QUEUE.with(&[("interface", name), ("length", &length.to_string())])
+                    LONG_QUEUE.found().with("interface", name).with("length", length)
                 } else {
                     Outcome::sound(format!("{name} queues up to {length} frames"))
                 })

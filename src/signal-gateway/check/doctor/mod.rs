@@ -104,24 +104,23 @@ impl Outcome {
     fn not_checked(reason: impl Into<String>) -> Self {
         Self::NotChecked { reason: reason.into() }
     }
+
+    /// Inserts a value for its name into the texts of a problem.
+    fn with(mut self, name: &str, value: impl ToString) -> Self {
+        if let Self::Found(Finding { text, why, remedy, .. }) = &mut self {
+            for part in [text, why, remedy] {
+                *part = part.replace(&format!("{{{name}}}"), &value.to_string());
+            }
+        }
+        self
+    }
 }
 
 impl FindingRow {
-    /// Returns the finding with these values inserted for their names.
-    fn with(&self, values: &[(&str, &str)]) -> Outcome {
-        let filled = |text: &str| {
-            values
-                .iter()
-                .fold(text.to_owned(), |text, (name, value)| text.replace(&format!("{{{name}}}"), value))
-        };
-        Outcome::Found(Finding {
-            finding: self.name,
-            level: self.level,
-            text: filled(self.text),
-            why: filled(self.why),
-            remedy: filled(self.remedy),
-            see: self.see,
-        })
+    /// Returns the problem, into which [`Outcome::with`] inserts values.
+    fn found(&self) -> Outcome {
+        let [text, why, remedy] = [self.text, self.why, self.remedy].map(str::to_owned);
+        Outcome::Found(Finding { finding: self.name, level: self.level, text, why, remedy, see: self.see })
     }
 }
 
@@ -158,10 +157,8 @@ pub fn examine(facts: &Facts) -> Diagnosis {
         .map(|row| CheckOutcomes { name: row.name, asks: row.asks, outcomes: (row.judge)(facts) })
         .collect();
     let outcomes = || checks.iter().flat_map(|check| &check.outcomes);
-    let levels = || {
-        outcomes()
-            .filter_map(|outcome| if let Outcome::Found(found) = outcome { Some(found.level) } else { None })
-    };
+    let level = |outcome: &_| if let Outcome::Found(found) = outcome { Some(found.level) } else { None };
+    let levels = || outcomes().filter_map(level);
     Diagnosis {
         level: levels().max().unwrap_or_default(),
         errors: levels().filter(|level| *level == Level::Error).count(),

@@ -81,7 +81,7 @@ pub(super) const ROS_DOMAIN: CheckRow = CheckRow {
 
 fn domain(facts: &Facts, ros: &RosFacts) -> Vec<Outcome> {
     if let Some(problem) = &ros.problem {
-        return vec![VARIABLE.with(&[("problem", problem)])];
+        return vec![VARIABLE.found().with("problem", problem)];
     }
     let variable =
         |name: &str| facts.environment.get(name).map(String::as_str).filter(|value| !value.is_empty());
@@ -89,28 +89,28 @@ fn domain(facts: &Facts, ros: &RosFacts) -> Vec<Outcome> {
     let shell = variable("ROS_DOMAIN_ID").unwrap_or("0");
     let mut outcomes = Vec::new();
     if variable("ROS_STATIC_PEERS").is_some() {
-        outcomes.push(PEERS.with(&[]));
+        outcomes.push(PEERS.found());
     }
     let others = ros.shell_survey.as_ref().filter(|survey| survey.participants > 0);
     let is_alone = matches!(&ros.survey, Known::Yes(survey) if survey.participants == 0);
     match others.filter(|_| is_alone) {
         Some(survey) => {
             let count = participants(survey);
-            outcomes.push(ELSEWHERE.with(&[("own", &own), ("shell", shell), ("count", &count)]));
+            outcomes.push(ELSEWHERE.found().with("own", &own).with("shell", shell).with("count", &count));
         }
-        None if shell != own => outcomes.push(SHELL.with(&[("own", &own), ("shell", shell)])),
+        None if shell != own => outcomes.push(SHELL.found().with("own", &own).with("shell", shell)),
         None => {}
     }
     let service = service_domain(facts, ros);
     if let Some(service) = service.filter(|service| *service != own) {
-        outcomes.push(SERVICE.with(&[("own", &own), ("service", &service)]));
+        outcomes.push(SERVICE.found().with("own", &own).with("service", &service));
     }
     outcomes.extend(variable("RMW_IMPLEMENTATION").and_then(|rmw| middleware(rmw, ros.is_zenoh)));
     let is_local = variable("ROS_LOCALHOST_ONLY") == Some("1")
         || variable("ROS_AUTOMATIC_DISCOVERY_RANGE") == Some("LOCALHOST");
     let is_reached = ros.only_networks.iter().any(|network| !network.starts_with("127."));
     if is_local && is_reached {
-        outcomes.push(LOCALHOST.with(&[("networks", &ros.only_networks.join(", "))]));
+        outcomes.push(LOCALHOST.found().with("networks", ros.only_networks.join(", ")));
     }
     if outcomes.is_empty() {
         let where_from = if ros.is_domain_configured { "of the configuration" } else { "of this shell" };
@@ -143,7 +143,12 @@ fn middleware(rmw: &str, is_zenoh: bool) -> Option<Outcome> {
     let [transport, other] = if is_zenoh { ["zenoh", "dds"] } else { ["dds", "zenoh"] };
     let wanted = if is_zenoh { "rmw_zenoh_cpp" } else { "rmw_cyclonedds_cpp" };
     (speaks_zenoh != is_zenoh).then(|| {
-        MIDDLEWARE.with(&[("rmw", rmw), ("transport", transport), ("other", other), ("wanted", wanted)])
+        MIDDLEWARE
+            .found()
+            .with("rmw", rmw)
+            .with("transport", transport)
+            .with("other", other)
+            .with("wanted", wanted)
     })
 }
 
@@ -235,8 +240,9 @@ fn publishers(facts: &Facts, topic: &OwnTopic, survey: &DomainSurvey) -> Option<
         .collect();
     let is_alone = texts.is_empty() || topic.is_shared;
     let key = "[ros.topics], [turn_signal.outputs] or [traffic_lights.outputs]";
-    (!is_alone)
-        .then(|| PUBLISHER.with(&[("topic", &topic.name), ("others", &texts.join(", ")), ("key", key)]))
+    (!is_alone).then(|| {
+        PUBLISHER.found().with("topic", &topic.name).with("others", texts.join(", ")).with("key", key)
+    })
 }
 
 /// Returns true if a gateway runs that publishes this topic, or might publish it without reporting so.
@@ -253,11 +259,12 @@ fn is_written_by_ours(facts: &Facts, topic: &OwnTopic, domain_id: u16) -> bool {
 const OWN_IMPLEMENTATION: &str = "RustDDS";
 
 fn mismatch(topic: &OwnTopic, other: &DdsEndpoint, is_reader: bool) -> Option<Outcome> {
-    let values = [("topic", topic.name.as_str()), ("other", other.implementation.as_str())];
+    let found =
+        |row: &FindingRow| row.found().with("topic", &topic.name).with("other", &other.implementation);
     if topic.type_name != other.type_name {
         let side = if is_reader { "a reader" } else { "a writer" };
-        let types = [("own", topic.type_name.as_str()), ("type", &other.type_name), ("side", side)];
-        return Some(OTHER_TYPE.with(&[values.as_slice(), &types].concat()));
+        let found = found(&OTHER_TYPE).with("own", &topic.type_name);
+        return Some(found.with("type", &other.type_name).with("side", side));
     }
     let (ours, theirs) = ((topic.reliability, topic.durability), (other.reliability, other.durability));
     let (offered, requested) = if is_reader { (ours, theirs) } else { (theirs, ours) };
@@ -272,11 +279,9 @@ fn mismatch(topic: &OwnTopic, other: &DdsEndpoint, is_reader: bool) -> Option<Ou
         return None;
     }
     let (offered, requested): (Vec<_>, Vec<_>) = missing.into_iter().unzip();
-    let (offered, requested) = (offered.join(", "), requested.join(", "));
-    let kinds = [("offered", offered.as_str()), ("requested", &requested)];
-    let key = [("key", if is_reader { reports_key(topic) } else { "" })];
-    let row = if is_reader { &READER } else { &WRITER };
-    Some(row.with(&[values.as_slice(), &kinds, &key].concat()))
+    let found = found(if is_reader { &READER } else { &WRITER });
+    let found = found.with("offered", offered.join(", ")).with("requested", requested.join(", "));
+    Some(found.with("key", if is_reader { reports_key(topic) } else { "" }))
 }
 
 /// Returns the key for a topic's durability, which is configurable for the reports of the lights.

@@ -24,10 +24,10 @@ impl Diagnosis {
                     Outcome::Found(found) => add_finding(&mut text, check.name, found, layout),
                     Outcome::Sound { .. } | Outcome::NotChecked { .. } if only_findings => {}
                     Outcome::Sound { text: seen } => {
-                        add(&mut text, ("ok", "\u{1b}[32m"), check.name, seen, layout);
+                        add(&mut text, "ok", "\u{1b}[32m", check.name, seen, layout);
                     }
                     Outcome::NotChecked { reason } => {
-                        add(&mut text, ("-", ""), check.name, &format!("not checked: {reason}"), layout);
+                        add(&mut text, "-", "", check.name, &format!("not checked: {reason}"), layout);
                     }
                 }
             }
@@ -39,15 +39,8 @@ impl Diagnosis {
 
     /// Formats the outcomes and the underlying facts as one JSON object.
     pub fn json(&self, facts: &Facts) -> String {
-        let Self { level, errors, warnings, not_checked, checks } = self;
-        let whole = json!({
-            "level": level,
-            "errors": errors,
-            "warnings": warnings,
-            "not_checked": not_checked,
-            "checks": checks,
-            "facts": facts,
-        });
+        let mut whole = json!(self);
+        whole["facts"] = json!(facts);
         format!("{whole}\n")
     }
 }
@@ -57,7 +50,7 @@ fn add_finding(text: &mut String, check: &str, found: &Finding, layout: Layout) 
         Level::Error | Level::Stale => ("ERROR", "\u{1b}[1m\u{1b}[31m"),
         Level::Warn | Level::Ok => ("WARN", "\u{1b}[1m\u{1b}[33m"),
     };
-    add(text, (level, color), check, &found.text, layout);
+    add(text, level, color, check, &found.text, layout);
     for (label, part) in [("why", found.why.as_str()), ("remedy", &found.remedy), ("see", found.see)] {
         let indent = " ".repeat(COLUMNS);
         let width = layout.width.map(|width| width.saturating_sub(COLUMNS + LABEL));
@@ -67,7 +60,7 @@ fn add_finding(text: &mut String, check: &str, found: &Finding, layout: Layout) 
 }
 
 /// Adds a line in three columns, the last one wrapped between words.
-fn add(text: &mut String, (level, color): (&str, &str), check: &str, body: &str, layout: Layout) {
+fn add(text: &mut String, level: &str, color: &str, check: &str, body: &str, layout: Layout) {
     let (color, reset) = if layout.has_color && !color.is_empty() { (color, RESET) } else { ("", "") };
     let padding = " ".repeat(LEVEL.saturating_sub(level.len()));
     let width = layout.width.map(|width| width.saturating_sub(COLUMNS));

@@ -86,7 +86,7 @@ pub(super) fn gather(args: &DoctorArgs) -> Result<Option<Facts>, Failure> {
         known_interfaces: can_interfaces(),
         environment,
         ros,
-        service: service_state().map_or_else(Known::No, Known::Yes),
+        service: service_state().map_or_else(|error| Known::No(error.to_string()), Known::Yes),
         running,
         permissions,
         clock,

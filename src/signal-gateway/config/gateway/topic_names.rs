@@ -31,7 +31,7 @@ impl TopicNames {
         let kinds = SubscriptionKind::DECIDER.into_iter().chain(SubscriptionKind::OWN_COMMANDS);
         let factors = FactorTopic::ALL.first().copied().map(SubscriptionKind::Factors);
         let rows = kinds.chain(factors).map(SubscriptionKind::row);
-        rows.filter_map(|row| Some((row.key?.1, row.default_name.to_owned()))).collect()
+        rows.filter_map(|row| Some((row.key?.key, row.default_name.to_owned()))).collect()
     }
 }
 
@@ -44,7 +44,7 @@ impl FromIterator<(&'static str, String)> for TopicNames {
 /// Returns the keys of this section's published topics.
 pub(super) fn written(section: &str) -> Vec<ConfigKey<String>> {
     let key = |row: &OutgoingRow| {
-        let (_, name) = row.key.filter(|key| key.0 == section)?;
+        let name = row.key.filter(|key| key.section == section)?.key;
         let is_optional = row.default_name.is_empty() || row.flow == TopicFlow::VehicleStatus;
         let key = if is_optional { optional_topic } else { topic };
         Some(key(name, row.default_name).doc(row.doc))

@@ -50,19 +50,19 @@ const DRIVE: &str = "[message.DRIVE]\ntimeout_ms = 500\n";
 fn the_status_of_the_vehicle_has_the_topics_that_the_profile_describes() {
     let sections = [
         (
-            "velocity",
+            "VelocityReport",
             "[velocity]\nheading_rate_unknown = \"zero\"\n[[velocity.source]]\nname = \"speed\"\nkind = \"speed\"\n\
              speed = { signal = \"DRIVE.WHEEL\", unit = \"km/h\", positive = \"forward\", valid = [\"0..=5000\"] }\n",
         ),
         (
-            "steering",
+            "SteeringReport",
             "[steering]\nwheel = { signal = \"DRIVE.WHEEL\", unit = \"deg\", positive = \"left\", \
              valid = [\"-5000..=5000\"] }\n",
         ),
-        ("gear", "[gear]\nsignal = \"DRIVE.GEAR\"\npark = [0]\ndrive = [1]\n"),
-        ("control mode", "[control_mode]\nsignal = \"DRIVE.MODE\"\nautonomous = [1]\nmanual = [0]\n"),
+        ("GearReport", "[gear]\nsignal = \"DRIVE.GEAR\"\npark = [0]\ndrive = [1]\n"),
+        ("ControlModeReport", "[control_mode]\nsignal = \"DRIVE.MODE\"\nautonomous = [1]\nmanual = [0]\n"),
         (
-            "doors",
+            "DoorStatusArray",
             "[[doors.door]]\nname = \"front left\"\nsignal = \"DRIVE.DOOR\"\nopen = [1]\nclosed = [0]\n",
         ),
     ];
@@ -71,16 +71,19 @@ fn the_status_of_the_vehicle_has_the_topics_that_the_profile_describes() {
         let files = TestFiles(&[("gateway.toml", &gateway), ("car.toml", profile), ("car.dbc", DBC)]);
         let settings = load(&files, Path::new("gateway.toml"), &Overrides::default()).unwrap();
         let topics = topics(&settings);
-        let labels = topics.named().filter(|(topic, _)| topic.row().flow == TopicFlow::VehicleStatus);
-        labels.map(|(topic, _)| topic.row().label).collect()
+        let topics = topics.named().filter(|(topic, _)| topic.row().flow == TopicFlow::VehicleStatus);
+        topics.map(|(topic, _)| topic.row().type_name.1).collect()
     };
     assert_eq!(written(PROFILE, ""), [""; 0]);
-    for (label, section) in &sections {
-        assert_eq!(written(&format!("{PROFILE}{DRIVE}{section}"), ""), [*label]);
+    for (message, section) in &sections {
+        assert_eq!(written(&format!("{PROFILE}{DRIVE}{section}"), ""), [*message]);
     }
     let all = format!("{PROFILE}{DRIVE}{}", sections.map(|(_, section)| section).concat());
     let unnamed = "[ros.topics]\nsteering_status = \"\"\n";
-    assert_eq!(written(&all, unnamed), ["velocity", "gear", "control mode", "doors"]);
+    assert_eq!(
+        written(&all, unnamed),
+        ["VelocityReport", "GearReport", "ControlModeReport", "DoorStatusArray"]
+    );
 }
 
 #[test]

@@ -2,9 +2,10 @@
 
 use std::io;
 use std::os::fd::{AsFd as _, OwnedFd};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use super::socket::{CanSocket, filter_frames};
+use crate::io::lock::lock;
 use can_signal::can::IdMatch;
 
 /// The data frames that the kernel lets through for one interface. The receiving task and its owner share it.
@@ -28,7 +29,7 @@ impl IdFilter {
     /// filters before it removes the old ones, so no frame that matches both sets is lost. Returns the error
     /// of `setsockopt`, e.g. `EINVAL` for more than 512 filters; the filter is then unchanged.
     pub fn set(&self, ids: Vec<IdMatch>) -> io::Result<()> {
-        let mut state = self.state();
+        let mut state = lock(&self.0);
         let ids = Some(ids);
         if state.ids != ids {
             state.socket.as_ref().map_or(Ok(()), |socket| filter_frames(socket, ids.as_deref()))?;
@@ -39,18 +40,13 @@ impl IdFilter {
 
     /// Returns the current identifiers; `None` means all.
     pub fn ids(&self) -> Option<Vec<IdMatch>> {
-        self.state().ids.clone()
+        lock(&self.0).ids.clone()
     }
 
     /// Also applies changes to this socket, until the result is dropped.
     pub(super) fn attach(&self, socket: &CanSocket) -> io::Result<Attached> {
-        self.state().socket = Some(socket.as_fd().try_clone_to_owned()?);
+        lock(&self.0).socket = Some(socket.as_fd().try_clone_to_owned()?);
         Ok(Attached(self.clone()))
-    }
-
-    /// A panic cannot leave the state inconsistent.
-    fn state(&self) -> MutexGuard<'_, FilterState> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -59,6 +55,6 @@ pub(super) struct Attached(IdFilter);
 
 impl Drop for Attached {
     fn drop(&mut self) {
-        self.0.state().socket = None;
+        lock(&self.0.0).socket = None;
     }
 }

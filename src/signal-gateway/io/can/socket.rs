@@ -5,7 +5,6 @@ use std::mem::{size_of, size_of_val, zeroed};
 use std::num::NonZero;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd, RawFd};
 use std::ptr::null_mut;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use libc::{c_int, c_uint, socklen_t};
 use rustix::net::sockopt::{
@@ -16,8 +15,8 @@ use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
 
 use super::wire::{self, CONTROL_SPACE, LossCount, SocketMessage};
+use crate::io::clock::Clock;
 use can_signal::can::{BusIndex, CanInput, IdMatch};
-use gateway_base::time::WallStamp;
 
 /// Maximum number of messages per call.
 pub(super) const BATCH: usize = 64;
@@ -86,7 +85,7 @@ impl CanSocket {
             }
             match wire::message(buffer.message.get(..length.message).unwrap_or_default()) {
                 Some(SocketMessage::Data(frame)) => {
-                    let stamp = controls.stamp.unwrap_or_else(wall_now);
+                    let stamp = controls.stamp.unwrap_or_else(|| Clock::start().now().wall);
                     inputs.push(CanInput::Frame { bus, frame, stamp });
                 }
                 Some(SocketMessage::Error(error)) => inputs.push(CanInput::ErrorFrame { bus, error }),
@@ -115,12 +114,6 @@ impl AsRawFd for CanSocket {
     fn as_raw_fd(&self) -> RawFd {
         self.fd.as_raw_fd()
     }
-}
-
-/// Reads the clock that the kernel uses for stamps, for a frame without a stamp.
-fn wall_now() -> WallStamp {
-    let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    WallStamp::from_nanos(i64::try_from(since_epoch.as_nanos()).unwrap_or(i64::MAX))
 }
 
 #[derive(Clone, Copy)]

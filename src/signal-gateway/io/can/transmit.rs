@@ -5,13 +5,14 @@
 
 use std::io;
 use std::os::fd::{AsFd as _, OwnedFd};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use rustix::net::{SendFlags, send};
 use tokio::sync::Notify;
 
 use super::socket::CanSocket;
 use super::wire;
+use crate::io::lock::lock;
 use can_signal::can::{ErrorFrame, Frame};
 use gateway_core::command::sender::SendFailure;
 
@@ -76,9 +77,8 @@ impl Transmitter {
         }
     }
 
-    /// A panic cannot leave the state inconsistent.
     fn target(&self) -> MutexGuard<'_, TransmitTarget> {
-        self.0.target.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.0.target)
     }
 }
 

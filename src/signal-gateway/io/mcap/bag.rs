@@ -51,10 +51,8 @@ struct BagFile {
 }
 
 impl Bag {
-    /// Creates the folder of a bag with messages of these channels.
-    ///
-    /// # Errors
-    /// Fails if the folder exists or cannot be created.
+    /// Creates the folder of a bag with messages of these channels. Fails if the folder exists or cannot be
+    /// created.
     pub fn create(folder: &Path, limits: FileLimits, channels: &[RecordedChannel]) -> io::Result<Self> {
         fs::create_dir(folder)?;
         let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -70,11 +68,8 @@ impl Bag {
         })
     }
 
-    /// Adds a message in memory. The first message of a file creates the file.
-    ///
-    /// # Errors
-    /// Fails, and the message is lost, if a file cannot be created, or if the end of a full file has not been
-    /// written to the disk yet.
+    /// Adds a message in memory. The first message of a file creates the file. Fails, and the message is
+    /// lost, if a file cannot be created, or if the end of a full file has not been written to the disk yet.
     pub fn add(&mut self, message: &RecordedMessage) -> io::Result<()> {
         if self.is_finished {
             return Err(io::ErrorKind::StorageFull.into());
@@ -95,10 +90,8 @@ impl Bag {
         Ok(())
     }
 
-    /// Writes added messages to the disk, then the metadata; closes a file that has reached a limit.
-    ///
-    /// # Errors
-    /// Fails if the disk does not accept the data. The next call tries again; added messages are not lost.
+    /// Writes added messages to the disk, then the metadata; closes a file that has reached a limit. Fails if
+    /// the disk does not accept the data. The next call tries again; added messages are not lost.
     pub fn flush(&mut self) -> io::Result<()> {
         let Some(file) = &mut self.open else { return Ok(()) };
         if self.is_finished {
@@ -123,10 +116,7 @@ impl Bag {
         self.write_metadata()
     }
 
-    /// Ends the bag.
-    ///
-    /// # Errors
-    /// Fails if the disk does not accept the remaining data.
+    /// Ends the bag. Fails if the disk does not accept the remaining data.
     pub fn finish(&mut self) -> io::Result<()> {
         if let (Some(file), false) = (&mut self.open, self.is_finished) {
             self.is_finished = true;
@@ -141,10 +131,8 @@ impl Bag {
         self.open.as_ref().map_or(0, McapFile::pending_bytes)
     }
 
-    /// Removes the oldest file, unless it is the only one, and returns its size in bytes.
-    ///
-    /// # Errors
-    /// Fails if the file cannot be removed.
+    /// Removes the oldest file, unless it is the only one, and returns its size in bytes. Fails if the file
+    /// cannot be removed.
     pub fn remove_oldest(&mut self) -> io::Result<Option<u64>> {
         if self.files.len() < 2 {
             return Ok(None);

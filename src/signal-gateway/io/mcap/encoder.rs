@@ -62,6 +62,13 @@ pub struct RecordedMessage {
     pub endian: Endian,
 }
 
+impl RecordedMessage {
+    /// Creates a message that was sent when the gateway received or published it.
+    fn new(channel: usize, at: WallStamp, bytes: CdrBytes) -> Self {
+        Self { channel, log_time: at, publish_time: at, bytes, endian: Endian::Little }
+    }
+}
+
 /// A CAN bus, for the names of its topics.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RecordedBus {
@@ -93,20 +100,19 @@ impl Encoder {
         read: &[Subscription],
     ) -> Self {
         let table = table(topics, durability);
-        let published = table.iter().map(|outgoing| RecordedChannel {
-            topic: outgoing.name.clone(),
-            type_name: outgoing.type_name,
-            durability: outgoing.durability,
-            depth: outgoing.depth,
+        let published = table.iter().map(|outgoing| {
+            let (topic, type_name) = (outgoing.name.clone(), outgoing.type_name);
+            RecordedChannel { topic, type_name, durability: outgoing.durability, depth: outgoing.depth }
         });
+        let volatile = |topic, type_name| RecordedChannel {
+            topic,
+            type_name,
+            durability: Durability::Volatile,
+            depth: CAN_DEPTH,
+        };
         let frames = buses.iter().flat_map(|bus| {
             let name = topic_token(&bus.name);
-            CAN_CHANNELS.map(|(end, type_name)| RecordedChannel {
-                topic: format!("/{name}/{end}"),
-                type_name,
-                durability: Durability::Volatile,
-                depth: CAN_DEPTH,
-            })
+            CAN_CHANNELS.map(|(end, type_name)| volatile(format!("/{name}/{end}"), type_name))
         });
         let mut channels: Vec<RecordedChannel> = published.chain(frames).collect();
         let first_read = channels.len();
@@ -116,12 +122,7 @@ impl Encoder {
             durability: subscription.durability,
             depth: subscription.depth,
         }));
-        channels.push(RecordedChannel {
-            topic: CALLS_TOPIC.to_owned(),
-            type_name: GatewayCall::TYPE_NAME,
-            durability: Durability::Volatile,
-            depth: CAN_DEPTH,
-        });
+        channels.push(volatile(CALLS_TOPIC.to_owned(), GatewayCall::TYPE_NAME));
         Self {
             table,
             channels,
@@ -156,7 +157,8 @@ impl Encoder {
     pub fn received(&self, input: &CanInput, at: WallStamp) -> Option<RecordedMessage> {
         match input {
             CanInput::Frame { bus, frame, stamp } => {
-                self.frame(*bus, 0, frame, FrameTimes { stamp: *stamp, recorded: at })
+                let message = self.frame(*bus, 0, frame, *stamp)?;
+                Some(RecordedMessage { log_time: at, ..message })
             }
             CanInput::ErrorFrame { bus, error } => self.error_frame(*bus, *error, at),
             CanInput::Link { .. }
@@ -175,31 +177,24 @@ impl Encoder {
         at: WallStamp,
     ) -> Option<RecordedMessage> {
         let channel = self.first_read + subscription;
-        (channel < self.calls_channel()).then_some(RecordedMessage {
-            channel,
-            log_time: at,
-            publish_time: at,
-            bytes,
-            endian,
-        })
+        let message = RecordedMessage { endian, ..RecordedMessage::new(channel, at, bytes) };
+        (channel < self.calls_channel()).then_some(message)
     }
 
     /// Returns the message of a call.
     pub fn call(&self, call: &TimedCall) -> Option<RecordedMessage> {
-        let (channel, at) = (self.calls_channel(), call.at.wall);
         let bytes = CdrBytes::encode(&call_message(call)).ok()?;
-        Some(RecordedMessage { channel, log_time: at, publish_time: at, bytes, endian: Endian::Little })
+        Some(RecordedMessage::new(self.calls_channel(), call.at.wall, bytes))
     }
 
     /// Returns the messages of an output that was published at `at`.
     pub fn given_out(&mut self, output: &Output, at: WallStamp) -> Vec<RecordedMessage> {
         match output {
-            Output::Command(CommandOutput::Transmit { frame, .. }) => self
-                .frame(frame.bus(), 2, frame.frame(), FrameTimes { stamp: at, recorded: at })
-                .into_iter()
-                .collect(),
+            Output::Command(CommandOutput::Transmit { frame, .. }) => {
+                self.frame(frame.bus(), 2, frame.frame(), at).into_iter().collect()
+            }
             Output::Command(CommandOutput::WouldTransmit { bus, frame, .. }) => {
-                self.frame(*bus, 4, frame, FrameTimes { stamp: at, recorded: at }).into_iter().collect()
+                self.frame(*bus, 4, frame, at).into_iter().collect()
             }
             Output::VehicleLights(_)
             | Output::VehicleStatus(_)
@@ -218,28 +213,16 @@ impl Encoder {
             // A withdrawal is not a message; a message that cannot be encoded was not published either.
             Ok(Order::Withdraw) | Err(_) => None,
         });
-        let message = |channel, bytes| RecordedMessage {
-            channel,
-            log_time: at,
-            publish_time: at,
-            bytes,
-            endian: Endian::Little,
-        };
-        samples
-            .flat_map(|(channel, samples)| samples.into_iter().map(move |bytes| message(channel, bytes)))
-            .collect()
+        let messages = samples.flat_map(|(channel, samples)| {
+            samples.into_iter().map(move |bytes| RecordedMessage::new(channel, at, bytes))
+        });
+        messages.collect()
     }
 
-    /// Returns the message of a frame. `kind` is the position in [`CAN_CHANNELS`] of the channel for classic
-    /// frames; the channel for CAN FD follows it.
-    fn frame(
-        &self,
-        bus: BusIndex,
-        kind: usize,
-        frame: &Frame,
-        FrameTimes { stamp, recorded }: FrameTimes,
-    ) -> Option<RecordedMessage> {
-        let header = self.header(bus, stamp)?;
+    /// Returns the message of a frame that was received or sent at `at`. `kind` is the position in
+    /// [`CAN_CHANNELS`] of the channel for classic frames; the channel for CAN FD follows it.
+    fn frame(&self, bus: BusIndex, kind: usize, frame: &Frame, at: WallStamp) -> Option<RecordedMessage> {
+        let header = self.header(bus, at)?;
         let (id, is_extended) = (frame.id().number(), matches!(frame.id(), CanId::Extended(_)));
         let len = u8::try_from(frame.data().len()).ok()?;
         let bytes = if frame.is_fd() {
@@ -251,8 +234,7 @@ impl Encoder {
             CdrBytes::encode(&can_msgs::Frame { header, id, is_rtr, is_extended, is_error, dlc: len, data })
         };
         let channel = self.can_channel(bus, kind + usize::from(frame.is_fd()));
-        let endian = Endian::Little;
-        Some(RecordedMessage { channel, log_time: recorded, publish_time: stamp, bytes: bytes.ok()?, endian })
+        Some(RecordedMessage::new(channel, at, bytes.ok()?))
     }
 
     fn error_frame(&self, bus: BusIndex, error: ErrorFrame, at: WallStamp) -> Option<RecordedMessage> {
@@ -265,9 +247,7 @@ impl Encoder {
             dlc: 8,
             data: error.data(),
         });
-        let channel = self.can_channel(bus, 0);
-        let endian = Endian::Little;
-        Some(RecordedMessage { channel, log_time: at, publish_time: at, bytes: bytes.ok()?, endian })
+        Some(RecordedMessage::new(self.can_channel(bus, 0), at, bytes.ok()?))
     }
 
     fn header(&self, bus: BusIndex, stamp: WallStamp) -> Option<Header> {
@@ -283,14 +263,6 @@ impl Encoder {
     fn can_channel(&self, bus: BusIndex, kind: usize) -> usize {
         self.table.len() + usize::from(bus.0) * CAN_CHANNELS.len() + kind
     }
-}
-
-/// The two times of a recorded frame.
-struct FrameTimes {
-    /// When the frame was received or sent.
-    stamp: WallStamp,
-    /// When the frame was handled. The recording is ordered by this time.
-    recorded: WallStamp,
 }
 
 /// Converts a name to a topic token: letters, digits and `_`, starting with a letter.

@@ -8,13 +8,15 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::Path;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
 use mcap::{McapError, WriteOptions, Writer};
 
 use super::encoder::{RecordedChannel, RecordedMessage};
+use crate::io::lock::lock;
+use crate::io::new_files;
 use crate::io::ros::topics::Durability;
 use ros_messages::schema;
 
@@ -48,15 +50,9 @@ struct KnownChannel {
 struct Pending(Arc<Mutex<Vec<u8>>>);
 
 impl McapFile {
-    /// Creates the file, which must not exist unless `replace` is set.
-    ///
-    /// # Errors
-    /// Fails if the file cannot be created.
+    /// Creates the file, which must not exist unless `replace` is set. Fails if the file cannot be created.
     pub fn create(path: &Path, replace: bool) -> io::Result<Self> {
-        let mut options = File::options();
-        options.write(true);
-        let file = if replace { options.create(true).truncate(true) } else { options.create_new(true) }
-            .open(path)?;
+        let file = new_files::create(path, replace)?;
         let pending = Pending::default();
         let writer = WriteOptions::new()
             .compression(None)
@@ -69,10 +65,7 @@ impl McapFile {
         Ok(Self { writer, pending, disk: ChunkSink { file, written: 0 }, channels: BTreeMap::new() })
     }
 
-    /// Adds a message of one of `channels` in memory.
-    ///
-    /// # Errors
-    /// Fails if the message does not fit the format.
+    /// Adds a message of one of `channels` in memory. Fails if the message does not fit the format.
     pub fn add(&mut self, message: &RecordedMessage, channels: &[RecordedChannel]) -> io::Result<()> {
         let Some(channel) = channels.get(message.channel) else { return Ok(()) };
         let id = self.channel_id(message.channel, channel)?;
@@ -103,56 +96,41 @@ impl McapFile {
         self.writer.add_channel(schema.map_err(io_error)?, &channel.topic, "cdr", &metadata).map_err(io_error)
     }
 
-    /// Closes the chunk and writes all pending data to the disk.
-    ///
-    /// # Errors
-    /// Fails if the disk does not accept the data; the next successful call writes all of it.
+    /// Closes the chunk and writes all pending data to the disk. Fails if the disk does not accept the data;
+    /// the next successful call writes all of it.
     pub fn flush(&mut self) -> io::Result<()> {
         self.writer.flush().map_err(io_error)?;
         self.write_pending()
     }
 
-    /// Closes the file with its index. Afterwards call only [`Self::write_pending`], until it succeeds.
-    ///
-    /// # Errors
-    /// Fails if the disk does not accept the data.
+    /// Closes the file with its index. Afterwards call only [`Self::write_pending`], until it succeeds. Fails
+    /// if the disk does not accept the data.
     pub fn finish(&mut self) -> io::Result<()> {
         self.writer.finish().map_err(io_error)?;
         self.write_pending()
     }
 
-    /// Writes complete pending chunks to the disk.
-    ///
-    /// # Errors
-    /// Fails if the disk does not accept them.
+    /// Writes complete pending chunks to the disk. Fails if the disk does not accept them.
     pub fn write_pending(&mut self) -> io::Result<()> {
-        let mut pending = self.pending.lock();
+        let mut pending = lock(&self.pending.0);
         self.disk.append(&pending)?;
         pending.clear();
         Ok(())
     }
 
-    /// Waits until all written data is on the disk.
-    ///
-    /// # Errors
-    /// Fails if the disk fails.
+    /// Waits until all written data is on the disk. Fails if the disk fails.
     pub fn sync(&self) -> io::Result<()> {
         self.disk.file.sync_all()
     }
 
     /// Returns the number of bytes that wait for the disk, without the open chunk.
     pub fn pending_bytes(&self) -> usize {
-        self.pending.lock().len()
+        lock(&self.pending.0).len()
     }
 
     /// Returns the number of bytes on the disk.
     pub fn written_bytes(&self) -> u64 {
         self.disk.written
-    }
-
-    /// Returns the number of messages of each channel, by channel position.
-    pub fn message_counts(&self) -> impl Iterator<Item = (usize, u64)> {
-        self.channels.iter().map(|(channel, known)| (*channel, known.messages))
     }
 }
 
@@ -172,15 +150,9 @@ impl ChunkSink {
     }
 }
 
-impl Pending {
-    fn lock(&self) -> MutexGuard<'_, Vec<u8>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
 impl Write for Pending {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.lock().extend_from_slice(bytes);
+        lock(&self.0).extend_from_slice(bytes);
         Ok(bytes.len())
     }
 

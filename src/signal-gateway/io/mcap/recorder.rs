@@ -8,13 +8,13 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, channel};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread;
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::bag::{Bag, FileLimits};
 use super::encoder::{Encoder, RecordedMessage};
+use crate::io::awaited_thread::AwaitedThread;
+use crate::io::lock::lock;
 use crate::process_status::recordings::McapState;
 use can_signal::can::CanInput;
 use gateway_base::time::{Now, WallStamp};
@@ -48,7 +48,7 @@ pub struct RecorderLimits {
 #[derive(Debug)]
 pub struct McapRecorder {
     queue: Arc<RecorderQueue>,
-    ended: Receiver<()>,
+    thread: AwaitedThread,
     /// Number of calls so far.
     calls: AtomicU64,
 }
@@ -79,13 +79,10 @@ struct QueuedEvents {
 
 impl McapRecorder {
     /// Starts the thread, which creates the folder if it is missing, and retries while it cannot be written.
-    ///
-    /// # Errors
     /// Fails if the thread cannot be started.
     pub fn start(folder: &Path, limits: RecorderLimits, encoder: Encoder) -> io::Result<Self> {
         let queue = Arc::new(RecorderQueue::default());
         lock(&queue.state).folder = folder.display().to_string();
-        let (end, ended) = channel();
         let mut writer = BagWriter {
             queue: Arc::clone(&queue),
             folder: folder.to_owned(),
@@ -97,12 +94,8 @@ impl McapRecorder {
             next_try: Instant::now(),
             next_flush: Instant::now(),
         };
-        thread::Builder::new().name("mcap".to_owned()).spawn(move || {
-            // Dropped when the thread ends, which wakes `stop`.
-            let _end: std::sync::mpsc::Sender<()> = end;
-            writer.run();
-        })?;
-        Ok(Self { queue, ended, calls: AtomicU64::new(0) })
+        let thread = AwaitedThread::start("mcap", move || writer.run())?;
+        Ok(Self { queue, thread, calls: AtomicU64::new(0) })
     }
 
     /// Records an input of a bus. Never blocks: if the queue is full, the input is lost and counted.
@@ -144,11 +137,7 @@ impl McapRecorder {
     pub fn stop(&self, patience: Duration) {
         lock(&self.queue.waiting).is_stopping = true;
         self.queue.stopping.notify_all();
-        if self
-            .ended
-            .recv_timeout(patience)
-            .is_err_and(|error| error == std::sync::mpsc::RecvTimeoutError::Timeout)
-        {
+        if !self.thread.ends_within(patience) {
             tracing::warn!("the recording is not complete: the disk is too slow");
         }
     }
@@ -319,9 +308,4 @@ impl BagWriter {
 fn size_of(folder: &Path) -> u64 {
     let files = fs::read_dir(folder).into_iter().flatten().flatten();
     files.filter_map(|file| file.metadata().ok()).map(|metadata| metadata.len()).sum()
-}
-
-/// A panic cannot leave the data behind these locks inconsistent.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -3,13 +3,14 @@
 //! They are limited like the messages of the log. If the queue is full, the oldest are dropped.
 
 use std::collections::VecDeque;
-use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
+use std::sync::{LazyLock, Mutex};
 use std::time::Instant;
 
 use tracing::{Level, Metadata};
 
 use super::limits::{EventText, LogLimits, MessageKind, TARGET};
 use crate::io::clock::Clock;
+use crate::io::lock::lock;
 use gateway_base::time::WallStamp;
 
 const MAX_WAITING: usize = 128;
@@ -77,16 +78,12 @@ impl Warning {
 
 /// Queues a message if it is at least a warning and its kind is within the limit.
 pub(super) fn offer(kind: MessageKind, warning: Warning) {
-    lock().offer(kind, warning, Instant::now());
+    lock(&WAITING).offer(kind, warning, Instant::now());
 }
 
 /// Takes the queued warnings. Suppressed ones are summed up once their time window is over.
 pub fn take_warnings() -> TakenWarnings {
-    lock().take(Instant::now())
-}
-
-fn lock() -> MutexGuard<'static, WarningQueue> {
-    WAITING.lock().unwrap_or_else(PoisonError::into_inner)
+    lock(&WAITING).take(Instant::now())
 }
 
 impl WarningQueue {

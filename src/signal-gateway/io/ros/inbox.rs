@@ -5,10 +5,11 @@
 //! wait, the oldest is dropped.
 
 use std::collections::VecDeque;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::Mutex;
 
 use tokio::sync::Notify;
 
+use crate::io::lock::lock;
 use gateway_core::gateway::event::Input;
 use ros_messages::cdr::{CdrBytes, Endian};
 use traffic_lights::input::TrafficLightInput;
@@ -47,7 +48,7 @@ pub struct Inbox {
 impl Inbox {
     /// Adds a received sample. Never blocks.
     pub fn put(&self, arrival: Arrival) {
-        let mut waiting = self.lock();
+        let mut waiting = lock(&self.waiting);
         if !is_text_command(&arrival) {
             let subscription = arrival.subscription;
             waiting.arrivals.retain(|old| old.subscription != subscription || is_text_command(old));
@@ -63,7 +64,7 @@ impl Inbox {
 
     /// Removes and returns the oldest sample, if there is one.
     pub fn try_take(&self) -> Option<Arrival> {
-        let mut waiting = self.lock();
+        let mut waiting = lock(&self.waiting);
         let arrival = waiting.arrivals.pop_front()?;
         waiting.commands -= usize::from(is_text_command(&arrival));
         Some(arrival)
@@ -76,7 +77,7 @@ impl Inbox {
             if let Some(arrival) = self.try_take() {
                 return Some(arrival);
             }
-            if self.lock().is_closed {
+            if lock(&self.waiting).is_closed {
                 return None;
             }
             // An earlier notification is remembered.
@@ -86,13 +87,8 @@ impl Inbox {
 
     /// Closes the inbox: waiting samples can still be taken, but no more are added.
     pub fn close(&self) {
-        self.lock().is_closed = true;
+        lock(&self.waiting).is_closed = true;
         self.arrived.notify_one();
-    }
-
-    /// A panic cannot leave the data behind this lock inconsistent.
-    fn lock(&self) -> MutexGuard<'_, WaitingInputs> {
-        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

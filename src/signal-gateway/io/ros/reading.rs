@@ -1,16 +1,13 @@
 //! Decodes a sample's bytes to the input that its subscription provides. Any bytes are safe to decode.
 
-use super::messages::{IntoPlannerInput as _, factors_input, groups_for_arbiter, groups_for_store};
+use super::messages::{factors_input, groups_for_arbiter, groups_for_store, planner_inputs};
 use super::topics::SubscriptionKind;
 use gateway_core::command::input::CommandInput;
 use gateway_core::command::origin::{CommandOrigin, SampleId};
 use gateway_core::gateway::event::Input;
-use ros_messages::autoware_adapi_v1_msgs::OperationModeState;
-use ros_messages::autoware_internal_planning_msgs::{PathWithLaneId, Scenario};
-use ros_messages::autoware_planning_msgs::{LaneletRoute, PoseWithUuidStamped, Trajectory};
+use ros_messages::autoware_planning_msgs::PoseWithUuidStamped;
 use ros_messages::autoware_vehicle_msgs::{ControlModeReport, HazardLightsCommand, TurnIndicatorsCommand};
 use ros_messages::cdr::{CdrInput, Endian, Unreadable};
-use ros_messages::nav_msgs::Odometry;
 use ros_messages::rosgraph_msgs::Clock;
 use ros_messages::std_msgs;
 use traffic_lights::input::TrafficLightInput;
@@ -32,37 +29,33 @@ pub fn read(
         SubscriptionKind::Command => {
             TrafficLightInput::Command(bytes.whole::<std_msgs::String>()?.data).into()
         }
-        SubscriptionKind::Odometry => Input::Planner(bytes.whole::<Odometry>()?.into_planner_input()),
-        SubscriptionKind::Route => Input::Planner(bytes.whole::<LaneletRoute>()?.into_planner_input()),
-        SubscriptionKind::PlannedPath => {
-            Input::Planner(bytes.whole::<PathWithLaneId>()?.into_planner_input())
-        }
-        SubscriptionKind::Trajectory => Input::Planner(bytes.whole::<Trajectory>()?.into_planner_input()),
-        SubscriptionKind::Factors(topic) => Input::Planner(factors_input(bytes.whole()?, topic)),
+        SubscriptionKind::Odometry => planner_inputs::odometry(bytes.whole()?).into(),
+        SubscriptionKind::Route => planner_inputs::route(bytes.whole()?).into(),
+        SubscriptionKind::PlannedPath => planner_inputs::planned_path(bytes.whole()?).into(),
+        SubscriptionKind::Trajectory => planner_inputs::trajectory(bytes.whole()?).into(),
+        SubscriptionKind::Factors(topic) => factors_input(bytes.whole()?, topic).into(),
         SubscriptionKind::ModifiedGoal => {
             let goal = bytes.whole::<PoseWithUuidStamped>();
             // Some releases append a flag that tells whether the goal may be moved.
             let flagged = |_| bytes.whole::<(PoseWithUuidStamped, bool)>().map(|(goal, _)| goal);
-            Input::Planner(goal.or_else(flagged)?.into_planner_input())
+            planner_inputs::modified_goal(goal.or_else(flagged)?).into()
         }
-        SubscriptionKind::OperationMode => {
-            Input::Planner(bytes.whole::<OperationModeState>()?.into_planner_input())
-        }
-        SubscriptionKind::Scenario => Input::Planner(bytes.whole::<Scenario>()?.into_planner_input()),
+        SubscriptionKind::OperationMode => planner_inputs::operation_mode(bytes.whole()?).into(),
+        SubscriptionKind::Scenario => planner_inputs::scenario(bytes.whole()?).into(),
         SubscriptionKind::HazardRequest => {
             let message: HazardLightsCommand = bytes.whole()?;
             match message.command.into() {
-                EnumOrUnknown::Known(request) => Input::Planner(PlannerInput::HazardRequest(request)),
+                EnumOrUnknown::Known(request) => PlannerInput::HazardRequest(request).into(),
                 EnumOrUnknown::Unknown(number) => return Err(Unreadable::Hazard(number)),
             }
         }
         SubscriptionKind::OwnTurnCommand => {
             let command = bytes.whole::<TurnIndicatorsCommand>()?.command.into();
-            Input::Planner(PlannerInput::OwnTurnCommand(command))
+            PlannerInput::OwnTurnCommand(command).into()
         }
         SubscriptionKind::OwnHazardCommand => {
             let command = bytes.whole::<HazardLightsCommand>()?.command.into();
-            Input::Planner(PlannerInput::OwnHazardCommand(command))
+            PlannerInput::OwnHazardCommand(command).into()
         }
         SubscriptionKind::TurnCommand => {
             let message: TurnIndicatorsCommand = bytes.whole()?;

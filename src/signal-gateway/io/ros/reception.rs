@@ -10,43 +10,22 @@ use super::reading::read;
 use super::topics::{Subscription, SubscriptionKind};
 use gateway_core::command::origin::{SampleId, WriterId};
 use gateway_core::gateway::event::Input;
-use ros_transport::link::{FromNetwork, NetworkStatus, Sample, Violation};
+use ros_transport::link::{FromNetwork, Sample, Violation};
 use traffic_lights::input::TrafficLightInput;
 
 /// State and counts of a subscribed topic.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct IncomingStatus {
     /// Absolute name of the topic.
     pub name: Arc<str>,
     /// Number of currently matched writers.
-    pub writers: usize,
+    pub writers: u32,
     /// Number of samples passed to the inbox.
     pub received: u64,
     /// Number of samples that were not of the topic's type.
     pub undecodable: u64,
     /// Number of groups that were omitted because of an undefined number.
     pub rejected_groups: u64,
-}
-
-/// A message that concerns the session itself.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum NetworkSignal {
-    /// The network side has joined the network.
-    Ready,
-    /// The network side cannot join the network, for this reason.
-    Failed(String),
-    /// The state of the network side has changed; the counts of the subscribed topics are already recorded.
-    Status(NetworkStatus),
-    /// Answer to a ping.
-    Pong {
-        /// The number of the ping.
-        number: u64,
-        /// True if the ping's echo sample came back.
-        has_echo: bool,
-        /// True if a sample has arrived at a reader outside the network side's participant since the last
-        /// answer.
-        is_heard: bool,
-    },
 }
 
 /// The subscriptions of a session, with their counts.
@@ -81,13 +60,7 @@ impl TopicReception {
         let received = |subscription: &Subscription| ReceivedTopic {
             kind: subscription.kind,
             duplicate_filter: DuplicateFilter::default(),
-            status: IncomingStatus {
-                name: subscription.name.as_str().into(),
-                writers: 0,
-                received: 0,
-                undecodable: 0,
-                rejected_groups: 0,
-            },
+            status: IncomingStatus { name: subscription.name.as_str().into(), ..IncomingStatus::default() },
         };
         Self {
             inbox,
@@ -97,35 +70,31 @@ impl TopicReception {
         }
     }
 
-    /// Processes a message of the network side. A sample goes to the inbox, unless it was received before.
-    /// Messages that concern the session are returned.
-    pub fn take(&mut self, frame: &[u8], now: Instant) -> Result<Option<NetworkSignal>, Violation> {
-        match FromNetwork::decode(frame)? {
-            FromNetwork::Sample(sample) => self.take_sample(&sample, now)?,
+    /// Processes a message of the network side: a sample goes to the inbox, unless it was received before, and
+    /// the counts of a status are recorded.
+    pub fn take(&mut self, message: &FromNetwork<'_>, now: Instant) -> Result<(), Violation> {
+        match message {
+            FromNetwork::Sample(sample) => self.take_sample(sample, now),
             FromNetwork::Unreadable(subscription, reason) => {
-                undecodable(&mut self.subscription(subscription)?.status, reason);
-            }
-            FromNetwork::Ready => return Ok(Some(NetworkSignal::Ready)),
-            FromNetwork::Failed(reason) => return Ok(Some(NetworkSignal::Failed(printable(reason)))),
-            FromNetwork::Pong { number, has_echo, is_heard } => {
-                return Ok(Some(NetworkSignal::Pong { number, has_echo, is_heard }));
+                undecodable(&mut self.subscription(*subscription)?.status, reason);
+                Ok(())
             }
             FromNetwork::Status(status) => {
-                for counts in [&status.readers, &status.other_writers] {
-                    if counts.len() != self.written {
+                let counts = [&status.readers, &status.other_writers, &status.writers];
+                for (counts, expected) in
+                    counts.into_iter().zip([self.written, self.written, self.subscriptions.len()])
+                {
+                    if counts.len() != expected {
                         return Err(Violation::Topic(counts.len()));
                     }
                 }
-                if status.writers.len() != self.subscriptions.len() {
-                    return Err(Violation::Topic(status.writers.len()));
-                }
                 for (received, writers) in self.subscriptions.iter_mut().zip(&status.writers) {
-                    received.status.writers = usize::try_from(*writers).unwrap_or(usize::MAX);
+                    received.status.writers = *writers;
                 }
-                return Ok(Some(NetworkSignal::Status(status)));
+                Ok(())
             }
+            FromNetwork::Ready | FromNetwork::Failed(_) | FromNetwork::Pong { .. } => Ok(()),
         }
-        Ok(None)
     }
 
     /// Sets the number of matched writers of all topics to 0, since the network side is gone.
@@ -198,7 +167,7 @@ fn undecodable(status: &mut IncomingStatus, reason: &str) {
 }
 
 /// Replaces control characters, so that a text of the network side fits on one log line.
-fn printable(text: &str) -> String {
+pub(super) fn printable(text: &str) -> String {
     text.chars().map(|character| if character.is_control() { ' ' } else { character }).collect()
 }
 
@@ -216,21 +185,16 @@ fn rejected(input: &Input) -> u64 {
 mod tests {
     use super::*;
     use ros_messages::cdr::Endian;
-
-    fn frame(message: &FromNetwork<'_>) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        message.encode(&mut bytes);
-        bytes
-    }
+    use ros_transport::link::NetworkStatus;
 
     fn reception() -> TopicReception {
         let subscriptions = [Subscription::new("/c", SubscriptionKind::Command)];
         TopicReception::new(&subscriptions, 2, Arc::default())
     }
 
-    fn text(number: i64, bytes: &[u8]) -> Vec<u8> {
-        let sample = Sample { subscription: 0, writer: [1; 16], number, endian: Endian::Little, bytes };
-        frame(&FromNetwork::Sample(sample))
+    fn text(number: i64, bytes: &[u8]) -> FromNetwork<'_> {
+        let endian = Endian::Little;
+        FromNetwork::Sample(Sample { subscription: 0, writer: [1; 16], number, endian, bytes })
     }
 
     #[test]
@@ -238,12 +202,9 @@ mod tests {
         let mut reception = reception();
         let hello = [3, 0, 0, 0, b'a', b'b', 0];
         for sample in [text(1, &hello), text(1, &hello), text(2, &hello), text(3, &[1])] {
-            assert_eq!(reception.take(&sample, Instant::now()), Ok(None));
+            assert_eq!(reception.take(&sample, Instant::now()), Ok(()));
         }
-        assert_eq!(
-            reception.take(&frame(&FromNetwork::Unreadable(0, "line\nbreak")), Instant::now()),
-            Ok(None)
-        );
+        assert_eq!(reception.take(&FromNetwork::Unreadable(0, "line\nbreak"), Instant::now()), Ok(()));
         let status = reception.statuses().next().unwrap();
         assert_eq!((status.received, status.undecodable), (2, 2));
         assert_eq!(std::iter::from_fn(|| reception.inbox().try_take()).count(), 2);
@@ -252,18 +213,14 @@ mod tests {
     #[test]
     fn topics_that_do_not_exist_are_violations() {
         let mut reception = reception();
-        assert_eq!(
-            reception.take(&frame(&FromNetwork::Unreadable(1, "")), Instant::now()),
-            Err(Violation::Topic(1))
-        );
+        let unknown = FromNetwork::Unreadable(1, "");
+        assert_eq!(reception.take(&unknown, Instant::now()), Err(Violation::Topic(1)));
         let mut status = |readers: &[u32], other_writers: &[u32], writers: &[u32]| {
             let [readers, other_writers, writers] = [readers, other_writers, writers].map(<[u32]>::to_vec);
             let status = NetworkStatus { readers, writers, other_writers, ..NetworkStatus::default() };
-            reception
-                .take(&frame(&FromNetwork::Status(status)), Instant::now())
-                .map(|signal| signal.is_some())
+            reception.take(&FromNetwork::Status(status), Instant::now())
         };
-        assert_eq!(status(&[1, 2], &[0, 1], &[3]), Ok(true));
+        assert_eq!(status(&[1, 2], &[0, 1], &[3]), Ok(()));
         assert_eq!(status(&[1], &[0, 1], &[3]), Err(Violation::Topic(1)));
         assert_eq!(status(&[1, 2], &[0, 1, 2], &[3]), Err(Violation::Topic(3)));
         assert_eq!(status(&[1, 2], &[0, 1], &[]), Err(Violation::Topic(0)));
@@ -274,7 +231,6 @@ mod tests {
 
     #[test]
     fn a_text_stays_on_its_line() {
-        let failed = reception().take(&frame(&FromNetwork::Failed("a\nb")), Instant::now());
-        assert_eq!(failed, Ok(Some(NetworkSignal::Failed("a b".to_owned()))));
+        assert_eq!(printable("a\nb"), "a b");
     }
 }

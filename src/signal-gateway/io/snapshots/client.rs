@@ -41,10 +41,7 @@ pub enum ClientError {
 }
 
 impl StatusClient {
-    /// Connects to a socket.
-    ///
-    /// # Errors
-    /// Fails if no process serves it, or access is denied.
+    /// Connects to a socket. Fails if no process serves it, or access is denied.
     pub fn connect(path: &Path) -> Result<Self, ClientError> {
         let stream = UnixStream::connect(path)?;
         stream.set_read_timeout(Some(PATIENCE))?;
@@ -52,9 +49,6 @@ impl StatusClient {
     }
 
     /// Returns the next snapshot, and the line that contained it.
-    ///
-    /// # Errors
-    /// See [`ClientError`].
     pub fn receive(&mut self) -> Result<(Snapshot, String), ClientError> {
         let line = self.line()?;
         let snapshot = parse(&line)?;
@@ -62,9 +56,6 @@ impl StatusClient {
     }
 
     /// Requests changes from the gateway's history.
-    ///
-    /// # Errors
-    /// See [`ClientError`].
     pub fn history(&mut self, request: HistoryRequest) -> Result<HistoryPage, ClientError> {
         let request = serde_json::to_string(&request).map_err(ClientError::Unreadable)?;
         self.0.get_mut().write_all(format!("{request}\n").as_bytes())?;
@@ -95,10 +86,7 @@ impl StatusClient {
     }
 }
 
-/// Parses a line from the socket.
-///
-/// # Errors
-/// Fails if the line is not a snapshot.
+/// Parses a line from the socket. Fails if the line is not a snapshot.
 pub fn parse(line: &str) -> Result<Snapshot, ClientError> {
     serde_json::from_str(line).map_err(ClientError::Unreadable)
 }

@@ -38,26 +38,15 @@ const MODE: u32 = 0o660;
 /// Reason why there is no status socket.
 #[derive(Debug, thiserror::Error)]
 pub enum SocketError {
-    /// Another process serves the socket.
-    #[error("{} is in use by another process", path.display())]
-    InUse {
-        /// Path of the socket.
-        path: PathBuf,
-    },
+    /// Another process serves the socket of this path.
+    #[error("{} is in use by another process", .0.display())]
+    InUse(PathBuf),
     /// The path exists but is not a socket.
-    #[error("{} exists and is not a socket", path.display())]
-    NotASocket {
-        /// Path of the socket.
-        path: PathBuf,
-    },
-    /// The system refuses to create the socket.
-    #[error("{}: {error}", path.display())]
-    System {
-        /// Path of the socket.
-        path: PathBuf,
-        /// Error of the system.
-        error: io::Error,
-    },
+    #[error("{} exists and is not a socket", .0.display())]
+    NotASocket(PathBuf),
+    /// The system refuses to create the socket of this path.
+    #[error("{path}: {1}", path = .0.display())]
+    System(PathBuf, io::Error),
 }
 
 /// A bound socket. Dropping it removes its file, unless another process has replaced the file.
@@ -72,12 +61,9 @@ pub struct StatusSocket {
 
 impl StatusSocket {
     /// Binds the path. Replaces a stale socket, but not a socket that a process serves.
-    ///
-    /// # Errors
-    /// See [`SocketError`].
     pub fn bind(path: &Path) -> Result<Self, SocketError> {
-        let system = |error| SocketError::System { path: path.to_owned(), error };
-        let in_use = || SocketError::InUse { path: path.to_owned() };
+        let system = |error| SocketError::System(path.to_owned(), error);
+        let in_use = || SocketError::InUse(path.to_owned());
         let mut lock_name = path.as_os_str().to_owned();
         lock_name.push(".lock");
         let lock =
@@ -89,7 +75,7 @@ impl StatusSocket {
         }
         match fs::symlink_metadata(path) {
             Ok(found) if !found.file_type().is_socket() => {
-                return Err(SocketError::NotASocket { path: path.to_owned() });
+                return Err(SocketError::NotASocket(path.to_owned()));
             }
             // Served by a process that holds no lock, such as another program.
             Ok(_) if UnixStream::connect(path).is_ok() => return Err(in_use()),
@@ -104,15 +90,7 @@ impl StatusSocket {
         Ok(Self { path: path.to_owned(), inode, listener, _lock: lock })
     }
 
-    /// Path of the socket.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Returns a listener on the socket.
-    ///
-    /// # Errors
-    /// Fails if the listener cannot be duplicated.
+    /// Returns a listener on the socket. Fails if the listener cannot be duplicated.
     pub fn listener(&self) -> io::Result<UnixListener> {
         self.listener.try_clone()
     }
@@ -135,10 +113,8 @@ pub struct HistoryAnswer {
     pub history: HistoryPage,
 }
 
-/// Serves clients forever; `history` answers their requests for changes.
-///
-/// # Errors
-/// Fails if the runtime does not accept the listener.
+/// Serves clients forever; `history` answers their requests for changes. Fails if the runtime does not accept
+/// the listener.
 pub async fn serve(
     listener: UnixListener,
     source: SnapshotSource,

@@ -21,7 +21,7 @@ pub(super) enum StampPosition {
 /// An element of the array that a message consists of.
 pub(super) trait ArrayElement: Serialize {
     /// The item of [`LightsContent`](traffic_lights::emission::LightsContent) that the element shows.
-    type Item: Debug + Clone;
+    type Item: Debug + Clone + PartialEq;
     /// Position of the stamp in the message.
     const STAMP: StampPosition;
     /// Alignment of the first field, bytes.
@@ -31,7 +31,9 @@ pub(super) trait ArrayElement: Serialize {
     fn new(item: &Self::Item, stamp: WallStamp, compat: Compat) -> Self;
 
     /// Returns true if both items have the same element, apart from stamps.
-    fn is_same(one: &Self::Item, other: &Self::Item) -> bool;
+    fn is_same(one: &Self::Item, other: &Self::Item) -> bool {
+        one == other
+    }
 }
 
 /// Creates the elements of all items, in order.

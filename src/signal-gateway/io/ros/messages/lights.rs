@@ -1,10 +1,9 @@
 //! Messages with traffic lights: converts an emission to the message of each type.
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
-use super::marker_array::{delete_all, spheres};
-use super::traffic_light_array_v1::light_array_v1;
-use super::traffic_light_group_array::{group_array, signal_array};
+use super::array_element::elements;
+use super::marker_array::delete_all;
 use ros_messages::autoware_perception_msgs::{TrafficLightGroupArray, TrafficSignalArray};
 use ros_messages::rosgraph_msgs::Clock;
 use ros_messages::traffic_simulator_msgs::TrafficLightArrayV1;
@@ -14,7 +13,8 @@ use traffic_lights::compat::Compat;
 use traffic_lights::emission::{Emission, LightsContent};
 
 /// A message that shows traffic lights.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
 pub enum LightsMessage {
     /// One entry for each head.
     ArrayV1(TrafficLightArrayV1),
@@ -35,16 +35,19 @@ impl LightsMessage {
         let stamp = emission.stamp;
         match (&emission.content, lights) {
             (LightsContent::Lights(heads), LightsType::ArrayV1) => {
-                vec![Self::ArrayV1(light_array_v1(heads, compat))]
+                let traffic_lights = elements(heads, stamp, compat);
+                vec![Self::ArrayV1(TrafficLightArrayV1 { traffic_lights })]
             }
             (LightsContent::Groups(groups), LightsType::SignalArray) => {
-                vec![Self::SignalArray(signal_array(groups, stamp, compat))]
+                let signals = elements(groups, stamp, compat);
+                vec![Self::SignalArray(TrafficSignalArray { stamp: stamp.into(), signals })]
             }
             (LightsContent::Groups(groups), LightsType::GroupArray) => {
-                vec![Self::GroupArray(group_array(groups, stamp, compat))]
+                let traffic_light_groups = elements(groups, stamp, compat);
+                vec![Self::GroupArray(TrafficLightGroupArray { stamp: stamp.into(), traffic_light_groups })]
             }
             (LightsContent::Markers(lamps), LightsType::MarkerArray) => {
-                let spheres = Self::MarkerArray(spheres(lamps, stamp, compat));
+                let spheres = Self::MarkerArray(MarkerArray { markers: elements(lamps, stamp, compat) });
                 match compat {
                     Compat::Improved => vec![spheres],
                     Compat::Upstream => vec![Self::MarkerArray(delete_all(stamp)), spheres],
@@ -58,19 +61,6 @@ impl LightsMessage {
                 | LightsContent::Clock,
                 _,
             ) => Vec::new(),
-        }
-    }
-}
-
-/// Serialises the message itself, without the variant.
-impl Serialize for LightsMessage {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::ArrayV1(message) => message.serialize(serializer),
-            Self::SignalArray(message) => message.serialize(serializer),
-            Self::GroupArray(message) => message.serialize(serializer),
-            Self::MarkerArray(message) => message.serialize(serializer),
-            Self::Clock(message) => message.serialize(serializer),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! `visualization_msgs/msg/MarkerArray`: lamps as spheres for a viewer
 //! (docs/spec/traffic-lights.md, "Markers").
 
-use super::array_element::{ArrayElement, StampPosition, elements};
+use super::array_element::{ArrayElement, StampPosition};
 use gateway_base::time::WallStamp;
 use lanelet2_map::light_map::LampColor;
 use ros_messages::geometry_msgs::{Pose, Vector3};
@@ -21,11 +21,6 @@ const DIAMETER_M: f64 = 0.3;
 const ALPHA_OFF: f32 = 0.3;
 /// Upper bound (exclusive) of the lamp numbers in a head.
 const NUMBERS_PER_HEAD: i64 = 4;
-
-/// Creates a sphere for each lamp.
-pub(super) fn spheres(lamps: &[LampMarker], stamp: WallStamp, compat: Compat) -> MarkerArray {
-    MarkerArray { markers: elements(lamps, stamp, compat) }
-}
 
 /// Creates the message that deletes all earlier markers. Upstream sends it before each array of spheres; a
 /// single publisher that always draws all lamps does not need it (Q19).
@@ -57,10 +52,6 @@ impl ArrayElement for Marker {
             color: ColorRGBA { r, g, b, a: if marker.is_on { 1.0 } else { ALPHA_OFF } },
             ..Self::default()
         }
-    }
-
-    fn is_same(one: &LampMarker, other: &LampMarker) -> bool {
-        one == other
     }
 }
 

@@ -12,61 +12,52 @@ use ros_messages::nav_msgs::Odometry;
 use turn_signal::planner_input::{self, OperationMode, PlannerInput, PlannerRoute};
 use turn_signal::route::Segment;
 
-/// A message that is an input of the decider.
-pub trait IntoPlannerInput {
-    /// Converts the message to an input.
-    fn into_planner_input(self) -> PlannerInput;
+/// Converts pose and speed.
+pub fn odometry(message: Odometry) -> PlannerInput {
+    let (pose, speed_mps) = (plane_pose(message.pose.pose), message.twist.twist.linear.x);
+    let odometry = planner_input::Odometry { pose, speed_mps };
+    PlannerInput::Odometry { odometry, stamp: message.header.stamp.into() }
 }
 
-impl IntoPlannerInput for Odometry {
-    fn into_planner_input(self) -> PlannerInput {
-        let (pose, speed_mps) = (plane_pose(self.pose.pose), self.twist.twist.linear.x);
-        let odometry = planner_input::Odometry { pose, speed_mps };
-        PlannerInput::Odometry { odometry, stamp: self.header.stamp.into() }
+/// Converts the operation mode.
+pub fn operation_mode(message: OperationModeState) -> PlannerInput {
+    PlannerInput::OperationMode(OperationMode {
+        mode: message.mode,
+        is_autoware_control_enabled: message.is_autoware_control_enabled,
+        is_in_transition: message.is_in_transition,
+    })
+}
+
+/// Converts the path.
+pub fn planned_path(message: PathWithLaneId) -> PlannerInput {
+    let point = |PathPointWithLaneId { point, lane_ids }| planner_input::PlannedPathPoint {
+        pose: plane_pose(point.pose),
+        speed_mps: point.longitudinal_velocity_mps.into(),
+        lanes: lane_ids,
+    };
+    PlannerInput::PlannedPath(message.points.into_iter().map(point).collect())
+}
+
+/// Converts the trajectory of a planner without planning factors.
+pub fn trajectory(message: Trajectory) -> PlannerInput {
+    let point = |point: TrajectoryPoint| planner_input::TrajectoryPoint {
+        pose: plane_pose(point.pose),
+        speed_mps: point.longitudinal_velocity_mps.into(),
+    };
+    PlannerInput::Trajectory(message.points.into_iter().map(point).collect())
+}
+
+/// Converts the goal as moved by the goal planner.
+pub fn modified_goal(message: PoseWithUuidStamped) -> PlannerInput {
+    PlannerInput::ModifiedGoal {
+        route: u128::from_be_bytes(message.uuid.uuid),
+        goal: plane_pose(message.pose),
     }
 }
 
-impl IntoPlannerInput for OperationModeState {
-    fn into_planner_input(self) -> PlannerInput {
-        PlannerInput::OperationMode(OperationMode {
-            mode: self.mode,
-            is_autoware_control_enabled: self.is_autoware_control_enabled,
-            is_in_transition: self.is_in_transition,
-        })
-    }
-}
-
-impl IntoPlannerInput for PathWithLaneId {
-    fn into_planner_input(self) -> PlannerInput {
-        let point = |PathPointWithLaneId { point, lane_ids }| planner_input::PlannedPathPoint {
-            pose: plane_pose(point.pose),
-            speed_mps: point.longitudinal_velocity_mps.into(),
-            lanes: lane_ids,
-        };
-        PlannerInput::PlannedPath(self.points.into_iter().map(point).collect())
-    }
-}
-
-impl IntoPlannerInput for Trajectory {
-    fn into_planner_input(self) -> PlannerInput {
-        let point = |point: TrajectoryPoint| planner_input::TrajectoryPoint {
-            pose: plane_pose(point.pose),
-            speed_mps: point.longitudinal_velocity_mps.into(),
-        };
-        PlannerInput::Trajectory(self.points.into_iter().map(point).collect())
-    }
-}
-
-impl IntoPlannerInput for PoseWithUuidStamped {
-    fn into_planner_input(self) -> PlannerInput {
-        PlannerInput::ModifiedGoal { route: u128::from_be_bytes(self.uuid.uuid), goal: plane_pose(self.pose) }
-    }
-}
-
-impl IntoPlannerInput for Scenario {
-    fn into_planner_input(self) -> PlannerInput {
-        PlannerInput::LaneDriving(self.current_scenario == Scenario::LANEDRIVING)
-    }
+/// Converts the planning scenario.
+pub fn scenario(message: Scenario) -> PlannerInput {
+    PlannerInput::LaneDriving(message.current_scenario == Scenario::LANEDRIVING)
 }
 
 fn is_lanelet(primitive: &LaneletPrimitive) -> bool {
@@ -85,15 +76,14 @@ fn lanes(segment: &LaneletSegment) -> Option<Segment> {
     Some(Segment { preferred, lanes })
 }
 
-impl IntoPlannerInput for LaneletRoute {
-    fn into_planner_input(self) -> PlannerInput {
-        PlannerInput::Route(Arc::new(PlannerRoute {
-            id: u128::from_be_bytes(self.uuid.uuid),
-            start: plane_pose(self.start_pose),
-            goal: plane_pose(self.goal_pose),
-            segments: self.segments.iter().filter_map(lanes).collect(),
-        }))
-    }
+/// Converts the route.
+pub fn route(message: LaneletRoute) -> PlannerInput {
+    PlannerInput::Route(Arc::new(PlannerRoute {
+        id: u128::from_be_bytes(message.uuid.uuid),
+        start: plane_pose(message.start_pose),
+        goal: plane_pose(message.goal_pose),
+        segments: message.segments.iter().filter_map(lanes).collect(),
+    }))
 }
 
 #[cfg(test)]

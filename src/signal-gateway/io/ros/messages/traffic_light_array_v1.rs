@@ -1,16 +1,11 @@
 //! `traffic_simulator_msgs/msg/TrafficLightArrayV1`: one entry per head, without a stamp.
 
-use super::array_element::{ArrayElement, StampPosition, elements};
+use super::array_element::{ArrayElement, StampPosition};
 use super::element::{element, id};
 use gateway_base::time::WallStamp;
-use ros_messages::traffic_simulator_msgs::{TrafficLightArrayV1, TrafficLightV1};
+use ros_messages::traffic_simulator_msgs::TrafficLightV1;
 use traffic_lights::compat::Compat;
 use traffic_lights::emission::LightState;
-
-/// Creates the message that shows `heads`, including dark heads.
-pub(super) fn light_array_v1(heads: &[LightState], compat: Compat) -> TrafficLightArrayV1 {
-    TrafficLightArrayV1 { traffic_lights: elements(heads, WallStamp::default(), compat) }
-}
 
 impl ArrayElement for TrafficLightV1 {
     type Item = LightState;
@@ -23,9 +18,5 @@ impl ArrayElement for TrafficLightV1 {
             lanelet_way_id: id(head.way_id, compat),
             traffic_light_bulbs: head.bulbs.iter().map(bulb).collect(),
         }
-    }
-
-    fn is_same(one: &LightState, other: &LightState) -> bool {
-        one == other
     }
 }

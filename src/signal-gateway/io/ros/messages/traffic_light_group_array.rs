@@ -5,12 +5,11 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use super::array_element::{ArrayElement, StampPosition, elements};
+use super::array_element::{ArrayElement, StampPosition};
 use super::element::{bulb, group_elements, id};
 use gateway_base::time::WallStamp;
 use ros_messages::autoware_perception_msgs::{
-    PredictedTrafficLightState, TrafficLightElement, TrafficLightGroup, TrafficLightGroupArray,
-    TrafficSignal, TrafficSignalArray,
+    PredictedTrafficLightState, TrafficLightElement, TrafficLightGroup, TrafficLightGroupArray, TrafficSignal,
 };
 use traffic_lights::bulb::BulbSet;
 use traffic_lights::compat::Compat;
@@ -63,15 +62,6 @@ fn elements_of(elements: &[TrafficLightElement]) -> Option<Vec<GroupElement>> {
     elements.iter().map(element).collect()
 }
 
-/// Creates the message that shows `groups`.
-pub(super) fn group_array(
-    groups: &[Arc<GroupState>],
-    stamp: WallStamp,
-    compat: Compat,
-) -> TrafficLightGroupArray {
-    TrafficLightGroupArray { stamp: stamp.into(), traffic_light_groups: elements(groups, stamp, compat) }
-}
-
 /// Converts a message to an input for a store. A group without elements removes its state; a group with an
 /// undefined number is omitted as a whole and counted; for a prediction, only the prediction is omitted. Only
 /// V2I states have predictions.
@@ -110,6 +100,7 @@ pub fn groups_for_arbiter(message: &TrafficLightGroupArray) -> TrafficLightInput
     let rejected = u32::try_from(message.traffic_light_groups.len() - groups.len()).unwrap_or(u32::MAX);
     TrafficLightInput::Camera { stamp: message.stamp.into(), groups: groups.into(), rejected }
 }
+
 impl ArrayElement for TrafficLightGroup {
     type Item = Arc<GroupState>;
     const STAMP: StampPosition = StampPosition::Message;
@@ -127,15 +118,6 @@ impl ArrayElement for TrafficLightGroup {
     fn is_same(one: &Arc<GroupState>, other: &Arc<GroupState>) -> bool {
         Arc::ptr_eq(one, other) || one == other
     }
-}
-
-/// Creates the message that shows `groups`, without their predictions.
-pub(super) fn signal_array(
-    groups: &[Arc<GroupState>],
-    stamp: WallStamp,
-    compat: Compat,
-) -> TrafficSignalArray {
-    TrafficSignalArray { stamp: stamp.into(), signals: elements(groups, stamp, compat) }
 }
 
 impl ArrayElement for TrafficSignal {

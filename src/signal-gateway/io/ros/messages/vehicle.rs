@@ -1,5 +1,7 @@
 //! `autoware_vehicle_msgs`, and the doors: reports on the vehicle, and commands for its lights.
 
+use serde::Serialize;
+
 use gateway_base::time::WallStamp;
 use gateway_core::control_mode::ControlMode;
 use gateway_core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
@@ -21,7 +23,7 @@ const BASE_LINK: &str = "base_link";
 /// Conversion of an output to its message.
 pub trait ToRos {
     /// The message.
-    type Message;
+    type Message: Serialize + Send + 'static;
 
     /// Creates the message; `stamp` is the receive time of the newest frame it is based on, or the time of
     /// the decision.

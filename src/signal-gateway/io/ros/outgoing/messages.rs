@@ -11,7 +11,6 @@ use serde::{Serialize, Serializer};
 
 use crate::io::ros::messages::{ToRos, diagnostic_array, factors_of_decision, section_markers};
 use crate::io::ros::topics::OutgoingTopic;
-use gateway_base::time::WallStamp;
 use gateway_core::gateway::event::Output;
 use gateway_core::vehicle_lights::output::VehicleLightsOutput;
 use gateway_core::vehicle_report::Step;
@@ -63,14 +62,6 @@ impl Publication {
     pub(crate) fn of(message: impl Serialize + Send + 'static) -> Self {
         Self::Publish(Box::new(message))
     }
-
-    /// Creates the publication of a report.
-    fn report<T, M: Serialize + Send + 'static>(step: Step<T>, message: fn(T, WallStamp) -> M) -> Self {
-        match step {
-            Step::Publish(value, stamp) => Self::of(message(value, stamp)),
-            Step::Withdraw => Self::Withdraw,
-        }
-    }
 }
 
 impl fmt::Debug for Publication {
@@ -87,11 +78,10 @@ impl fmt::Debug for Publication {
 pub(crate) fn publications(output: &Output, hardware_id: &str) -> Vec<(OutgoingTopic, Publication)> {
     match output {
         Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step)) => {
-            let report = Publication::report(*step, ToRos::to_ros);
-            vec![(OutgoingTopic::TurnIndicatorsReport, report)]
+            vec![report(OutgoingTopic::TurnIndicatorsReport, *step)]
         }
         Output::VehicleLights(VehicleLightsOutput::HazardLights(step)) => {
-            vec![(OutgoingTopic::HazardLightsReport, Publication::report(*step, ToRos::to_ros))]
+            vec![report(OutgoingTopic::HazardLightsReport, *step)]
         }
         Output::VehicleStatus(output) => vec![status(*output)],
         Output::Diagnostics { diagnostics, stamp } => {
@@ -99,16 +89,13 @@ pub(crate) fn publications(output: &Output, hardware_id: &str) -> Vec<(OutgoingT
             vec![(OutgoingTopic::Diagnostics, Publication::of(array))]
         }
         Output::TurnSignal(TurnSignalOutput::TurnCommand { command, stamp }) => {
-            let message = command.to_ros(*stamp);
-            vec![(OutgoingTopic::TurnCommand, Publication::of(message))]
+            vec![(OutgoingTopic::TurnCommand, Publication::of(command.to_ros(*stamp)))]
         }
         Output::TurnSignal(TurnSignalOutput::HazardCommand { command, stamp }) => {
-            let message = command.to_ros(*stamp);
-            vec![(OutgoingTopic::HazardCommand, Publication::of(message))]
+            vec![(OutgoingTopic::HazardCommand, Publication::of(command.to_ros(*stamp)))]
         }
         Output::TurnSignal(TurnSignalOutput::Sections { decision, stamp }) => {
-            let (drawn, stamp) = ([Arc::clone(decision), Arc::clone(decision)], *stamp);
-            let [markers, factors] = drawn;
+            let (markers, factors, stamp) = (Arc::clone(decision), Arc::clone(decision), *stamp);
             let markers = Lazy(move || section_markers(&markers, stamp));
             let factors = Lazy(move || factors_of_decision(&factors, stamp));
             vec![
@@ -125,22 +112,21 @@ pub(crate) fn publications(output: &Output, hardware_id: &str) -> Vec<(OutgoingT
 /// Returns the publication of a vehicle-status output.
 fn status(output: VehicleStatusOutput) -> (OutgoingTopic, Publication) {
     match output {
-        VehicleStatusOutput::Velocity(step) => {
-            (OutgoingTopic::VelocityReport, Publication::report(step, ToRos::to_ros))
-        }
-        VehicleStatusOutput::Steering(step) => {
-            (OutgoingTopic::SteeringReport, Publication::report(step, ToRos::to_ros))
-        }
-        VehicleStatusOutput::Gear(step) => {
-            (OutgoingTopic::GearReport, Publication::report(step, ToRos::to_ros))
-        }
-        VehicleStatusOutput::ControlMode(step) => {
-            (OutgoingTopic::ControlModeReport, Publication::report(step, ToRos::to_ros))
-        }
-        VehicleStatusOutput::Doors(step) => {
-            (OutgoingTopic::DoorStatusArray, Publication::report(step, ToRos::to_ros))
-        }
+        VehicleStatusOutput::Velocity(step) => report(OutgoingTopic::VelocityReport, step),
+        VehicleStatusOutput::Steering(step) => report(OutgoingTopic::SteeringReport, step),
+        VehicleStatusOutput::Gear(step) => report(OutgoingTopic::GearReport, step),
+        VehicleStatusOutput::ControlMode(step) => report(OutgoingTopic::ControlModeReport, step),
+        VehicleStatusOutput::Doors(step) => report(OutgoingTopic::DoorStatusArray, step),
     }
+}
+
+/// Returns the publication of a report.
+fn report(topic: OutgoingTopic, step: Step<impl ToRos>) -> (OutgoingTopic, Publication) {
+    let publication = match step {
+        Step::Publish(value, stamp) => Publication::of(value.to_ros(stamp)),
+        Step::Withdraw => Publication::Withdraw,
+    };
+    (topic, publication)
 }
 
 /// All messages that wait to be sent.

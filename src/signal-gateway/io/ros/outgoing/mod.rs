@@ -90,19 +90,6 @@ impl Outgoing {
         let OutgoingSource::Topic(topic) = self.source else { return false };
         matches!(topic.row().flow, TopicFlow::VehicleLights | TopicFlow::VehicleStatus)
     }
-
-    /// Returns a short name for texts.
-    pub(in crate::io) fn label(&self) -> &'static str {
-        match self.source {
-            OutgoingSource::Topic(topic) => topic.row().label,
-            OutgoingSource::Lights(LightsTopic::GroundTruth, ..) => "lights",
-            OutgoingSource::Lights(LightsTopic::Camera, ..) => "camera lights",
-            OutgoingSource::Lights(LightsTopic::V2i, ..) => "V2I lights",
-            OutgoingSource::Lights(LightsTopic::Arbiter, ..) => "arbiter lights",
-            OutgoingSource::Lights(LightsTopic::Markers, ..) => "markers",
-            OutgoingSource::Lights(LightsTopic::Clock, ..) => "clock",
-        }
-    }
 }
 
 /// Returns all published topics, with the traffic lights before the topics of the decider.
@@ -117,15 +104,26 @@ pub(in crate::io) fn table(topics: &Topics, durability: Durability) -> Vec<Outgo
 /// The encoders of traffic lights. Topics with the same source share one.
 pub(in crate::io) type LightsEncoders = HashMap<OutgoingSource, LightsEncoder>;
 
+/// A message cannot be encoded, for this reason.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub(in crate::io) struct EncodingError(String);
+
+impl From<cdr_encoding::Error> for EncodingError {
+    fn from(error: cdr_encoding::Error) -> Self {
+        Self(error.to_string())
+    }
+}
+
 /// Returns the orders for the messages, each with the position of its topic in the table. A message that is
-/// published on several topics is encoded once. An error is the text of the encoder.
+/// published on several topics is encoded once.
 pub(in crate::io) fn orders(
     table: &[Outgoing],
     encoders: &mut LightsEncoders,
     messages: &OutgoingMessages,
-) -> Vec<(usize, Result<Order, String>)> {
+) -> Vec<(usize, Result<Order, EncodingError>)> {
     let mut orders = Vec::new();
-    let mut made: Vec<(OutgoingSource, Result<Vec<CdrBytes>, String>)> = Vec::new();
+    let mut made: HashMap<OutgoingSource, Result<Vec<CdrBytes>, EncodingError>> = HashMap::new();
     for (position, outgoing) in table.iter().enumerate() {
         match outgoing.source {
             OutgoingSource::Topic(topic) => {
@@ -133,17 +131,12 @@ pub(in crate::io) fn orders(
             }
             source @ OutgoingSource::Lights(topic, lights, compat) => {
                 let Some(emission) = messages.lights.get(&topic) else { continue };
-                let known =
-                    made.iter().find(|(known, _)| *known == source).map(|(_, samples)| samples.clone());
-                let samples = known.unwrap_or_else(|| {
+                let samples = made.entry(source).or_insert_with(|| {
                     let encoder =
                         encoders.entry(source).or_insert_with(|| LightsEncoder::new(lights, compat));
-                    let samples = encoder.encode(emission);
-                    let samples = samples.map_err(|error| error.to_string());
-                    made.push((source, samples.clone()));
-                    samples
+                    Ok(encoder.encode(emission)?)
                 });
-                orders.push((position, samples.map(Order::Publish)));
+                orders.push((position, samples.clone().map(Order::Publish)));
             }
         }
     }
@@ -151,11 +144,11 @@ pub(in crate::io) fn orders(
 }
 
 /// Returns the order to publish the messages that wait for a topic, or to withdraw the published message.
-fn order(waiting: &VecDeque<Publication>) -> Result<Order, String> {
+fn order(waiting: &VecDeque<Publication>) -> Result<Order, EncodingError> {
     let mut samples = Vec::new();
     for publication in waiting {
         match publication {
-            Publication::Publish(message) => samples.push(message.cdr().map_err(|error| error.to_string())?),
+            Publication::Publish(message) => samples.push(message.cdr()?),
             Publication::Withdraw => samples.clear(),
         }
     }
@@ -202,29 +195,29 @@ mod tests {
         let table = table(&topics(), configured);
         let actual: Vec<_> = table
             .iter()
-            .map(|outgoing| (outgoing.label(), outgoing.durability, outgoing.depth, outgoing.delivery))
+            .map(|outgoing| (outgoing.name.as_str(), outgoing.durability, outgoing.depth, outgoing.delivery))
             .collect();
         let (kept, volatile) = (Durability::TransientLocal, Durability::Volatile);
         assert_eq!(
             actual,
             [
-                ("turn", configured, 1, Delivery::Report),
-                ("hazard", configured, 1, Delivery::Report),
-                ("velocity", volatile, 1, Delivery::Live),
-                ("steering", volatile, 1, Delivery::Live),
-                ("gear", configured, 1, Delivery::Report),
-                ("control mode", configured, 1, Delivery::Report),
-                ("doors", configured, 1, Delivery::Report),
-                ("diagnostics", volatile, 10, Delivery::Once),
-                ("V2I lights", kept, 10, Delivery::Stream),
-                ("V2I lights", kept, 10, Delivery::Stream),
-                ("V2I lights", kept, 10, Delivery::Stream),
-                ("markers", kept, 1, Delivery::Stream),
-                ("turn command", volatile, 1, Delivery::Once),
-                ("hazard command", volatile, 1, Delivery::Once),
-                ("section markers", volatile, 1, Delivery::Once),
-                ("planning factors", volatile, 1, Delivery::Once),
-                ("log", kept, 100, Delivery::Log),
+                ("/vehicle/status/turn_indicators_status", configured, 1, Delivery::Report),
+                ("/vehicle/status/hazard_lights_status", configured, 1, Delivery::Report),
+                ("/i", volatile, 1, Delivery::Live),
+                ("/j", volatile, 1, Delivery::Live),
+                ("/k", configured, 1, Delivery::Report),
+                ("/l", configured, 1, Delivery::Report),
+                ("/m", configured, 1, Delivery::Report),
+                ("/diagnostics", volatile, 10, Delivery::Once),
+                ("/a", kept, 10, Delivery::Stream),
+                ("/b", kept, 10, Delivery::Stream),
+                ("/c", kept, 10, Delivery::Stream),
+                ("/d", kept, 1, Delivery::Stream),
+                ("/e", volatile, 1, Delivery::Once),
+                ("/f", volatile, 1, Delivery::Once),
+                ("/g", volatile, 1, Delivery::Once),
+                ("/h", volatile, 1, Delivery::Once),
+                ("/rosout", kept, 100, Delivery::Log),
             ]
         );
     }
@@ -234,7 +227,7 @@ mod tests {
         let table = table(&topics(), Durability::Volatile);
         assert!(table.iter().all(|outgoing| {
             let is_shared = matches!(outgoing.source, OutgoingSource::Lights(..));
-            is_shared || outgoing.label() == "log" || outgoing.durability == Durability::Volatile
+            is_shared || outgoing.name == "/rosout" || outgoing.durability == Durability::Volatile
         }));
     }
 

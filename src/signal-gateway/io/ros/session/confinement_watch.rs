@@ -2,12 +2,13 @@
 
 use std::io;
 use std::os::fd::{AsRawFd as _, OwnedFd};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread;
 
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::Errno;
 
+use crate::io::lock::lock;
 use crate::process_status::confinement::Confinement;
 use ros_transport::link::{Layers, confinement_report};
 use ros_transport::system_call_name;
@@ -30,17 +31,14 @@ impl ConfinementWatch {
 
     /// Returns the confinement; `None` until the process has reported it.
     pub(super) fn confinement(&self) -> Option<Confinement> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        lock(&self.0).clone()
     }
 }
 
 fn listen(socket: OwnedFd, without: Layers, known: &Mutex<Option<Confinement>>) -> io::Result<()> {
     let Some((missing, listener)) = confinement_report::receive(&socket)? else { return Ok(()) };
     drop(socket);
-    let note = |note: &dyn Fn(&mut Confinement)| {
-        note(known.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_default());
-    };
-    note(&|confinement| confinement.missing = missing.with(without));
+    lock(known).get_or_insert_default().missing = missing.with(without);
     let Some(listener) = listener else { return Ok(()) };
     loop {
         let mut ready = [PollFd::new(&listener, PollFlags::IN)];
@@ -50,13 +48,12 @@ fn listen(socket: OwnedFd, without: Layers, known: &Mutex<Option<Confinement>>) 
         }
         let Some(call) = refuse(&listener)? else { continue };
         let name = system_call_name(call).unwrap_or("unknown");
-        note(&|confinement| {
-            let count = confinement.refused.entry(name).or_default();
-            *count += 1;
-            if *count == 1 {
-                tracing::warn!("the network process was refused the system call {name}");
-            }
-        });
+        let mut known = lock(known);
+        let count = known.get_or_insert_default().refused.entry(name).or_default();
+        *count += 1;
+        if *count == 1 {
+            tracing::warn!("the network process was refused the system call {name}");
+        }
     }
 }
 

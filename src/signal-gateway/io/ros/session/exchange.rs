@@ -19,17 +19,17 @@ use super::mailbox::Mailbox;
 use super::network_settings::network_settings;
 use super::processor_watch::ProcessorWatch;
 use super::rosout::Rosout;
-use super::status::OutgoingStatus;
 use crate::io::process_log::take_warnings;
 use crate::io::ros::inbox::Inbox;
 use crate::io::ros::outgoing::messages::{OutgoingMessages, Publication};
 use crate::io::ros::outgoing::{LightsEncoders, Outgoing, orders, table};
-use crate::io::ros::reception::{NetworkSignal, TopicReception};
+use crate::io::ros::reception::{TopicReception, printable};
 use crate::io::ros::settings::RosSettings;
 use crate::io::ros::topics::OutgoingTopic;
 use crate::process_status::network::{NetworkFailure, NetworkState};
+use crate::process_status::snapshot::TopicSnapshot;
 use ros_transport::link::{
-    Link, LostLines, NetworkSettings, NetworkStatus, Order, ToNetwork, Violation, ZenohLinks,
+    FromNetwork, Link, LostLines, NetworkSettings, NetworkStatus, Order, ToNetwork, Violation, ZenohLinks,
 };
 use ros_transport::settings::Transport;
 
@@ -113,17 +113,18 @@ struct Active {
     status: NetworkStatus,
 }
 
-/// Reason for the end of the communication with a network side.
-enum Over {
-    /// Its end of the link is closed.
-    Closed,
-    /// The network side has failed and is no longer usable.
-    Failed(NetworkFailure),
+/// The end of the communication with a network side, with its failure; `None` if its end of the link is closed.
+struct Over(Option<NetworkFailure>);
+
+impl From<NetworkFailure> for Over {
+    fn from(failure: NetworkFailure) -> Self {
+        Self(Some(failure))
+    }
 }
 
 impl From<Violation> for Over {
     fn from(violation: Violation) -> Self {
-        Self::Failed(NetworkFailure::Violation(violation.to_string()))
+        NetworkFailure::Violation(violation.to_string()).into()
     }
 }
 
@@ -140,7 +141,7 @@ impl Exchange {
         let reception = TopicReception::new(&settings.subscriptions, table.len(), inbox);
         mailbox.update_status(|status| {
             status.running = true;
-            status.outgoing = table.iter().map(OutgoingStatus::unread).collect();
+            status.outgoing = table.iter().map(|outgoing| TopicSnapshot::unmatched(&outgoing.name)).collect();
             status.incoming = reception.statuses().cloned().collect();
         });
         Self {
@@ -264,7 +265,7 @@ impl Exchange {
     }
 
     fn exchange(&mut self, now: Instant) {
-        let Err(over) = self.converse(now) else { return };
+        let Err(Over(failure)) = self.converse(now) else { return };
         let NetworkPhase::Active(active) =
             std::mem::replace(&mut self.phase, NetworkPhase::Down { until: now })
         else {
@@ -272,10 +273,6 @@ impl Exchange {
         };
         self.lost_lines = self.lost_lines.plus(active.lost_lines());
         let Active { mut host, mut link, joined, had_echo, was_heard, .. } = *active;
-        let failure = match over {
-            Over::Closed => None,
-            Over::Failed(failure) => Some(failure),
-        };
         if let Some(NetworkFailure::NotStarted(reason)) = &failure {
             let error = match self.settings.transport {
                 Transport::Dds => RosError::Dds(reason.clone()),
@@ -309,8 +306,10 @@ impl Exchange {
         let NetworkPhase::Active(active) = &mut self.phase else { return Ok(()) };
         let read = active.link.read();
         while let Some(frame) = active.link.next_frame()? {
-            match (self.reception.take(frame, now)?, active.joined) {
-                (Some(NetworkSignal::Ready), None) => {
+            let message = FromNetwork::decode(frame)?;
+            self.reception.take(&message, now)?;
+            match (message, active.joined) {
+                (FromNetwork::Ready, None) => {
                     active.joined = Some(now);
                     active.liveness.joined();
                     (self.state.is_up, self.state.has_echo) = (true, true);
@@ -323,17 +322,17 @@ impl Exchange {
                         let _ = starter.send(Ok(()));
                     }
                 }
-                (Some(NetworkSignal::Failed(reason)), None) => {
-                    return Err(Over::Failed(NetworkFailure::NotStarted(reason)));
+                (FromNetwork::Failed(reason), None) => {
+                    return Err(NetworkFailure::NotStarted(printable(reason)).into());
                 }
-                (Some(NetworkSignal::Status(status)), Some(_)) => {
+                (FromNetwork::Status(status), Some(_)) => {
                     let unheard = status.unheard_writers.saturating_sub(active.status.unheard_writers);
                     if unheard > 0 {
                         self.reception.note_taken_anew(unheard, now);
                     }
                     active.status = status;
                 }
-                (Some(NetworkSignal::Pong { number, has_echo, is_heard }), Some(_)) => {
+                (FromNetwork::Pong { number, has_echo, is_heard }, Some(_)) => {
                     active.liveness.pong(number, is_heard)?;
                     if is_heard {
                         active.was_heard = true;
@@ -345,21 +344,20 @@ impl Exchange {
                         self.echo_way.note_come();
                     }
                 }
-                (None, Some(_)) => {}
-                (Some(NetworkSignal::Ready | NetworkSignal::Failed(_)), Some(_))
-                | (Some(NetworkSignal::Status(_) | NetworkSignal::Pong { .. }) | None, None) => {
+                (FromNetwork::Sample(_) | FromNetwork::Unreadable(..), Some(_)) => {}
+                (FromNetwork::Ready | FromNetwork::Failed(_), Some(_)) | (_, None) => {
                     return Err(Violation::OutOfTurn.into());
                 }
             }
         }
-        read.map_err(|_| Over::Closed)?;
+        read.map_err(|_| Over(None))?;
         let Active { host, liveness, status, .. } = &mut **active;
         let looked = liveness.look(now, || host.look().threads);
         // A thread cannot be killed, and may be in a debugger.
         if host.is_isolated() {
-            looked.map_err(Over::Failed)?;
+            looked?;
             if self.crowd.look(show::peers(status), now) {
-                return Err(Over::Failed(NetworkFailure::Crowded));
+                return Err(NetworkFailure::Crowded.into());
             }
         }
         if active.link.waiting() == 0 {
@@ -369,7 +367,7 @@ impl Exchange {
         if let Some(number) = active.joined.and_then(|_| active.liveness.next_ping(now)) {
             active.link.queue(&ToNetwork::Ping(number));
         }
-        active.link.flush().map_err(|_| Over::Closed)
+        active.link.flush().map_err(|_| Over(None))
     }
 
     /// Takes the waiting messages. Warnings continue to wait until the network has been joined.
@@ -395,7 +393,7 @@ impl Exchange {
         for (position, order) in orders(&self.table, &mut self.encoders, messages) {
             match order {
                 Ok(order) => self.send(position, order),
-                Err(error) => self.count_send_error(&error),
+                Err(error) => self.count_send_error(&error.to_string()),
             }
         }
     }
@@ -403,14 +401,10 @@ impl Exchange {
     fn send(&mut self, position: usize, order: Order) {
         let is_kept = self.table.get(position).is_some_and(|outgoing| outgoing.delivery.is_kept());
         let message = ToNetwork::Order(u16::try_from(position).unwrap_or(u16::MAX), order);
-        let is_sent = match &mut self.phase {
-            NetworkPhase::Active(active) if active.joined.is_some() => active.link.queue(&message),
-            NetworkPhase::Active(_)
-            | NetworkPhase::Ending { .. }
-            | NetworkPhase::Down { .. }
-            | NetworkPhase::Refused => true,
-        };
-        if !is_sent {
+        if let NetworkPhase::Active(active) = &mut self.phase
+            && active.joined.is_some()
+            && !active.link.queue(&message)
+        {
             self.count_send_error("it is too large");
         }
         if let (ToNetwork::Order(_, order), Some(current)) = (message, self.current.get_mut(position))
@@ -486,13 +480,12 @@ impl Drop for Exchange {
         };
         if let Some(host) = host.filter(|host| host.is_isolated()) {
             host.kill();
-            let looks = std::iter::repeat_with(|| host.end().is_some());
-            let _ = looks.take(10).find(|has_ended| {
-                if !has_ended {
-                    thread::sleep(END_TICK);
+            for _ in 0..10 {
+                if host.end().is_some() {
+                    break;
                 }
-                *has_ended
-            });
+                thread::sleep(END_TICK);
+            }
         }
         self.mailbox.update_status(|status| status.running = false);
         self.reception.inbox().close();

@@ -1,10 +1,11 @@
 //! Messages from the caller to the session's thread, and the thread's status for the caller.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::Mutex;
 
 use tokio::sync::Notify;
 
 use super::status::RosStatus;
+use crate::io::lock::lock;
 use crate::io::ros::outgoing::messages::OutgoingMessages;
 use gateway_core::gateway::event::Output;
 use ros_transport::parameters::Parameters;
@@ -58,15 +59,10 @@ impl Mailbox {
         lock(&self.status).clone()
     }
 
-    /// Changes the status that the caller sees.
-    pub(super) fn update_status(&self, change: impl FnOnce(&mut RosStatus)) {
-        change(&mut lock(&self.status));
+    /// Changes or reads the status that the caller sees.
+    pub(super) fn update_status<T>(&self, change: impl FnOnce(&mut RosStatus) -> T) -> T {
+        change(&mut lock(&self.status))
     }
-}
-
-/// A panic cannot leave the data behind these locks inconsistent.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

@@ -29,8 +29,7 @@ mod threads;
 
 use std::io;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
-use std::thread;
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
 pub use ros_transport::DISTRO;
@@ -47,12 +46,13 @@ pub use super::settings::{Isolation, RosSettings};
 pub use super::topics::{
     Durability, LightsTopicSettings, OutgoingTopic, Reliability, Subscription, SubscriptionKind, Topics,
 };
+use crate::io::awaited_thread::AwaitedThread;
 use error::LAST_DOMAIN;
 pub use error::RosError;
 use exchange::Exchange;
 use gateway_core::gateway::event::Output;
 use mailbox::Mailbox;
-pub use status::{OutgoingStatus, RosStatus};
+pub use status::RosStatus;
 
 /// Maximum time that [`RosSession::stop`] waits for DDS to leave the graph.
 const STOP_PATIENCE: Duration = Duration::from_millis(450);
@@ -65,7 +65,7 @@ pub struct RosSession {
     mailbox: Arc<Mailbox>,
     inbox: Arc<Inbox>,
     hardware_id: String,
-    ended: Receiver<()>,
+    thread: AwaitedThread,
 }
 
 impl RosSession {
@@ -76,7 +76,6 @@ impl RosSession {
         let has_other_distribution = warn_of_other_distribution();
         let mailbox = Arc::new(Mailbox::default());
         let hardware_id = settings.hardware_id.clone();
-        let (end_sender, ended) = channel();
         let (ready_sender, ready) = channel();
         let inbox = Arc::new(Inbox::default());
         let runtime = Builder::new_current_thread().enable_all().build()?;
@@ -84,14 +83,10 @@ impl RosSession {
         if has_other_distribution {
             exchange.stay_outside_graph();
         }
-        thread::Builder::new().name("ros".to_owned()).spawn(move || {
-            // Dropped last, even on a panic, which wakes `stop`.
-            let _end = end_sender;
-            runtime.block_on(exchange.run());
-        })?;
+        let thread = AwaitedThread::start("ros", move || runtime.block_on(exchange.run()))?;
         match ready.recv_timeout(START_PATIENCE) {
             Ok(Err(error)) => Err(error),
-            Ok(Ok(())) | Err(RecvTimeoutError::Timeout) => Ok(Self { mailbox, inbox, hardware_id, ended }),
+            Ok(Ok(())) | Err(RecvTimeoutError::Timeout) => Ok(Self { mailbox, inbox, hardware_id, thread }),
             Err(RecvTimeoutError::Disconnected) => {
                 Err(RosError::Start(io::Error::other("it ended while starting")))
             }
@@ -114,6 +109,11 @@ impl RosSession {
         Arc::clone(&self.inbox)
     }
 
+    /// Returns true until the session's thread has ended; nothing is published then.
+    pub fn is_running(&self) -> bool {
+        self.mailbox.update_status(|status| status.running)
+    }
+
     /// Returns state and counts of the session.
     pub fn status(&self) -> RosStatus {
         self.mailbox.status()
@@ -123,8 +123,7 @@ impl RosSession {
     /// is left to end by itself.
     pub fn stop(self) {
         self.mailbox.stop();
-        // Returns when the thread has ended or the time is up.
-        let _ = self.ended.recv_timeout(STOP_PATIENCE);
+        let _ = self.thread.ends_within(STOP_PATIENCE);
     }
 }
 

@@ -9,7 +9,7 @@ use std::os::unix::net::UnixStream;
 use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
 use std::process::{Child, ExitStatus};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::Mutex;
 use std::time::Duration;
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -21,6 +21,7 @@ use serde::{Deserialize, Serialize};
 
 use super::child::{ProcessReading, failure, spawn};
 use crate::io::hangup::ignore_hangup;
+use crate::io::lock::lock;
 use crate::process_status::network::NetworkFailure;
 use ros_transport::link::datagram;
 
@@ -96,14 +97,14 @@ impl Supervised {
 
     /// Returns the cause of its end; `None` if it has not ended.
     pub(super) fn end(&self) -> Option<NetworkFailure> {
-        let mut seen = self.seen();
+        let mut seen = lock(&self.seen);
         seen.take(&self.socket);
         seen.end.clone()
     }
 
     /// Reads its measurements now; all are `None` if the supervisor does not answer at once.
     pub(super) fn look(&self) -> ProcessReading {
-        let mut seen = self.seen();
+        let mut seen = lock(&self.seen);
         seen.reading = None;
         if seen.end.is_none() && send(&self.socket, &SupervisorOrder::Look, &[]).is_ok() {
             // The answer to an earlier request that timed out may come first; it serves as well.
@@ -111,10 +112,6 @@ impl Supervised {
             seen.take(&self.socket);
         }
         seen.reading.clone().unwrap_or_default()
-    }
-
-    fn seen(&self) -> MutexGuard<'_, ObservedService> {
-        self.seen.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -140,10 +137,8 @@ impl ObservedService {
 }
 
 /// Supervises a network process, which runs this program, for the gateway at the other end of standard input.
-/// The hidden command `network-supervisor` calls this.
-///
-/// # Errors
-/// Fails if standard input is not such a connection, or a process cannot be started.
+/// The hidden command `network-supervisor` calls this. Fails if standard input is not such a connection, or a
+/// process cannot be started.
 pub fn run(program: &Path) -> io::Result<()> {
     ignore_hangup();
     set_dumpable_behavior(DumpableBehavior::NotDumpable)?;

@@ -1,4 +1,4 @@
-//! The flows to which topics belong.
+//! The flows to which topics belong, and the keys that name them.
 
 /// The flow that a topic belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -10,4 +10,13 @@ pub enum TopicFlow {
     TrafficLights,
     TurnSignal,
     Command,
+}
+
+/// A key of the configuration that names a topic.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TopicKey {
+    /// Section of the configuration, e.g. `ros.topics`.
+    pub section: &'static str,
+    /// Key in the section.
+    pub key: &'static str,
 }

@@ -1,6 +1,6 @@
 //! The subscribed topics.
 
-use super::flow::TopicFlow;
+use super::flow::{TopicFlow, TopicKey};
 use ros_messages::autoware_adapi_v1_msgs::OperationModeState;
 use ros_messages::autoware_internal_planning_msgs::{PathWithLaneId, PlanningFactorArray, Scenario};
 use ros_messages::autoware_perception_msgs::TrafficLightGroupArray;
@@ -82,8 +82,8 @@ pub enum SubscriptionKind {
 pub struct IncomingRow {
     /// The flow that receives the messages.
     pub flow: TopicFlow,
-    /// Section and key of the configuration that name the topic; `None` for a topic whose name is fixed.
-    pub key: Option<(&'static str, &'static str)>,
+    /// Key of the configuration that names the topic; `None` for a topic whose name is fixed.
+    pub key: Option<TopicKey>,
     /// Absolute name unless configured; empty for a topic that is subscribed to only if the configuration
     /// names it.
     pub default_name: &'static str,
@@ -98,21 +98,26 @@ pub struct IncomingRow {
 }
 
 const fn lights(key: &'static str, type_name: TypeName) -> IncomingRow {
-    newest(TopicFlow::TrafficLights, Some(("traffic_lights.inputs", key)), "", type_name)
+    newest(TopicFlow::TrafficLights, Some(TopicKey { section: "traffic_lights.inputs", key }), "", type_name)
 }
 
 const fn decider(key: &'static str, default_name: &'static str, type_name: TypeName) -> IncomingRow {
-    newest(TopicFlow::TurnSignal, Some(("turn_signal.inputs", key)), default_name, type_name)
+    newest(
+        TopicFlow::TurnSignal,
+        Some(TopicKey { section: "turn_signal.inputs", key }),
+        default_name,
+        type_name,
+    )
 }
 
 const fn command(key: &'static str, default_name: &'static str, type_name: TypeName) -> IncomingRow {
-    newest(TopicFlow::Command, Some(("command.topics", key)), default_name, type_name)
+    newest(TopicFlow::Command, Some(TopicKey { section: "command.topics", key }), default_name, type_name)
 }
 
 /// A topic of which only new messages count, since an earlier message may be outdated.
 const fn newest(
     flow: TopicFlow,
-    key: Option<(&'static str, &'static str)>,
+    key: Option<TopicKey>,
     default_name: &'static str,
     type_name: TypeName,
 ) -> IncomingRow {

@@ -10,7 +10,7 @@ mod incoming;
 use std::collections::BTreeMap;
 
 use super::messages::LightsType;
-pub use flow::TopicFlow;
+pub use flow::{TopicFlow, TopicKey};
 pub use incoming::{IncomingRow, Subscription, SubscriptionKind};
 use ros_messages::TypeName;
 use ros_messages::autoware_adapi_v1_msgs::DoorStatusArray;
@@ -54,12 +54,10 @@ pub enum OutgoingTopic {
 pub struct OutgoingRow {
     /// The topic of this row.
     pub topic: OutgoingTopic,
-    /// Short name for use in texts.
-    pub label: &'static str,
     /// The flow whose outputs are published.
     pub flow: TopicFlow,
-    /// Section and key of the configuration that name the topic; `None` for a topic whose name is fixed.
-    pub key: Option<(&'static str, &'static str)>,
+    /// Key of the configuration that names the topic; `None` for a topic whose name is fixed.
+    pub key: Option<TopicKey>,
     /// Absolute name unless configured; empty for a topic that is published only if the configuration names
     /// it.
     pub default_name: &'static str,
@@ -92,8 +90,7 @@ pub enum RowDurability {
 pub const OUTGOING: [OutgoingRow; 13] = [
     OutgoingRow {
         topic: OutgoingTopic::TurnIndicatorsReport,
-        label: "turn",
-        key: Some(("ros.topics", "turn_indicators_status")),
+        key: Some(TopicKey { section: "ros.topics", key: "turn_indicators_status" }),
         default_name: "/vehicle/status/turn_indicators_status",
         type_name: TurnIndicatorsReport::TYPE_NAME,
         doc: "TurnIndicatorsReport",
@@ -101,8 +98,7 @@ pub const OUTGOING: [OutgoingRow; 13] = [
     },
     OutgoingRow {
         topic: OutgoingTopic::HazardLightsReport,
-        label: "hazard",
-        key: Some(("ros.topics", "hazard_lights_status")),
+        key: Some(TopicKey { section: "ros.topics", key: "hazard_lights_status" }),
         default_name: "/vehicle/status/hazard_lights_status",
         type_name: HazardLightsReport::TYPE_NAME,
         doc: "HazardLightsReport",
@@ -110,8 +106,7 @@ pub const OUTGOING: [OutgoingRow; 13] = [
     },
     OutgoingRow {
         topic: OutgoingTopic::VelocityReport,
-        label: "velocity",
-        key: Some(("ros.topics", "velocity_status")),
+        key: Some(TopicKey { section: "ros.topics", key: "velocity_status" }),
         default_name: "/vehicle/status/velocity_status",
         type_name: VelocityReport::TYPE_NAME,
         doc: "VelocityReport; \"\": not published",
@@ -119,8 +114,7 @@ pub const OUTGOING: [OutgoingRow; 13] = [
     },
     OutgoingRow {
         topic: OutgoingTopic::SteeringReport,
-        label: "steering",
-        key: Some(("ros.topics", "steering_status")),
+        key: Some(TopicKey { section: "ros.topics", key: "steering_status" }),
         default_name: "/vehicle/status/steering_status",
         type_name: SteeringReport::TYPE_NAME,
         doc: "SteeringReport; \"\": not published",
@@ -128,8 +122,7 @@ pub const OUTGOING: [OutgoingRow; 13] = [
     },
     OutgoingRow {
         topic: OutgoingTopic::GearReport,
-        label: "gear",
-        key: Some(("ros.topics", "gear_status")),
+        key: Some(TopicKey { section: "ros.topics", key: "gear_status" }),
         default_name: "/vehicle/status/gear_status",
         type_name: GearReport::TYPE_NAME,
         doc: "GearReport; \"\": not published",
@@ -137,8 +130,7 @@ pub const OUTGOING: [OutgoingRow; 13] = [
     },
     OutgoingRow {
         topic: OutgoingTopic::ControlModeReport,
-        label: "control mode",
-        key: Some(("ros.topics", "control_mode_status")),
+        key: Some(TopicKey { section: "ros.topics", key: "control_mode_status" }),
         default_name: "/vehicle/status/control_mode",
         type_name: ControlModeReport::TYPE_NAME,
         doc: "ControlModeReport; \"\": not published",
@@ -146,8 +138,7 @@ pub const OUTGOING: [OutgoingRow; 13] = [
     },
     OutgoingRow {
         topic: OutgoingTopic::DoorStatusArray,
-        label: "doors",
-        key: Some(("ros.topics", "doors_status")),
+        key: Some(TopicKey { section: "ros.topics", key: "doors_status" }),
         default_name: "/vehicle/doors/status",
         type_name: DoorStatusArray::TYPE_NAME,
         doc: "DoorStatusArray; \"\": not published",
@@ -155,9 +146,8 @@ pub const OUTGOING: [OutgoingRow; 13] = [
     },
     OutgoingRow {
         topic: OutgoingTopic::Diagnostics,
-        label: "diagnostics",
         flow: TopicFlow::Gateway,
-        key: Some(("ros.topics", "diagnostics")),
+        key: Some(TopicKey { section: "ros.topics", key: "diagnostics" }),
         default_name: "/diagnostics",
         type_name: DiagnosticArray::TYPE_NAME,
         doc: "DiagnosticArray",
@@ -169,8 +159,7 @@ pub const OUTGOING: [OutgoingRow; 13] = [
     },
     OutgoingRow {
         topic: OutgoingTopic::TurnCommand,
-        label: "turn command",
-        key: Some(("turn_signal.outputs", "turn_command")),
+        key: Some(TopicKey { section: "turn_signal.outputs", key: "turn_command" }),
         default_name: "/planning/turn_indicators_cmd",
         type_name: TurnIndicatorsCommand::TYPE_NAME,
         doc: "TurnIndicatorsCommand",
@@ -178,8 +167,7 @@ pub const OUTGOING: [OutgoingRow; 13] = [
     },
     OutgoingRow {
         topic: OutgoingTopic::HazardCommand,
-        label: "hazard command",
-        key: Some(("turn_signal.outputs", "hazard_command")),
+        key: Some(TopicKey { section: "turn_signal.outputs", key: "hazard_command" }),
         default_name: "/planning/hazard_lights_cmd",
         type_name: HazardLightsCommand::TYPE_NAME,
         doc: "HazardLightsCommand",
@@ -187,16 +175,14 @@ pub const OUTGOING: [OutgoingRow; 13] = [
     },
     OutgoingRow {
         topic: OutgoingTopic::SectionMarkers,
-        label: "section markers",
-        key: Some(("turn_signal.outputs", "markers")),
+        key: Some(TopicKey { section: "turn_signal.outputs", key: "markers" }),
         type_name: MarkerArray::TYPE_NAME,
         doc: "e.g. \"/turn_signal/sections\": the sections as markers for RViz; also in shadow mode",
         ..DECISION
     },
     OutgoingRow {
         topic: OutgoingTopic::PlanningFactors,
-        label: "planning factors",
-        key: Some(("turn_signal.outputs", "planning_factors")),
+        key: Some(TopicKey { section: "turn_signal.outputs", key: "planning_factors" }),
         type_name: PlanningFactorArray::TYPE_NAME,
         doc: "e.g. \"/planning/planning_factors/signal_gateway\": what is signalled, as a planning factor; also in \
               shadow mode",
@@ -204,7 +190,6 @@ pub const OUTGOING: [OutgoingRow; 13] = [
     },
     OutgoingRow {
         topic: OutgoingTopic::Log,
-        label: "log",
         flow: TopicFlow::Gateway,
         key: None,
         default_name: LOG_NAME,
@@ -223,7 +208,6 @@ pub const OUTGOING: [OutgoingRow; 13] = [
 /// Default row of a report.
 const REPORT: OutgoingRow = OutgoingRow {
     topic: OutgoingTopic::TurnIndicatorsReport,
-    label: "",
     flow: TopicFlow::VehicleLights,
     key: None,
     default_name: "",
@@ -282,8 +266,8 @@ impl Default for Topics {
             OutgoingTopic::HazardLightsReport,
             OutgoingTopic::Diagnostics,
         ];
-        let none = Self { names: BTreeMap::new(), lights: Vec::new() };
-        topics.into_iter().fold(none, |topics, topic| topics.with(topic, topic.row().default_name))
+        let names = topics.map(|topic| (topic, topic.row().default_name.to_owned()));
+        Self { names: names.into(), lights: Vec::new() }
     }
 }
 
@@ -295,12 +279,6 @@ impl Topics {
         } else {
             self.names.insert(topic, name.to_owned());
         }
-        self
-    }
-
-    /// Returns the topics with these traffic-light topics.
-    pub fn with_lights(mut self, lights: Vec<LightsTopicSettings>) -> Self {
-        self.lights = lights;
         self
     }
 

@@ -4,7 +4,6 @@ use std::time::{Duration, Instant};
 
 use super::{Active, Exchange, NetworkPhase};
 use crate::io::ros::session::crowd::MAX_PEERS;
-use crate::io::ros::session::status::OutgoingStatus;
 use crate::process_status::network::{Burden, NetworkState, SharedTopic};
 use ros_transport::link::{LostLines, NetworkStatus};
 
@@ -23,18 +22,12 @@ impl Exchange {
                 || (is_up, has_echo) != (&self.state.is_up, &self.state.has_echo)
                 || (restarts, last_failure) != (&self.state.restarts, &self.state.last_failure)
         });
+        let active = if let NetworkPhase::Active(active) = &self.phase { Some(active) } else { None };
         let none = NetworkStatus::default();
-        let (seen, joined) = match &self.phase {
-            NetworkPhase::Active(active) => (&active.status, active.joined),
-            NetworkPhase::Ending { .. } | NetworkPhase::Down { .. } | NetworkPhase::Refused => (&none, None),
-        };
+        let (seen, joined) = active.map_or((&none, None), |active| (&active.status, active.joined));
         if is_due {
             self.state.age = joined.map(|joined| now.saturating_duration_since(joined));
             self.state.peers = peers(seen);
-            let active = match &self.phase {
-                NetworkPhase::Active(active) => Some(active),
-                NetworkPhase::Ending { .. } | NetworkPhase::Down { .. } | NetworkPhase::Refused => None,
-            };
             let reading = active.map(|active| active.host.look()).unwrap_or_default();
             self.state.processor_percent = self.processor.look(reading.threads, now);
             self.state.memory_bytes = reading.memory_bytes;
@@ -56,27 +49,25 @@ impl Exchange {
             self.state.lost_lines = self.lost_lines.plus(lost_lines);
             self.noted = Some((self.state.clone(), now));
         }
-        let count = |count: u32| usize::try_from(count).unwrap_or(usize::MAX);
+        let count = |counts: &[u32], index| counts.get(index).copied().map_or(0, u64::from);
         self.mailbox.update_status(|status| {
             for (index, outgoing) in status.outgoing.iter_mut().enumerate() {
-                outgoing.readers = seen.readers.get(index).copied().map_or(0, count);
-                outgoing.other_writers = seen.other_writers.get(index).copied().map_or(0, count);
+                outgoing.peers = count(&seen.readers, index);
+                outgoing.other_writers = count(&seen.other_writers, index);
             }
             for (shown, incoming) in status.incoming.iter_mut().zip(self.reception.statuses()) {
                 shown.clone_from(incoming);
             }
-            status.missing_peers = count(seen.missing_peers);
-            status.has_probe = seen.has_probe;
-            status.rebuilds = seen.rebuilds;
-            status.unanswered_requests = seen.unanswered_requests;
-            status.write_errors = seen.write_errors.saturating_add(self.send_errors);
+            status.seen.clone_from(seen);
+            status.send_errors = self.send_errors;
             if is_due {
                 status.network.clone_from(&self.state);
             }
-            let shared = status.outgoing.iter().filter(|topic| topic.is_report && topic.other_writers > 0);
-            let shared = shared.map(|OutgoingStatus { name, other_writers, .. }| SharedTopic {
-                name: name.to_string(),
-                other_writers: *other_writers,
+            let written = status.outgoing.iter().zip(&self.table);
+            let shared = written.filter(|(topic, outgoing)| outgoing.is_report() && topic.other_writers > 0);
+            let shared = shared.map(|(topic, _)| SharedTopic {
+                name: topic.name.clone(),
+                other_writers: topic.other_writers,
             });
             status.network.shared_topics = shared.collect();
         });
