@@ -54,7 +54,7 @@ impl Endian {
 /// Reason why bytes are not a message of the topic.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum Unreadable {
-    /// The bytes have another layout, or are truncated; contains the decoder's text.
+    /// The bytes have another layout, are truncated, or have a value that is not defined; contains the reason.
     #[error("{0}")]
     Layout(String),
     /// The bytes have another layout that happens to begin like this one.
@@ -73,9 +73,6 @@ pub enum Unreadable {
         /// Maximum accepted length.
         limit: usize,
     },
-    /// The hazard command has an undefined value.
-    #[error("{0} is not a hazard command")]
-    Hazard(u8),
 }
 
 /// Decodes a message from its bytes, without their encapsulation header.

@@ -98,13 +98,13 @@ impl Identifier {
         let at = MonoTime::ZERO.after(Duration::from_nanos(u64::try_from(nanos).unwrap_or(0)));
         self.now = self.now.max(at);
         let id = frame.id();
-        let position = self.interfaces.iter().position(|known| known.name == interface);
-        let position = position.unwrap_or_else(|| {
-            self.interfaces
-                .push(InterfaceEvidence { name: interface.to_owned(), ..InterfaceEvidence::default() });
-            self.interfaces.len() - 1
-        });
-        let interface = &mut self.interfaces[position];
+        if !self.interfaces().any(|known| known == interface) {
+            let name = interface.to_owned();
+            self.interfaces.push(InterfaceEvidence { name, ..InterfaceEvidence::default() });
+        }
+        let Some(interface) = self.interfaces.iter_mut().find(|known| known.name == interface) else {
+            return;
+        };
         if interface.fingerprint.frame(frame) {
             interface.heartbeats.extend(self.heartbeats.get(id));
         }
@@ -163,8 +163,8 @@ impl Identifier {
     }
 
     /// Returns the profiles with received messages, best first, each on the interface that it fits best.
-    pub fn candidates(&self) -> Vec<ProfileCandidate<'_>> {
-        let of_profile = |(position, profile): (usize, &'_ KnownProfile)| {
+    pub fn candidates<'a>(&'a self) -> Vec<ProfileCandidate<'a>> {
+        let candidate = |(position, profile): (usize, &'a KnownProfile)| {
             let fits = self.interfaces.iter().filter_map(move |interface| {
                 let evidence = interface.evidence.get(&position)?;
                 let mut heartbeats = profile.heartbeats.clone();
@@ -173,26 +173,18 @@ impl Identifier {
                 let platform = interface.fingerprint.compare_best(lists);
                 Some((interface, evidence, fit(evidence, &heartbeats, platform)?))
             });
-            fits.max_by_key(|(_, _, fit)| (fit.verdict, fit.score))
-        };
-        let mut candidates: Vec<_> = self
-            .profiles
-            .iter()
-            .enumerate()
-            .filter_map(|(position, profile)| {
-                let (interface, evidence, fit) = of_profile((position, profile))?;
-                let (name, vehicle, bus) = (profile.name, profile.vehicle.as_str(), profile.bus.as_str());
-                Some(ProfileCandidate {
-                    profile: name,
-                    vehicle,
-                    reports: &profile.reports,
-                    bus,
-                    interface: &interface.name,
-                    fit,
-                    evidence,
-                })
+            let (interface, evidence, fit) = fits.max_by_key(|(_, _, fit)| (fit.verdict, fit.score))?;
+            Some(ProfileCandidate {
+                profile: profile.name,
+                vehicle: &profile.vehicle,
+                reports: &profile.reports,
+                bus: &profile.bus,
+                interface: &interface.name,
+                fit,
+                evidence,
             })
-            .collect();
+        };
+        let mut candidates: Vec<_> = self.profiles.iter().enumerate().filter_map(candidate).collect();
         candidates.sort_by_key(|candidate| std::cmp::Reverse((candidate.fit.verdict, candidate.fit.score)));
         candidates
     }

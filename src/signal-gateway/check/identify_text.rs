@@ -40,11 +40,7 @@ pub fn text(identifier: &Identifier, log: Option<&Path>, all: bool, layout: Layo
         add(&mut text, candidate, layout);
     }
     let refuted = candidates.iter().filter(|candidate| candidate.fit.verdict == FitVerdict::No).count();
-    let hidden = candidates.len().saturating_sub(if all {
-        candidates.len()
-    } else {
-        listed.min(candidates.len() - refuted)
-    });
+    let hidden = candidates.len() - listed.min(candidates.len() - refuted);
     let mut end = vec![conclusion(&candidates, log, interfaces.len() > 1)];
     if hidden > 0 && !all {
         let (hidden, pronoun) = if hidden == 1 {
@@ -174,12 +170,13 @@ fn support_text(candidate: &ProfileCandidate<'_>, support: &Support) -> String {
             format!("{}: an identifier of 29 bits", name(*message))
         }
         Support::Sides { left, right } => {
-            let sides: Vec<_> = [(*left, "left"), (*right, "right")]
-                .into_iter()
-                .filter_map(|(was_on, side)| was_on.then_some(side))
-                .collect();
-            let verb = if sides.len() > 1 { "were" } else { "was" };
-            format!("{} {verb} on and off again, as by a driver", sides.join(" and "))
+            let sides = match (left, right) {
+                (true, true) => "left and right were",
+                (true, false) => "left was",
+                (false, true) => "right was",
+                (false, false) => " was",
+            };
+            format!("{sides} on and off again, as by a driver")
         }
         Support::NamedValues => "the state changed, and the profile names every value".to_owned(),
         Support::Platform { title, explained, identifiers } => {

@@ -55,8 +55,8 @@ struct MessageState<'a> {
 impl<'a> LiveMessages<'a> {
     /// Creates an empty table for the buses of a configuration.
     pub fn new(settings: &'a Settings) -> Self {
-        let bus = |interface: &String| LiveBus { interface: interface.clone(), ..LiveBus::default() };
-        let buses = settings.gateway.buses.iter().map(|described| bus(&described.interface)).collect();
+        let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone());
+        let buses = interfaces.map(|interface| LiveBus { interface, ..LiveBus::default() }).collect();
         let databases = settings.dbcs.iter().map(|dbc| &dbc.database).collect();
         Self { reader: FrameReader::new(settings), databases, rows: BTreeMap::new(), buses }
     }
@@ -124,11 +124,7 @@ impl<'a> LiveMessages<'a> {
         let others =
             described.filter(|signal| !is_bound(signal)).filter_map(|signal| signal_text(signal, &row.frame));
         MessageRow {
-            interface: self
-                .buses
-                .get(usize::from(bus.0))
-                .map(|bus| bus.interface.clone())
-                .unwrap_or_default(),
+            interface: self.buses.get(usize::from(bus.0)).map_or("", |bus| &bus.interface).to_owned(),
             id,
             bytes: row.frame.data().iter().copied().zip(row.changed.iter().map(since)).collect(),
             period: row.period,

@@ -66,12 +66,7 @@ pub fn binding(settings: &Settings) -> CheckReport {
             report.line("", format!("{path}:{}: {} [{}]", finding.line, finding.reason, finding.excerpt));
         }
     }
-    let v2i = &settings.gateway.v2i;
-    // A message with several uses counts once.
-    let others = v2i.table.messages.iter().filter(|message| !lights.table.messages.contains(message));
-    let known: Vec<_> = lights.table.messages.iter().chain(others).collect();
-    let of_status = vehicle_status::further_messages(&settings.gateway.status, &known);
-    for message in known.iter().copied().chain(of_status) {
+    for message in vehicle_status::bound_messages(settings) {
         let timing = match message.timing {
             Timing::Cyclic { timeout } => {
                 format!("cyclic, unknown after {} ms of silence", timeout.as_millis())
@@ -96,7 +91,7 @@ pub fn binding(settings: &Settings) -> CheckReport {
     hazard_sources(&lights.hazard, &mut report);
     vehicle_status::reports(settings, &mut report);
     commands::commands(settings, &mut report);
-    traffic_lights::sources(v2i, &mut report);
+    traffic_lights::sources(&settings.gateway.v2i, &mut report);
     settings.turn_signal.iter().for_each(|decider| turn_signal::decider(decider, &mut report));
     for note in notes(settings) {
         report.find(Weight::Note, note);

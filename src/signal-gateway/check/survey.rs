@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::decode::signals_in;
 use super::fault_survey::FaultSurvey;
-use super::vehicle_status::{StatusSurvey, further_messages};
+use super::vehicle_status::{StatusSurvey, bound_messages};
 use crate::config::Settings;
 use crate::replay::Replay;
 use can_signal::can::error_frame::{bits, class};
@@ -44,8 +44,7 @@ pub(super) struct ErrorSurvey {
 #[derive(Debug)]
 pub(super) struct RecordingSurvey {
     pub(super) evidence: ProfileEvidence,
-    /// Messages of the vehicle's lights, then messages that only V2I uses, then messages used only for the
-    /// vehicle's status.
+    /// See [`bound_messages`].
     pub(super) bound: Vec<BoundMessage>,
     pub(super) messages: Vec<MessageSurvey>,
     pub(super) errors: BTreeMap<BusIndex, ErrorSurvey>,
@@ -59,9 +58,7 @@ pub(super) struct RecordingSurvey {
     /// Time of the first frame on a configured interface.
     pub(super) start: MonoTime,
     pub(super) published: [Duration; 2],
-    /// Reports of the vehicle's status.
     pub(super) status: StatusSurvey,
-    /// Motion of the vehicle.
     pub(super) motion: KinematicSurvey,
 }
 
@@ -94,13 +91,7 @@ pub(super) const TASKS: [Task; 2] = [Task::TurnIndicators, Task::HazardLights];
 impl RecordingSurvey {
     pub(super) fn new(settings: &Settings, replay: &Replay) -> Self {
         let (lights, start) = (&settings.gateway.lights, replay.now().mono);
-        let known = &lights.table.messages;
-        // A message with both uses counts once.
-        let others = settings.gateway.v2i.table.messages.iter().filter(|message| !known.contains(message));
-        let mut bound: Vec<_> = known.iter().chain(others).cloned().collect();
-        let known: Vec<_> = bound.iter().collect();
-        let of_status: Vec<_> = further_messages(&settings.gateway.status, &known).cloned().collect();
-        bound.extend(of_status);
+        let bound: Vec<_> = bound_messages(settings).into_iter().cloned().collect();
         let databases: Vec<_> = settings.dbcs.iter().map(|dbc| &dbc.database).collect();
         let mut survey = Self {
             evidence: ProfileEvidence::new(lights, &settings.gateway.v2i.table, &databases),

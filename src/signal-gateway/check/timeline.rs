@@ -46,7 +46,6 @@ pub struct TimelineCollector {
     unused: Option<String>,
     lights_left_out: bool,
     frames_left_out: u64,
-    /// Names of the doors.
     doors: Vec<String>,
     curves: BTreeMap<Measure, Curve>,
 }
@@ -94,33 +93,24 @@ impl TimelineCollector {
 
     /// Adds an input. Call it before the gateway handles the input.
     pub fn received(&mut self, input: &CanInput, now: Now) {
-        let at = now.mono;
-        match input {
-            CanInput::Frame { bus, frame, stamp } => self.frame(*bus, frame, *stamp, now),
+        let interface = self.interface(input.bus());
+        let (place, label, tone, text) = match input {
+            CanInput::Frame { bus, frame, stamp } => return self.frame(*bus, frame, *stamp, now),
+            CanInput::BadRecords { .. } => return,
             CanInput::Link { bus, state } => {
                 self.reader.link(*bus, *state);
-                let interface = self.interface(*bus);
-                let text = link_text(&interface, *state);
                 let tone = if *state == LinkState::Up { Tone::Ok } else { Tone::Error };
-                self.begin((Group::Links, 0, interface), at, tone, &text, false);
+                (0, "", tone, link_text(&interface, *state))
             }
-            CanInput::ErrorFrame { bus, error } => {
-                let label = format!("{} error frames", self.interface(*bus));
-                let text = format!("error frame {}", error.log_text());
-                self.begin((Group::Links, 1, label), at, Tone::Warn, &text, false);
+            CanInput::ErrorFrame { error, .. } => {
+                (1, " error frames", Tone::Warn, format!("error frame {}", error.log_text()))
             }
-            CanInput::Controller { bus, report } => {
-                let label = format!("{} controller", self.interface(*bus));
-                let (tone, text) = (Tone::from(report.state.level()), report.to_string());
-                self.begin((Group::Links, 2, label), at, tone, &text, false);
+            CanInput::Controller { report, .. } => {
+                (2, " controller", Tone::from(report.state.level()), report.to_string())
             }
-            CanInput::Drops { bus, lost } => {
-                let label = format!("{} losses", self.interface(*bus));
-                let text = format!("{lost} frames lost by then");
-                self.begin((Group::Links, 3, label), at, Tone::Warn, &text, false);
-            }
-            CanInput::BadRecords { .. } => {}
-        }
+            CanInput::Drops { lost, .. } => (3, " losses", Tone::Warn, format!("{lost} frames lost by then")),
+        };
+        self.begin((Group::Links, place, interface + label), now.mono, tone, &text, false);
     }
 
     /// Adds an output of the last step.
@@ -168,21 +158,17 @@ impl TimelineCollector {
         let Some(ReadFrame { message, outcome }) = self.reader.read(bus, frame, stamp, now) else { return };
         self.unused = outcome.err().map(|unused| unused.to_string());
         (self.last, self.last_kept) = (Some((bus, *frame, stamp, now.mono)), None);
-        let mut values = Vec::new();
-        let signals = self.reader.signals(bus, frame).into_iter().enumerate();
-        for (place, ReadSignal { position, signal, raw, meanings, measured }) in signals {
-            let tone =
-                if self.unused.is_some() { Tone::Warn } else { tone_of(self.reader.state(position, raw)) };
-            let rejected = if self.unused.is_some() { " (rejected)" } else { "" };
+        let is_rejected = self.unused.is_some();
+        let rejected = if is_rejected { " (rejected)" } else { "" };
+        let state = |(place, signal): (usize, ReadSignal<'_>)| {
+            let ReadSignal { position, signal, raw, meanings, measured } = signal;
+            let tone = if is_rejected { Tone::Warn } else { tone_of(self.reader.state(position, raw)) };
             // Measured values are shown as a curve.
             let text = measured.map_or_else(|| format!("{raw} {meanings}"), str::to_owned);
-            values.push((
-                (Group::Raw, message * 1_000 + place, signal.name.clone()),
-                tone,
-                format!("{text}{rejected}"),
-            ));
-        }
-        for (key, tone, text) in values {
+            ((Group::Raw, message * 1_000 + place, signal.name.clone()), tone, text + rejected)
+        };
+        let states: Vec<_> = self.reader.signals(bus, frame).into_iter().enumerate().map(state).collect();
+        for (key, tone, text) in states {
             self.begin(key, now.mono, tone, &text, true);
         }
     }
@@ -221,18 +207,19 @@ impl TimelineCollector {
 
     /// Begins a state of a report with a lane.
     fn report(&mut self, output: VehicleLightsOutput, at: MonoTime) {
-        let (lane, tone) = if let VehicleLightsOutput::TurnIndicators(step) = output {
-            let tone = step.value().map(|value| match value {
-                TurnIndicators::Disable => Tone::Off,
-                TurnIndicators::EnableLeft => Tone::Left,
-                TurnIndicators::EnableRight => Tone::Right,
-            });
-            (0, tone)
-        } else if let VehicleLightsOutput::HazardLights(step) = output {
-            let is_on = step.value().map(|value| value == HazardLights::Enable);
-            (1, is_on.map(|is_on| if is_on { Tone::Hazard } else { Tone::Off }))
-        } else {
-            return;
+        let (lane, tone) = match output {
+            VehicleLightsOutput::TurnIndicators(step) => {
+                let tone = step.value().map(|value| match value {
+                    TurnIndicators::Disable => Tone::Off,
+                    TurnIndicators::EnableLeft => Tone::Left,
+                    TurnIndicators::EnableRight => Tone::Right,
+                });
+                (0, tone)
+            }
+            VehicleLightsOutput::HazardLights(step) => {
+                let is_on = step.value().map(|value| value == HazardLights::Enable);
+                (1, is_on.map(|is_on| if is_on { Tone::Hazard } else { Tone::Off }))
+            }
         };
         let (report, value) = output.named();
         let (tone, text) = (tone.unwrap_or(Tone::Nothing), value.unwrap_or("not published"));
@@ -270,7 +257,7 @@ impl TimelineCollector {
     }
 
     fn turn_signal(&mut self, output: &TurnSignalOutput, at: MonoTime) {
-        match output {
+        let (place, label, tone, text) = match output {
             TurnSignalOutput::TurnCommand { command, .. } => {
                 let tone = match command {
                     TurnCommand::Left => Tone::Left,
@@ -278,8 +265,7 @@ impl TimelineCollector {
                     TurnCommand::Disable => Tone::Off,
                     TurnCommand::NoCommand => Tone::Nothing,
                 };
-                let key = (Group::Commands, 0, "decider: turn".to_owned());
-                self.begin(key, at, tone, &command.to_string(), false);
+                (0, "decider: turn", tone, command.to_string())
             }
             TurnSignalOutput::HazardCommand { command, .. } => {
                 let tone = match command {
@@ -287,11 +273,11 @@ impl TimelineCollector {
                     HazardCommand::Disable => Tone::Off,
                     HazardCommand::NoCommand => Tone::Nothing,
                 };
-                let key = (Group::Commands, 1, "decider: hazard".to_owned());
-                self.begin(key, at, tone, &command.to_string(), false);
+                (1, "decider: hazard", tone, command.to_string())
             }
-            TurnSignalOutput::Decision(_) | TurnSignalOutput::Sections { .. } => {}
-        }
+            TurnSignalOutput::Decision(_) | TurnSignalOutput::Sections { .. } => return,
+        };
+        self.begin((Group::Commands, place, label.to_owned()), at, tone, &text, false);
     }
 
     /// Begins a state of a lane, with the latest bound frame as its cause if `with_frame` is set.

@@ -26,13 +26,16 @@ use vehicle_bringup::plausibility::finding::Severity;
 /// Maximum number of reasons listed for a report.
 const MAX_REASONS: usize = 8;
 
-/// Returns the messages of the status that are not `known` already.
-pub(super) fn further_messages<'a>(
-    status: &'a StatusBinding,
-    known: &[&BoundMessage],
-) -> impl Iterator<Item = &'a BoundMessage> {
-    let known: Vec<_> = known.iter().map(|message| (message.bus, message.ids)).collect();
-    status.table.messages.iter().filter(move |message| !known.contains(&(message.bus, message.ids)))
+/// Returns all bound messages, each once: of the vehicle's lights, then those that only V2I uses, then those
+/// that only the vehicle's status uses.
+pub(super) fn bound_messages(settings: &Settings) -> Vec<&BoundMessage> {
+    let lights = &settings.gateway.lights.table.messages;
+    let v2i = settings.gateway.v2i.table.messages.iter().filter(|message| !lights.contains(message));
+    let mut bound: Vec<_> = lights.iter().chain(v2i).collect();
+    let known: Vec<_> = bound.iter().map(|message| (message.bus, message.ids)).collect();
+    let status = settings.gateway.status.table.messages.iter();
+    bound.extend(status.filter(|message| !known.contains(&(message.bus, message.ids))));
+    bound
 }
 
 /// Returns the names of all reports that a configuration provides, starting with the reports on the lights.

@@ -130,7 +130,6 @@ impl HistoryKeeper {
         }
     }
 
-    /// Returns the history for its readers.
     pub(super) fn shared(&self) -> SharedHistory {
         self.shared.clone()
     }

@@ -8,21 +8,20 @@ use crate::config::Settings;
 use crate::config::gateway::Durability as ConfiguredDurability;
 use crate::config::gateway::command::CommandConfig;
 use crate::config::gateway::topic_names::TopicNames;
-use crate::config::gateway::traffic_lights::LightsOutput;
 use crate::config::gateway::turn_signal::TurnSignalConfig;
 use crate::config::ros_names::{NodeNames, Remapping};
 use crate::io::ros::inbox::Inbox;
 use crate::io::ros::reception::IncomingStatus;
-use crate::io::ros::session::{RosError, RosSession};
+use crate::io::ros::session::{RosError, RosSession, RosStatus};
 use crate::io::ros::settings::{Isolation, RosSettings};
 use crate::io::ros::topics::{
     Durability, LightsTopicSettings, OUTGOING, OutgoingRow, OutgoingTopic, Subscription, SubscriptionKind,
     TopicFlow, TopicKey, Topics,
 };
 use crate::process_status::network::NetworkState;
-use crate::process_status::snapshot::RosSnapshot;
-use crate::process_status::snapshot::TopicSnapshot;
+use crate::process_status::snapshot::{RosSnapshot, TopicSnapshot};
 use gateway_base::near_miss::mistyped;
+use gateway_base::time::millis;
 use gateway_core::command::settings::{CommandSource, ModeFrom};
 use gateway_core::gateway::event::Output;
 use gateway_core::vehicle_lights::binding::{HazardBinding, TurnBinding};
@@ -111,11 +110,9 @@ impl Publisher {
 
     /// Returns the domain and its transport, as text.
     pub fn graph(&self) -> String {
-        if let Some(session) = &self.session {
-            let zenoh = if session.status().network.links.is_some() { " over Zenoh" } else { "" };
-            return format!("ROS 2 domain {}{zenoh}", self.domain_id);
-        }
-        "ROS 2 off".to_owned()
+        let Some(network) = self.network() else { return "ROS 2 off".to_owned() };
+        let zenoh = if network.links.is_some() { " over Zenoh" } else { "" };
+        format!("ROS 2 domain {}{zenoh}", self.domain_id)
     }
 
     /// Returns the state of the network side; `None` without a session.
@@ -125,18 +122,24 @@ impl Publisher {
 
     /// Returns the state of the ROS 2 connection for clients; `None` without a session.
     pub fn snapshot(&self) -> Option<RosSnapshot> {
-        let status = self.session.as_ref()?.status();
+        let RosStatus { outgoing, incoming, seen, send_errors, network, .. } =
+            self.session.as_ref()?.status();
         let read = |read: &IncomingStatus| TopicSnapshot {
             peers: read.writers.into(),
             ..TopicSnapshot::unmatched(&read.name)
         };
         Some(RosSnapshot {
             domain_id: self.domain_id,
-            read: status.incoming.iter().map(read).collect(),
-            missing_peers: status.seen.missing_peers.into(),
-            write_errors: status.write_errors(),
-            written: status.outgoing,
-            ..RosSnapshot::of(&status.network)
+            is_up: network.is_up,
+            restarts: network.restarts,
+            last_failure: network.last_failure,
+            joined_ms: network.age.map(millis),
+            memory_bytes: network.memory_bytes,
+            written: outgoing,
+            read: incoming.iter().map(read).collect(),
+            links: network.links,
+            missing_peers: seen.missing_peers.into(),
+            write_errors: seen.write_errors.saturating_add(send_errors),
         })
     }
 
@@ -242,8 +245,13 @@ fn configured_topics(settings: &Settings) -> Topics {
     if !decider.is_some_and(TurnSignalConfig::publishes_commands) {
         topics = topics.with(OutgoingTopic::TurnCommand, "").with(OutgoingTopic::HazardCommand, "");
     }
-    topics.lights =
-        settings.light_topics.outputs.iter().map(|output| light_output(output, settings)).collect();
+    let lights = settings.light_topics.outputs.iter().map(|output| LightsTopicSettings {
+        topic: output.topic,
+        name: output.name.clone(),
+        lights: output.message,
+        compat: settings.light_topics.compat,
+    });
+    topics.lights = lights.collect();
     topics
 }
 
@@ -255,15 +263,6 @@ const fn status_topic(report: StatusReport) -> OutgoingTopic {
         StatusReport::Gear => OutgoingTopic::GearReport,
         StatusReport::ControlMode => OutgoingTopic::ControlModeReport,
         StatusReport::Doors => OutgoingTopic::DoorStatusArray,
-    }
-}
-
-fn light_output(lights_output: &LightsOutput, settings: &Settings) -> LightsTopicSettings {
-    LightsTopicSettings {
-        topic: lights_output.topic,
-        name: lights_output.name.clone(),
-        lights: lights_output.message,
-        compat: settings.light_topics.compat,
     }
 }
 

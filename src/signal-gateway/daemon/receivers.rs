@@ -29,7 +29,6 @@ pub(super) struct Receivers {
     /// Received identifiers, by bus.
     ids: Vec<IdFilter>,
     tasks: JoinSet<()>,
-    /// Interface of each task.
     interfaces: HashMap<task::Id, String>,
 }
 

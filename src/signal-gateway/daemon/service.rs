@@ -1,6 +1,5 @@
 //! Service duties of the process: service manager, signals, and clients.
 
-use std::future::pending;
 use std::io;
 use std::time::{Duration, Instant};
 
@@ -8,6 +7,7 @@ use tokio::time::{Interval, MissedTickBehavior, interval};
 
 use super::signals::{ReloadSignal, StopSignals};
 use super::watching::Clients;
+use crate::io::optional_future::or_never;
 use crate::io::precise_timer::PreciseTimer;
 use crate::io::ros::inbox::Arrival;
 use crate::io::systemd::Supervisor;
@@ -64,7 +64,7 @@ impl Service {
             tokio::select! {
                 biased;
                 () = self.stop.requested() => return Woken::Stop,
-                () = ping_due(&mut self.ping_interval) => self.supervisor.feed_watchdog(),
+                _ = or_never(self.ping_interval.as_mut().map(Interval::tick)) => self.supervisor.feed_watchdog(),
                 () = self.reload.requested() => return Woken::Reload,
                 () = self.clients.feed.due() => return Woken::Show,
             }
@@ -125,11 +125,4 @@ fn ping_interval(period: Duration) -> Interval {
     let mut ping_interval = interval(period);
     ping_interval.set_missed_tick_behavior(MissedTickBehavior::Delay);
     ping_interval
-}
-
-async fn ping_due(ping_interval: &mut Option<Interval>) {
-    match ping_interval {
-        Some(ping_interval) => drop(ping_interval.tick().await),
-        None => pending().await,
-    }
 }

@@ -13,6 +13,7 @@ use super::signals::StopSignals;
 use crate::config::Settings;
 use crate::io::can::transmit::Transmitter;
 use crate::io::clock::Clock;
+use crate::io::optional_future::or_never;
 use can_signal::can::{BusIndex, CanInput};
 use gateway_base::time::MonoTime;
 use gateway_core::command::sender::SendFailure;
@@ -89,7 +90,7 @@ pub fn run_vehicle(
                         }
                     }
                 }
-                line = next_line(&mut lines) => match line.as_deref().map(request::line) {
+                line = or_never(lines.as_mut().map(UnboundedReceiver::recv)) => match line.as_deref().map(request::line) {
                     None => lines = None,
                     Some(Ok(None)) => {}
                     Some(Ok(Some((None, request)))) => vehicle.request(request, clock.now().mono),
@@ -125,12 +126,4 @@ fn send(
     };
     let was_refusing = std::mem::replace(&mut channel.is_refusing, sent.is_err());
     sent.map_err(|why| (!was_refusing).then_some((bus, why)))
-}
-
-/// Returns the next line, or `None` after the last one. Never completes without a source.
-async fn next_line(lines: &mut Option<UnboundedReceiver<String>>) -> Option<String> {
-    match lines {
-        Some(lines) => lines.recv().await,
-        None => std::future::pending().await,
-    }
 }

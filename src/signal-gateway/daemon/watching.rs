@@ -1,6 +1,5 @@
 //! Serves snapshots to the clients of the status socket and of HTTP.
 
-use std::future::pending;
 use std::io;
 use std::net::TcpListener;
 use std::process::{Command, Stdio};
@@ -14,6 +13,7 @@ use super::pages::{ReportPage, Sources, router};
 use crate::config::Settings;
 use crate::config::gateway::HttpConfig;
 use crate::io::http;
+use crate::io::optional_future::or_never;
 use crate::io::snapshots::feed::SnapshotFeed;
 use crate::io::snapshots::socket::{StatusSocket, serve};
 use crate::io::systemd::service_folder;
@@ -69,18 +69,9 @@ fn start_thread(
     let pages = router(sources, config.page);
     thread::Builder::new().name("status".to_owned()).spawn(move || {
         runtime.block_on(async {
-            let socket = async {
-                match socket {
-                    Some(listener) => serve(listener, source, move |request| history.page(request)).await,
-                    None => pending().await,
-                }
-            };
-            let http = async {
-                match http {
-                    Some(listener) => http::serve(listener, pages, hosts).await,
-                    None => pending().await,
-                }
-            };
+            let page = move |request| history.page(request);
+            let socket = or_never(socket.map(|listener| serve(listener, source, page)));
+            let http = or_never(http.map(|listener| http::serve(listener, pages, hosts)));
             let ended = tokio::select! { ended = socket => ended, ended = http => ended };
             if let Err(error) = ended {
                 tracing::warn!("the status is no longer served: {error}");

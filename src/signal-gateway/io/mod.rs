@@ -12,6 +12,7 @@ mod journal;
 pub mod lock;
 pub mod mcap;
 pub mod new_files;
+pub mod optional_future;
 pub mod output_queue;
 pub mod precise_timer;
 pub mod process_log;

@@ -1,6 +1,6 @@
 //! The configuration in effect, by parts, and the changes that another configuration would make.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use schemars::JsonSchema;
@@ -80,15 +80,14 @@ impl ConfigurationState {
     pub fn applied(&mut self, in_effect: EffectiveConfiguration, changes: Vec<Change>, at: WallStamp) {
         self.in_effect = in_effect;
         self.reloads = self.reloads.saturating_add(1);
-        let stamp_ns = at.as_nanos();
-        self.last_reload = Some(Reload { stamp_ns, is_applied: true, reason: None, changes });
+        self.last_reload = Some(Reload { stamp_ns: at.as_nanos(), is_applied: true, reason: None, changes });
     }
 
     /// Records that a configuration was refused.
     pub fn refused(&mut self, reason: String, changes: Vec<Change>, at: WallStamp) {
         self.refused = self.refused.saturating_add(1);
-        let stamp_ns = at.as_nanos();
-        self.last_reload = Some(Reload { stamp_ns, is_applied: false, reason: Some(reason), changes });
+        let (stamp_ns, reason) = (at.as_nanos(), Some(reason));
+        self.last_reload = Some(Reload { stamp_ns, is_applied: false, reason, changes });
     }
 
     /// Returns the status of the configuration.
@@ -128,9 +127,7 @@ pub fn plan(old: &EffectiveConfiguration, new: &EffectiveConfiguration) -> Reloa
 }
 
 fn changes(old: &BTreeMap<String, String>, new: &BTreeMap<String, String>) -> Vec<Change> {
-    let added = new.keys().filter(|part| !old.contains_key(*part));
-    let mut parts: Vec<_> = old.keys().chain(added).collect();
-    parts.sort_unstable();
+    let parts: BTreeSet<_> = old.keys().chain(new.keys()).collect();
     let change = |part: &String| Change {
         part: part.clone(),
         before: old.get(part).cloned(),

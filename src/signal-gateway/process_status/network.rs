@@ -139,35 +139,31 @@ impl NetworkState {
 
     /// Returns the status of the network side.
     pub fn status(&self) -> Status {
-        let mut values = vec![("runs_as", self.place.to_string()), ("restarts", self.restarts.to_string())];
-        values.push(("restarts_last_minute", self.recent_ends.to_string()));
-        values.extend(self.last_failure.iter().map(|failure| ("last_failure", failure.to_string())));
-        values.extend(self.age.map(|age| ("age_s", age.as_secs().to_string())));
         let own_samples = if self.has_echo { "come back" } else { "do not come back" };
-        values.extend(self.age.map(|_| ("own_samples", own_samples.to_owned())));
-        values.extend(self.memory_bytes.map(|bytes| ("memory_kb", (bytes / 1024).to_string())));
-        if let Some(confinement) = &self.confinement {
-            values.push(("confinement", confinement.layers()));
-            values.push(("refused_calls", confinement.refused_calls()));
-        }
-        values.extend(self.processor_percent.map(|percent| ("processor_percent", percent.to_string())));
-        if self.links.is_none() {
-            values.push(("peers", self.peers.to_string()));
-        }
-        values.push(("writers_taken_anew", self.taken_anew.to_string()));
-        if !self.shared_topics.is_empty() {
-            let topics: Vec<_> = self.shared_topics.iter().map(ToString::to_string).collect();
-            values.push(("other_writers", topics.join(", ")));
-        }
-        values.push(("transport", self.transport().to_owned()));
-        if let Some(ZenohLinks { routers, peers, lost, unreachable }) = &self.links {
-            values.push(("zenoh_routers", routers.to_string()));
-            values.push(("zenoh_peers", peers.to_string()));
-            values.push(("zenoh_connections_lost", lost.to_string()));
-            if !unreachable.is_empty() {
-                values.push(("zenoh_unreachable", unreachable.join(", ")));
-            }
-        }
+        let topics = self.shared_topics.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+        let (confinement, links) = (self.confinement.as_ref(), self.links.as_ref());
+        let unreachable = links.map(|links| links.unreachable.join(", "));
+        let values = [
+            ("runs_as", Some(self.place.to_string())),
+            ("restarts", Some(self.restarts.to_string())),
+            ("restarts_last_minute", Some(self.recent_ends.to_string())),
+            ("last_failure", self.last_failure.as_ref().map(ToString::to_string)),
+            ("age_s", self.age.map(|age| age.as_secs().to_string())),
+            ("own_samples", self.age.map(|_| own_samples.to_owned())),
+            ("memory_kb", self.memory_bytes.map(|bytes| (bytes / 1024).to_string())),
+            ("confinement", confinement.map(Confinement::layers)),
+            ("refused_calls", confinement.map(Confinement::refused_calls)),
+            ("processor_percent", self.processor_percent.map(|percent| percent.to_string())),
+            ("peers", links.is_none().then(|| self.peers.to_string())),
+            ("writers_taken_anew", Some(self.taken_anew.to_string())),
+            ("other_writers", Some(topics).filter(|topics| !topics.is_empty())),
+            ("transport", Some(self.transport().to_owned())),
+            ("zenoh_routers", links.map(|links| links.routers.to_string())),
+            ("zenoh_peers", links.map(|links| links.peers.to_string())),
+            ("zenoh_connections_lost", links.map(|links| links.lost.to_string())),
+            ("zenoh_unreachable", unreachable.filter(|nodes| !nodes.is_empty())),
+        ];
+        let values = values.into_iter().filter_map(|(key, value)| Some((key, value?))).collect();
         Status::new(&ROS, "ros", &[message(self)], values)
     }
 }

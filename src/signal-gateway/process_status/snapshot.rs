@@ -6,9 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::configuration::ConfigurationState;
 use super::log::LogState;
-use super::network::{NetworkFailure, NetworkState};
+use super::network::NetworkFailure;
 use super::recordings::RecorderState;
-use gateway_base::time::millis;
 use gateway_core::provenance::ProvenanceSummary;
 use ros_transport::link::ZenohLinks;
 
@@ -94,20 +93,5 @@ impl TopicSnapshot {
     /// Creates a topic with no one on its other end.
     pub fn unmatched(name: &str) -> Self {
         Self { name: name.to_owned(), ..Self::default() }
-    }
-}
-
-impl RosSnapshot {
-    /// Returns the part that comes from the network side.
-    pub fn of(network: &NetworkState) -> Self {
-        Self {
-            is_up: network.is_up,
-            restarts: network.restarts,
-            last_failure: network.last_failure.clone(),
-            joined_ms: network.age.map(millis),
-            memory_bytes: network.memory_bytes,
-            links: network.links.clone(),
-            ..Self::default()
-        }
     }
 }

@@ -101,7 +101,7 @@ fn session_process() {
                         "missing": status.seen.missing_peers, "probe": status.seen.has_probe,
                         "isolated": is_isolated, "worst_us": worst.as_micros(), "total_us": total.as_micros(),
                         "waited_us": waited(std::process::id()).as_micros(),
-                        "write_errors": status.write_errors(),
+                        "write_errors": status.seen.write_errors + status.send_errors,
                         "unanswered": status.seen.unanswered_requests,
                         "overtaken": status.overtaken_lights,
                         "up": status.network.is_up, "restarts": status.network.restarts,

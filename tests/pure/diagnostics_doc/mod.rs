@@ -227,7 +227,7 @@ A `{reason}` in a message is one of these. A report of the vehicle has it too, i
 const INTRODUCTION: &str = "\
 # Diagnostics
 
-<!-- Made by `UPDATE_DOCS=1 cargo test --test pure diagnostics_doc` from gateway_core::gateway::catalogue and tests/diagnostics.toml. -->
+<!-- Made by `UPDATE_DOCS=1 cargo test --test pure diagnostics_doc` from signal_gateway::process_status::catalogue and tests/diagnostics.toml. -->
 
 For operators and integrators who read `/diagnostics`. Look up a status to find what each of its messages and keys means, and what to
 do.

@@ -8,6 +8,7 @@ use socketcan::nl::{CanState, InterfaceCanParams};
 use tokio::time::{Instant, sleep_until};
 
 use super::link;
+use crate::io::optional_future::or_never;
 use can_signal::can::{ControllerReport, ControllerState, ErrorCounters};
 
 const POLL_INTERVAL: Duration = Duration::from_secs(1);
@@ -31,10 +32,7 @@ impl ControllerWatch {
 
     /// Waits until the next query is due.
     pub(super) async fn due(&self) {
-        match self.next_query {
-            Some(at) => sleep_until(at).await,
-            None => std::future::pending().await,
-        }
+        or_never(self.next_query.map(sleep_until)).await;
     }
 
     /// Makes the next query due soon. Call it when something has happened.
@@ -89,21 +87,17 @@ pub(super) fn report(params: &InterfaceCanParams) -> Option<ControllerReport> {
 }
 
 fn text(params: &InterfaceCanParams) -> String {
-    let mut parts = Vec::new();
-    if let Some(timing) = params.bit_timing {
-        parts.push(format!("{} bit/s", timing.bitrate));
-    }
-    if let Some(timing) = params.data_bit_timing {
-        parts.push(format!("data {} bit/s", timing.bitrate));
-    }
-    if let Some(state) = params.state {
-        parts.push(format!("{state:?}"));
-    }
-    match params.restart_ms {
-        Some(0) => parts.push("no automatic restart after bus-off".to_owned()),
-        Some(ms) => parts.push(format!("restart {ms} ms after bus-off")),
-        None => {}
-    }
+    let restart = params.restart_ms.map(|ms| match ms {
+        0 => "no automatic restart after bus-off".to_owned(),
+        ms => format!("restart {ms} ms after bus-off"),
+    });
+    let parts = [
+        params.bit_timing.map(|timing| format!("{} bit/s", timing.bitrate)),
+        params.data_bit_timing.map(|timing| format!("data {} bit/s", timing.bitrate)),
+        params.state.map(|state| format!("{state:?}")),
+        restart,
+    ];
+    let parts: Vec<_> = parts.into_iter().flatten().collect();
     if parts.is_empty() { "no controller".to_owned() } else { parts.join(", ") }
 }
 

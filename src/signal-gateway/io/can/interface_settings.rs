@@ -4,7 +4,7 @@
 use std::fs;
 use std::io;
 
-use socketcan::nl::{CanBitTiming, CanCtrlModes, InterfaceDetails};
+use socketcan::nl::{CanBitTiming, CanCtrlModes};
 use socketcan::{CanCtrlMode, CanInterface, Error, InterfaceCanParams};
 
 use super::controller::report;
@@ -26,7 +26,7 @@ pub fn interface_state(name: &str) -> InterfaceState {
         transmit_queue: None,
         controller: None,
     };
-    let details = match details(name) {
+    let details = match CanInterface::open(name).and_then(|interface| interface.details()).map_err(system) {
         Ok(details) => details,
         Err(error) if matches!(error.raw_os_error(), Some(libc::ENODEV | libc::ENXIO)) => return state,
         Err(error) => {
@@ -113,10 +113,6 @@ impl InterfaceBackup {
         let params = InterfaceCanParams { bit_timing, ctrl_mode, ..InterfaceCanParams::default() };
         self.interface.set_can_params(&params).map_err(system)
     }
-}
-
-fn details(name: &str) -> io::Result<InterfaceDetails> {
-    CanInterface::open(name).and_then(|interface| interface.details()).map_err(system)
 }
 
 /// Returns the kernel's error, if there is one.

@@ -30,7 +30,6 @@ const CAN_CHANNELS: [(&str, TypeName); 6] = [
     ("to_can_bus_dry_run_fd", FdFrame::TYPE_NAME),
 ];
 
-/// The topic of the gateway's calls.
 const CALLS_TOPIC: &str = "/signal_gateway/calls";
 
 /// A topic in a recording.

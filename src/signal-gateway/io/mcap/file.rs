@@ -39,7 +39,6 @@ struct ChunkSink {
     written: u64,
 }
 
-/// A channel of the file.
 struct KnownChannel {
     id: u16,
     messages: u64,

@@ -164,7 +164,7 @@ impl BagWriter {
     /// Records events until a stop.
     fn run(&mut self) {
         loop {
-            let (events, lost, is_stopping) = self.take();
+            let QueuedEvents { events, lost, is_stopping } = self.take();
             let written = self.record(&events);
             lock(&self.queue.state).lost += lost;
             self.note(written);
@@ -186,13 +186,12 @@ impl BagWriter {
     }
 
     /// Waits for [`TAKE_INTERVAL`] or a stop, then takes the queued events.
-    fn take(&self) -> (Vec<RecordedEvent>, u64, bool) {
+    fn take(&self) -> QueuedEvents {
         let waiting = lock(&self.queue.waiting);
         let waited =
             self.queue.stopping.wait_timeout_while(waiting, TAKE_INTERVAL, |waiting| !waiting.is_stopping);
         let (mut waiting, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        let lost = std::mem::take(&mut waiting.lost);
-        (std::mem::take(&mut waiting.events), lost, waiting.is_stopping)
+        std::mem::take(&mut waiting)
     }
 
     /// Adds events to the bag. Returns the first error, but tries all events.

@@ -46,7 +46,9 @@ pub fn read(
             let message: HazardLightsCommand = bytes.whole()?;
             match message.command.into() {
                 EnumOrUnknown::Known(request) => PlannerInput::HazardRequest(request).into(),
-                EnumOrUnknown::Unknown(number) => return Err(Unreadable::Hazard(number)),
+                EnumOrUnknown::Unknown(number) => {
+                    return Err(Unreadable::Layout(format!("{number} is not a hazard command")));
+                }
             }
         }
         SubscriptionKind::OwnTurnCommand => {

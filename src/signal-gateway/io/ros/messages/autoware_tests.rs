@@ -354,7 +354,7 @@ fn every_command_has_its_bytes() {
         assert_eq!(input(Kind::HazardRequest, &with_stamp(&[byte])), PlannerInput::HazardRequest(command));
     }
     let unknown = read(Kind::HazardRequest, &with_stamp(&[3]), Endian::Little);
-    assert_eq!(unknown, Err(Unreadable::Hazard(3)));
+    assert_eq!(unknown, Err(Unreadable::Layout("3 is not a hazard command".to_owned())));
 }
 
 #[test]

@@ -6,7 +6,6 @@ use traffic_lights::bulb::{Bulb, BulbShape, BulbStatus, Color};
 use traffic_lights::compat::Compat;
 use traffic_lights::emission::GroupElement;
 
-/// Creates the element that shows a bulb.
 pub(super) fn element(bulb: Bulb, confidence: f64, compat: Compat) -> TrafficLightElement {
     #[allow(clippy::cast_possible_truncation)] // the field is no wider
     let confidence = confidence as f32;
@@ -18,7 +17,6 @@ pub(super) fn element(bulb: Bulb, confidence: f64, compat: Compat) -> TrafficLig
     }
 }
 
-/// Creates the elements of a group.
 pub(super) fn group_elements(elements: &[GroupElement], compat: Compat) -> Vec<TrafficLightElement> {
     elements.iter().map(|shown| element(shown.bulb, shown.confidence, compat)).collect()
 }

@@ -18,7 +18,6 @@ use traffic_lights::input::TrafficLightInput;
 use traffic_lights::received::ReceivedState;
 use traffic_lights::target::{LightChannel, StoreId};
 
-/// Creates the message of a prediction.
 pub(super) fn predicted_state(prediction: &Prediction, compat: Compat) -> PredictedTrafficLightState {
     #[allow(clippy::cast_possible_truncation)] // the field is no wider
     let reliability = prediction.reliability as f32;

@@ -109,7 +109,6 @@ pub(crate) fn publications(output: &Output, hardware_id: &str) -> Vec<(OutgoingT
     }
 }
 
-/// Returns the publication of a vehicle-status output.
 fn status(output: VehicleStatusOutput) -> (OutgoingTopic, Publication) {
     match output {
         VehicleStatusOutput::Velocity(step) => report(OutgoingTopic::VelocityReport, step),
@@ -120,7 +119,6 @@ fn status(output: VehicleStatusOutput) -> (OutgoingTopic, Publication) {
     }
 }
 
-/// Returns the publication of a report.
 fn report(topic: OutgoingTopic, step: Step<impl ToRos>) -> (OutgoingTopic, Publication) {
     let publication = match step {
         Step::Publish(value, stamp) => Publication::of(value.to_ros(stamp)),

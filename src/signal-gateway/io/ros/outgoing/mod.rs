@@ -27,15 +27,12 @@ pub(in crate::io) enum OutgoingSource {
 pub(in crate::io) struct Outgoing {
     /// Absolute name of the topic.
     pub(in crate::io) name: String,
-    /// Message type of the topic.
     pub(in crate::io) type_name: TypeName,
     /// Durability offered to readers.
     pub(in crate::io) durability: Durability,
     /// History depth of the writer, samples.
     pub(in crate::io) depth: i32,
-    /// Delivery of the messages to readers.
     pub(in crate::io) delivery: Delivery,
-    /// Source of the messages.
     pub(in crate::io) source: OutgoingSource,
 }
 
@@ -94,11 +91,11 @@ impl Outgoing {
 
 /// Returns all published topics, with the traffic lights before the topics of the decider.
 pub(in crate::io) fn table(topics: &Topics, durability: Durability) -> Vec<Outgoing> {
-    let outgoing = |(topic, name)| Outgoing::topic(topic, name, durability);
-    let is_first = |topic: OutgoingTopic| topic < OutgoingTopic::TurnCommand;
-    let first = topics.named().filter(|(topic, _)| is_first(*topic)).map(outgoing);
-    let rest = topics.named().filter(|(topic, _)| !is_first(*topic)).map(outgoing);
-    first.chain(topics.lights.iter().map(Outgoing::lights)).chain(rest).collect()
+    let named = topics.named().map(|(topic, name)| Outgoing::topic(topic, name, durability));
+    let mut table: Vec<_> = named.collect();
+    let first = topics.named().take_while(|(topic, _)| *topic < OutgoingTopic::TurnCommand).count();
+    table.splice(first..first, topics.lights.iter().map(Outgoing::lights));
+    table
 }
 
 /// The encoders of traffic lights. Topics with the same source share one.

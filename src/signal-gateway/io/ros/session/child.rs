@@ -23,7 +23,6 @@ const ARENAS: &str = "2";
 /// The kernel's measurements of a process.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct ProcessReading {
-    /// Threads of the process.
     pub(super) threads: Option<Threads>,
     /// Memory in use, bytes.
     pub(super) memory_bytes: Option<u64>,

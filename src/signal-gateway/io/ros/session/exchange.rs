@@ -3,7 +3,6 @@
 
 mod show;
 
-use std::future::pending;
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
 use std::thread;
@@ -19,6 +18,7 @@ use super::mailbox::Mailbox;
 use super::network_settings::network_settings;
 use super::processor_watch::ProcessorWatch;
 use super::rosout::Rosout;
+use crate::io::optional_future::or_never;
 use crate::io::process_log::take_warnings;
 use crate::io::ros::inbox::Inbox;
 use crate::io::ros::outgoing::messages::{OutgoingMessages, Publication};
@@ -213,16 +213,10 @@ impl Exchange {
             NetworkPhase::Down { until } => (None, until.saturating_duration_since(now).min(TICK)),
             NetworkPhase::Refused => (None, Duration::ZERO),
         };
-        let link_ready = async {
-            match link {
-                // An error shows when it is read.
-                Some(link) => drop(link.ready().await),
-                None => pending().await,
-            }
-        };
         tokio::select! {
             () = self.mailbox.arrived() => {}
-            () = link_ready => {}
+            // An error shows when it is read.
+            _ = or_never(link.map(Link::ready)) => {}
             () = sleep(pause) => {}
         }
     }

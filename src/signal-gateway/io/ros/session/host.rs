@@ -41,7 +41,6 @@ pub(super) enum Host {
 }
 
 impl Hosts {
-    /// Creates the hosts of a session.
     pub(super) fn new(isolation: Isolation) -> Self {
         Self { isolation, delay: RestartDelay::default(), has_no_service: false }
     }

@@ -96,11 +96,8 @@ impl Liveness {
         self.last_look = now;
         if !self.has_joined {
             self.silence.passed += step;
-            return if self.silence.passed <= START_PATIENCE {
-                Ok(())
-            } else {
-                Err(NetworkFailure::NoAnswer)
-            };
+            let is_late = self.silence.passed > START_PATIENCE;
+            return if is_late { Err(NetworkFailure::NoAnswer) } else { Ok(()) };
         }
         let idle = self.silence.look(step, SUSPICIOUS, &threads);
         if idle >= MAX_IDLE || self.silence.passed > PATIENCE {
