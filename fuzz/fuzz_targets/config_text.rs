@@ -46,7 +46,7 @@ fuzz_target!(|bytes: &[u8]| {
             assert!(!refused.0.is_empty());
             for problem in refused.0 {
                 assert!(!problem.reason.is_empty() && !problem.to_string().contains('\n'));
-                assert!(problem.position.is_none_or(|(line, column)| line > 0 && column > 0));
+                assert!(problem.position.is_none_or(|at| at.line > 0 && at.column > 0));
             }
         }
         Ok(settings) => {

@@ -8,7 +8,7 @@ use std::time::Instant;
 use libfuzzer_sys::fuzz_target;
 use traffic_lights::target::{LightChannel, StoreLayer, StoreId};
 use signal_gateway::io::ros::inbox::Inbox;
-use ros_transport::link::FrameBuffer;
+use ros_transport::link::{FrameBuffer, FromNetwork};
 use signal_gateway::io::ros::reception::TopicReception;
 use signal_gateway::io::ros::topics::{Subscription, SubscriptionKind};
 
@@ -29,11 +29,12 @@ fuzz_target!(|data: &[u8]| {
     let inbox = Arc::new(Inbox::default());
     let mut reception = TopicReception::new(&subscriptions, WRITTEN, Arc::clone(&inbox));
     let mut frames = FrameBuffer::default();
+    let mut take = |frame: &[u8]| reception.take(&FromNetwork::decode(frame)?, Instant::now());
     for piece in stream.chunks(usize::from(*size).max(1)) {
         frames.extend(piece);
         loop {
             match frames.next_frame() {
-                Ok(Some(frame)) if reception.take(frame, Instant::now()).is_ok() => {}
+                Ok(Some(frame)) if take(frame).is_ok() => {}
                 Ok(None) => break,
                 // The network side is killed.
                 Ok(Some(_)) | Err(_) => return,

@@ -33,7 +33,7 @@ fuzz_target!(|bytes: &[u8]| {
                 assert!(!problem.reason.is_empty() && !problem.to_string().contains('\n'));
                 // Of another kind, and binary: it has no lines.
                 let is_binary = std::str::from_utf8(text).is_err();
-                assert!(problem.position.map_or(is_binary, |(line, column)| line > 0 && column > 0));
+                assert!(problem.position.map_or(is_binary, |at| at.line > 0 && at.column > 0));
             }
         }
         Ok(file) => {

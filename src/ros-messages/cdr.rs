@@ -54,7 +54,8 @@ impl Endian {
 /// Reason why bytes are not a message of the topic.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum Unreadable {
-    /// The bytes have another layout, are truncated, or have a value that is not defined; contains the reason.
+    /// The bytes have another layout, are truncated, or have a value that is not defined; contains the
+    /// reason.
     #[error("{0}")]
     Layout(String),
     /// The bytes have another layout that happens to begin like this one.

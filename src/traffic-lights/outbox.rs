@@ -91,7 +91,7 @@ impl Outbox {
             (LightChannel::Conventional | LightChannel::V2i, true) => std::slice::from_ref(&timer),
         };
         let source = |channel| channels.contains(&channel).then(|| &stores.truth(channel).change_log);
-        let received = channels.contains(&LightChannel::V2i).then(|| &stores.received.change_log);
+        let received = channels.contains(&LightChannel::V2i).then_some(&stores.received.change_log);
         let sources = [source(LightChannel::Conventional), source(LightChannel::V2i), None, received];
         let make = |heads: &_| message_builder::markers(stores, channels, heads);
         let markers = self.markers[timer as usize].update(sources, !stores.quirks.cuts_ids, make);
@@ -118,7 +118,7 @@ impl TopicList<Arc<GroupState>> {
             Some(&stores.truth(channel).change_log),
             Some(&stores.detected(channel).change_log),
             predictions.map(|predictions| &predictions.change_log),
-            (channel == LightChannel::V2i).then(|| &stores.received.change_log),
+            (channel == LightChannel::V2i).then_some(&stores.received.change_log),
         ];
         let is_merged = !one_group_per_head && !stores.quirks.one_group_per_head;
         self.update(sources, is_merged, |heads| {

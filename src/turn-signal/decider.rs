@@ -26,7 +26,7 @@ use super::section::Section;
 use super::side::Side;
 use super::turn_lane::TurnLane;
 use crate::light_command::{HazardCommand, TurnCommand};
-use gateway_base::time::{MonoTime, deadline_after};
+use gateway_base::time::MonoTime;
 use lanelet2_map::geometry::Pose;
 use lanelet2_map::geometry::path::{Path, PathFrame};
 use lanelet2_map::lane_network::{LaneId, LaneNetwork};
@@ -93,6 +93,13 @@ impl DeciderSettings {
             country: None,
         }
     }
+
+    fn junction_rule(&self) -> Option<JunctionRule> {
+        self.waits_for_junctions.then(|| JunctionRule {
+            turn_distance_m: self.country.as_ref().and_then(|country| country.turn_distance_m),
+            least_time: self.min_durations.minimum_on,
+        })
+    }
 }
 
 /// Returns the settings without those that the quirks rule out.
@@ -131,12 +138,7 @@ impl Decider {
         let mut findings = Vec::new();
         self.note_time(now, &mut findings);
         let limits = self.settings.age_limits;
-        let observed = inputs.usable_odometry(limits, now).and_then(|odometry| {
-            let road = inputs.road.ok_or(InputFinding::NoRoad)?;
-            let route = inputs.route.ok_or(InputFinding::NoRoute)?;
-            Some((odometry, road, route)).filter(|_| inputs.lane_driving).ok_or(InputFinding::NotLaneDriving)
-        });
-        let (odometry, road, route) = match observed {
+        let (odometry, road, route) = match inputs.usable_surroundings(limits, now) {
             Ok(observed) => observed,
             Err(finding) => {
                 findings.push(finding);
@@ -154,18 +156,13 @@ impl Decider {
         if let Some(path) = inputs.planned_path.filter(|path| now.since(path.at) > limits.planned_path) {
             findings.push(InputFinding::OldPlannedPath(now.since(path.at)));
         }
-        let measured = if inputs.planned_path.is_some_and(|path| path.value == 0) {
-            Err(InputFinding::EmptyPlannedPath)
-        } else {
-            self.distance_path(road, route, odometry.pose)
+        let measured = match inputs.planned_path {
+            Some(path) if path.value == 0 => Err(InputFinding::EmptyPlannedPath),
+            _ => self.distance_path(road, route, odometry.pose),
         };
         let measured = measured.map_err(|finding| findings.push(finding)).ok();
         let (settings, quirks) = (self.settings.clone(), self.quirks);
         let (front_m, nearest) = (settings.vehicle.front_m(), settings.parameters.nearest);
-        let junction_rule = settings.waits_for_junctions.then(|| JunctionRule {
-            turn_distance_m: settings.country.as_ref().and_then(|country| country.turn_distance_m),
-            least_time: settings.min_durations.minimum_on,
-        });
         let on = |path_frame, way| DecisionContext {
             road,
             route,
@@ -176,22 +173,16 @@ impl Decider {
             vehicle: &settings.vehicle,
             quirks,
             standing_limit: settings.standing_limit,
-            junction_rule,
+            junction_rule: settings.junction_rule(),
             now,
         };
         let mut decision = match &measured {
             _ if follows_path_generator => {
-                let parameters = &settings.parameters;
-                let (turn, tagged) =
-                    measured.as_ref().map_or((TurnCommand::NoCommand, TaggedLanelet::None), |measured| {
-                        path_generator::decide(
-                            (road, route, quirks),
-                            &measured.lanes,
-                            odometry,
-                            front_m,
-                            parameters,
-                        )
-                    });
+                let nothing = (TurnCommand::NoCommand, TaggedLanelet::None);
+                let (turn, tagged) = measured.as_ref().map_or(nothing, |measured| {
+                    let road = (road, route, quirks);
+                    path_generator::decide(road, &measured.lanes, odometry, front_m, &settings.parameters)
+                });
                 Decision { turn, basis: Basis::PathGenerator(tagged), ..Decision::default() }
             }
             Some(measured) => {
@@ -217,11 +208,7 @@ impl Decider {
             },
         };
         decision.findings = findings;
-        // Inputs become too old without any event.
-        let odometry_old = inputs.odometry.map(|odometry| deadline_after(odometry.at, limits.odometry));
-        let manoeuvres_old =
-            inputs.manoeuvres.iter().map(|manoeuvre| deadline_after(manoeuvre.at, limits.manoeuvre));
-        let due = decision.next_deadline.into_iter().chain(odometry_old).chain(manoeuvres_old);
+        let due = decision.next_deadline.into_iter().chain(inputs.too_old_from(limits));
         decision.next_deadline = due.filter(|at| *at > now).min();
         decision
     }

@@ -11,7 +11,7 @@ use super::planner_input::{FactorTopic, Odometry};
 use super::route::{Route, RouteError};
 use super::vehicle_state::VehicleHazard;
 use gateway_base::diagnostics::MessagePart;
-use gateway_base::time::MonoTime;
+use gateway_base::time::{MonoTime, deadline_after};
 use lanelet2_map::geometry::path::PathError;
 use lanelet2_map::lane_network::LaneNetwork;
 
@@ -175,8 +175,28 @@ impl InputFinding {
     }
 }
 
-impl Inputs<'_> {
-    pub(super) fn usable_odometry(&self, limits: AgeLimits, now: MonoTime) -> Result<Odometry, InputFinding> {
+impl<'a> Inputs<'a> {
+    /// Returns where the vehicle is, the map and the route, or the first reason why they cannot be used.
+    pub(super) fn usable_surroundings(
+        &self,
+        limits: AgeLimits,
+        now: MonoTime,
+    ) -> Result<(Odometry, &'a LaneNetwork, &'a Route), InputFinding> {
+        let odometry = self.usable_odometry(limits, now)?;
+        let road = self.road.ok_or(InputFinding::NoRoad)?;
+        let route = self.route.ok_or(InputFinding::NoRoute)?;
+        Some((odometry, road, route)).filter(|_| self.lane_driving).ok_or(InputFinding::NotLaneDriving)
+    }
+
+    /// Returns the times from which inputs are too old, which happens without any event.
+    pub(super) fn too_old_from(&self, limits: AgeLimits) -> impl Iterator<Item = MonoTime> {
+        let odometry = self.odometry.map(|odometry| deadline_after(odometry.at, limits.odometry));
+        let manoeuvres = self.manoeuvres.iter();
+        let manoeuvres = manoeuvres.map(move |manoeuvre| deadline_after(manoeuvre.at, limits.manoeuvre));
+        odometry.into_iter().chain(manoeuvres)
+    }
+
+    fn usable_odometry(&self, limits: AgeLimits, now: MonoTime) -> Result<Odometry, InputFinding> {
         let Timed { at, value } = self.odometry.ok_or(InputFinding::NoOdometry)?;
         let (age, ahead) = (now.since(at), at.since(now));
         if !(value.pose.is_finite() && value.speed_mps.is_finite()) {

@@ -18,7 +18,10 @@ fn replay_changes(settings: &Settings, log: &str) -> Vec<String> {
     loop {
         while let Some(output) = replay.poll_output() {
             lines.extend(
-                changes.of(&output).into_iter().map(|event| format!("{} {}", event.task, event.text)),
+                changes
+                    .of(&output)
+                    .into_iter()
+                    .map(|event| format!("{} {}", event.change.subject, event.change.text)),
             );
         }
         if !replay.step().unwrap() {

@@ -1,9 +1,7 @@
 //! The rows of topics: every type is defined, and the documentation has the table that they make.
 
 use ros_messages::type_hash;
-use signal_gateway::io::ros::topics::{
-    Delivery, Durability, LOG_LIFESPAN, OUTGOING, OutgoingRow, RowDurability, TopicFlow,
-};
+use signal_gateway::io::ros::topics::{Delivery, Durability, LOG_LIFESPAN, OUTGOING, OutgoingRow, TopicFlow};
 
 use crate::support::docs_table;
 
@@ -14,8 +12,8 @@ const EDGES: [&str; 2] = [
 
 fn line(row: &OutgoingRow) -> String {
     let durability = match row.durability {
-        RowDurability::Configured | RowDurability::Fixed(Durability::TransientLocal) => "transient local",
-        RowDurability::Fixed(Durability::Volatile) => "volatile",
+        None | Some(Durability::TransientLocal) => "transient local",
+        Some(Durability::Volatile) => "volatile",
     };
     let kept = match row.delivery {
         Delivery::Log => format!("lifespan {} s", LOG_LIFESPAN.as_secs()),

@@ -31,7 +31,11 @@ pub(super) const FORMAT: LineFormat = LineFormat {
     name: "BUSMASTER",
     claims: |line| begins(line, &["***BUSMASTER"]),
     unit_ns: None,
-    reader: |_| Box::<Busmaster>::default(),
+    reader: |_| {
+        let clock = WrappingClock::new(DAY, 0);
+        let mode = TimeMode::System;
+        Box::new(Busmaster { start: 0, decimal: false, j1939: false, mode, clock, elapsed: 0 })
+    },
 };
 
 /// State from the headings, and the time.
@@ -46,13 +50,6 @@ struct Busmaster {
     clock: WrappingClock,
     /// Time since the start in relative mode, ns.
     elapsed: i64,
-}
-
-impl Default for Busmaster {
-    fn default() -> Self {
-        let clock = WrappingClock::new(DAY, 0);
-        Self { start: 0, decimal: false, j1939: false, mode: TimeMode::System, clock, elapsed: 0 }
-    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

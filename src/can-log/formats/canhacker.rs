@@ -21,17 +21,11 @@ pub(super) const FORMAT: LineFormat = LineFormat {
     name: "CANHacker",
     claims: is_heading,
     unit_ns: None,
-    reader: |_| Box::<CanHacker>::default(),
+    reader: |_| Box::new(CanHacker(TimeCounter::new(60 * SECOND))),
 };
 
 #[derive(Debug)]
 struct CanHacker(TimeCounter);
-
-impl Default for CanHacker {
-    fn default() -> Self {
-        Self(TimeCounter::new(60 * SECOND))
-    }
-}
 
 fn is_heading(line: &[u8]) -> bool {
     let Ok(line) = text(line) else { return false };
@@ -97,8 +91,8 @@ mod tests {
             ("1.0 1A0 1 100", BadLine::BadData),
         ];
         assert_refused(FORMAT, &[HEADING], &cases);
-        let torn = CanHacker::default().read(b"1.0 1A0 2 01 0\xFF");
+        let torn = FORMAT.usual_reader().read(b"1.0 1A0 2 01 0\xFF");
         assert_eq!(torn, Err(BadLine::BadData), "half a field is not a field");
-        assert!(CanHacker::default().read(b"1.0 1A0 1 01 caf\xE9").is_ok(), "a comment");
+        assert!(FORMAT.usual_reader().read(b"1.0 1A0 1 01 caf\xE9").is_ok(), "a comment");
     }
 }

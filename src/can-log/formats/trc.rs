@@ -32,10 +32,11 @@ pub(super) const FORMAT: LineFormat = LineFormat {
         is_comment() || text(line).is_ok_and(|line| csv_row(line).is_some_and(|row| row.is_ok()))
     },
     unit_ns: None,
-    reader: |_| Box::<Trc>::default(),
+    // Version 1.0 has no heading.
+    reader: |_| Box::new(Trc { start: 0, columns: TrcColumns::from(b"NOILD") }),
 };
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Trc {
     start: i64,
     columns: TrcColumns,
@@ -45,13 +46,6 @@ struct Trc {
 /// `R`eserved, `l`ength in bytes, `L` the DLC, `D`ata. Versions 1 combine direction and kind in `t`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct TrcColumns([u8; 10]);
-
-impl Default for TrcColumns {
-    /// Returns the columns of version 1.0, which has no heading.
-    fn default() -> Self {
-        Self::from(b"NOILD")
-    }
-}
 
 impl TrcColumns {
     fn from(letters: &[u8]) -> Self {

@@ -205,7 +205,7 @@ impl Bus {
     /// about the controller.
     pub fn error_frame(&mut self, error: ErrorFrame, now: MonoTime) {
         self.counts.error_frames += 1;
-        for bit in error_frame::bits(error.class()) {
+        for bit in error_frame::bits(error.class) {
             *self.counts.error_classes.entry(bit).or_default() += 1;
         }
         if !error.is_state_alone() {

@@ -70,7 +70,7 @@ impl BusSurveyor {
             }
             CanInput::ErrorFrame { error, .. } if !error.is_recovery() => {
                 counted.error_frames += 1;
-                for bit in bits(error.class()).filter(|bit| *bit != class::COUNTERS) {
+                for bit in bits(error.class).filter(|bit| *bit != class::COUNTERS) {
                     *counted.errors.entry(class_name(bit).to_owned()).or_default() += 1;
                 }
             }

@@ -48,8 +48,10 @@ pub mod controller {
 /// An error frame as received or recorded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct ErrorFrame {
-    class: u32,
-    data: [u8; 8],
+    /// Class bits (`CAN_ERR_*`).
+    pub class: u32,
+    /// Data bytes.
+    pub data: [u8; 8],
 }
 
 /// Error counters of a controller.
@@ -92,16 +94,6 @@ impl ErrorFrame {
             *to = *from;
         }
         Self { class, data: bytes }
-    }
-
-    /// Returns the class bits (`CAN_ERR_*`).
-    pub fn class(self) -> u32 {
-        self.class
-    }
-
-    /// Returns all eight data bytes.
-    pub fn data(self) -> [u8; 8] {
-        self.data
     }
 
     /// Returns the notation of candump, `20000040#0000000000000000`.

@@ -92,8 +92,12 @@ impl Detail {
         1 + match self {
             Self::Values(values) => values.len(),
             Self::Multiplexed(rule) => rule.ranges.len(),
-            Self::Cycle(_) | Self::FrameFormat(_) | Self::LongName(_) => 0,
-            Self::ValuesByTable(_) | Self::Number(_) | Self::UnreadableMultiplexing => 0,
+            Self::Cycle(_)
+            | Self::FrameFormat(_)
+            | Self::LongName(_)
+            | Self::ValuesByTable(_)
+            | Self::Number(_)
+            | Self::UnreadableMultiplexing => 0,
         }
     }
 }

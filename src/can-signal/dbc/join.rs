@@ -26,7 +26,7 @@ pub(super) fn database(outline: Outline) -> Database {
     let mut details: Vec<_> = messages.iter().map(|_| Details::default()).collect();
     for (location, property) in properties {
         match by_number.get(&property.number) {
-            Some(at) => details[*at].add(&messages[*at], location, property, &tables, &mut findings),
+            Some(at) => details[*at].add(&messages[*at], &location, property, &tables, &mut findings),
             None if lost_messages.contains(&property.number) || is_reported(&property.detail) => {}
             None => findings.rejected(&location, format!("no message with id {}", property.number)),
         }
@@ -147,7 +147,7 @@ impl Details {
     fn add(
         &mut self,
         message: &MessageOutline,
-        location: StatementLocation,
+        location: &StatementLocation,
         property: Property,
         tables: &BTreeMap<String, Values>,
         findings: &mut DbcFindings,
@@ -157,7 +157,7 @@ impl Details {
             && !message.signal_names.contains_key(signal)
         {
             if !message.lost_signals.contains(signal) && !is_reported(&detail) {
-                findings.rejected(&location, format!("{} has no signal {signal}", message.name));
+                findings.rejected(location, format!("{} has no signal {signal}", message.name));
             }
             return;
         }
@@ -182,14 +182,14 @@ impl Details {
                 true
             }
             Detail::Number(number) => *self.numbers.entry(signal).or_insert(number) == number,
-            Detail::Values(values) => self.add_values(signal, &location, &values),
+            Detail::Values(values) => self.add_values(signal, location, &values),
             Detail::ValuesByTable(table) => match tables.get(&table) {
-                Some(values) => self.add_values(signal, &location, values),
-                None => return findings.rejected(&location, format!("no VAL_TABLE_ {table}")),
+                Some(values) => self.add_values(signal, location, values),
+                None => return findings.rejected(location, format!("no VAL_TABLE_ {table}")),
             },
         };
         if !first {
-            findings.rejected(&location, "contradicts an earlier statement");
+            findings.rejected(location, "contradicts an earlier statement");
         }
     }
 

@@ -105,8 +105,8 @@ impl<T: Copy + PartialEq> Fusion<T> {
         self.sources.iter().filter_map(due).filter(|at| *at > self.now).min()
     }
 
-    /// Returns which of some sources decides; they are given in the order of the profile, each by its position
-    /// and whether it has a state. Returns `None` without any source.
+    /// Returns which of some sources decides; they are given in the order of the profile, each by its
+    /// position and whether it has a state. Returns `None` without any source.
     pub fn choose(&self, sources: impl IntoIterator<Item = (usize, bool)>) -> Option<usize> {
         let mut sources = sources.into_iter();
         let (first, is_known) = sources.next()?;

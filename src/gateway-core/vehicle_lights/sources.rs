@@ -315,8 +315,8 @@ impl<R, T: Copy + PartialEq> SourceGroup<R, T> {
         self.states.iter().enumerate().filter_map(|(source, state)| Some((source, applicable(*state)?)))
     }
 
-    /// Returns the state of the sources for which `is_included` holds. If none of them applies, the first gives
-    /// the reason.
+    /// Returns the state of the sources for which `is_included` holds. If none of them applies, the first
+    /// gives the reason.
     fn state_of(&self, is_included: impl Fn(&R) -> bool) -> Judged<T> {
         let is_included = |source: usize| is_included(&self.readers[source]);
         let states = self.applicable().filter(|(source, _)| is_included(*source));

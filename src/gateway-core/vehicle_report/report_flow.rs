@@ -109,19 +109,19 @@ mod tests {
     fn stamp(millis: i64) -> WallStamp {
         WallStamp::from_nanos(millis * 1_000_000)
     }
-    fn received(value: char, millis: i64) -> Option<(char, ReceiveTime)> {
-        Some((value, ReceiveTime { at: MonoTime::ZERO, stamp: stamp(millis) }))
+    fn received(value: char, millis: i64) -> (char, ReceiveTime) {
+        (value, ReceiveTime { at: MonoTime::ZERO, stamp: stamp(millis) })
     }
 
     #[test]
     fn periodic_report_has_newest_stamp_and_change_is_published_immediately() {
         let mut flow = ReportFlow::new(Publish::Periodic(Duration::from_millis(100)));
-        assert_eq!(flow.update(received('L', 0), at(0)), Some(Step::Publish('L', stamp(0))));
-        assert_eq!(flow.update(received('L', 60), at(60)), None);
+        assert_eq!(flow.update(Some(received('L', 0)), at(0)), Some(Step::Publish('L', stamp(0))));
+        assert_eq!(flow.update(Some(received('L', 60)), at(60)), None);
         assert_eq!(flow.next_deadline(), Some(at(100)));
-        assert_eq!(flow.update(received('L', 60), at(104)), Some(Step::Publish('L', stamp(60))));
+        assert_eq!(flow.update(Some(received('L', 60)), at(104)), Some(Step::Publish('L', stamp(60))));
         assert_eq!(flow.next_deadline(), Some(at(200)), "a late call does not shift the period");
-        assert_eq!(flow.update(received('R', 130), at(130)), Some(Step::Publish('R', stamp(130))));
+        assert_eq!(flow.update(Some(received('R', 130)), at(130)), Some(Step::Publish('R', stamp(130))));
         assert_eq!(flow.next_deadline(), Some(at(230)));
     }
 
@@ -130,11 +130,11 @@ mod tests {
         for publish in [Publish::OnChange, Publish::Periodic(Duration::from_millis(100))] {
             let mut flow = ReportFlow::new(publish);
             assert_eq!(flow.update(None, at(0)), None, "nothing to withdraw yet");
-            flow.update(received('L', 1), at(1));
+            flow.update(Some(received('L', 1)), at(1));
             assert_eq!(flow.update(None, at(2)), Some(Step::Withdraw));
             assert_eq!(flow.update(None, at(3)), None);
             assert_eq!(flow.next_deadline(), None);
-            assert_eq!(flow.update(received('L', 4), at(4)), Some(Step::Publish('L', stamp(4))));
+            assert_eq!(flow.update(Some(received('L', 4)), at(4)), Some(Step::Publish('L', stamp(4))));
         }
     }
 
@@ -142,12 +142,12 @@ mod tests {
     fn another_scheme_keeps_what_is_published_and_takes_up_its_period() {
         let [fast, slow] = [100, 500].map(|millis| Publish::Periodic(Duration::from_millis(millis)));
         let mut flow = ReportFlow::new(slow);
-        flow.update(received('L', 0), at(0));
+        flow.update(Some(received('L', 0)), at(0));
         flow.reconfigure(slow, at(10));
         assert_eq!(flow.next_deadline(), Some(at(500)), "the same");
         flow.reconfigure(fast, at(20));
         assert_eq!((flow.current(), flow.next_deadline()), (Some(('L', stamp(0))), Some(at(120))));
-        assert_eq!(flow.update(received('L', 0), at(120)), Some(Step::Publish('L', stamp(0))));
+        assert_eq!(flow.update(Some(received('L', 0)), at(120)), Some(Step::Publish('L', stamp(0))));
         flow.reconfigure(Publish::OnChange, at(130));
         assert_eq!(flow.next_deadline(), None);
         flow.reconfigure(slow, at(140));
@@ -160,8 +160,8 @@ mod tests {
     #[test]
     fn on_change_publishes_nothing_without_change() {
         let mut flow = ReportFlow::new(Publish::OnChange);
-        flow.update(received('L', 0), at(0));
-        assert_eq!(flow.update(received('L', 500), at(500)), None);
+        flow.update(Some(received('L', 0)), at(0));
+        assert_eq!(flow.update(Some(received('L', 500)), at(500)), None);
         assert_eq!(flow.next_deadline(), None);
     }
 }

@@ -75,8 +75,8 @@ struct Verdict<T> {
 }
 
 impl<T> Verdict<T> {
-    /// Withholds the value while a requirement of the profile is not met, and adds the reason to the finding. A
-    /// contradicted requirement replaces any other reason; an open requirement replaces no reason.
+    /// Withholds the value while a requirement of the profile is not met, and adds the reason to the finding.
+    /// A contradicted requirement replaces any other reason; an open requirement replaces no reason.
     fn new(state: Judged<T>, finding: StatusFinding, context: StatusContext<'_>) -> Self {
         Self::with_reason(
             match context.unmet {

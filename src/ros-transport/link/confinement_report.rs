@@ -6,7 +6,7 @@ use std::io;
 use std::os::fd::{AsFd, OwnedFd};
 
 use super::datagram;
-use crate::link::Layers;
+use super::layers::Layers;
 
 /// Sends a report to the gateway.
 pub fn send(socket: impl AsFd, missing: Layers, listener: Option<&OwnedFd>) -> io::Result<()> {
@@ -24,7 +24,7 @@ pub fn receive(socket: impl AsFd) -> io::Result<Option<(Layers, Option<OwnedFd>)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::link::Layer;
+    use crate::link::layers::Layer;
 
     #[test]
     fn a_report_comes_with_or_without_a_descriptor_and_nothing_else_is_one() {

@@ -4,10 +4,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::bytes::FrameBytes;
+use super::counts::{LostLines, ZenohLinks};
 use super::settings::NetworkSettings;
 use super::violation::Violation;
-use crate::link::LostLines;
-use crate::link::ZenohLinks;
 use crate::parameters::Parameters;
 use ros_messages::cdr::{CdrBytes, Endian};
 
@@ -114,6 +113,14 @@ pub struct NetworkStatus {
     pub has_left_graph: bool,
     /// Zenoh connections; `None` with DDS, which has none.
     pub links: Option<ZenohLinks>,
+}
+
+impl NetworkStatus {
+    /// Returns the number of other participants plus their endpoints that are matched with ours.
+    pub fn peers(&self) -> u32 {
+        let matched = self.readers.iter().chain(&self.writers).copied();
+        matched.fold(self.participants, u32::saturating_add)
+    }
 }
 
 const START: u8 = 1;

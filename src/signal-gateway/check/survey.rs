@@ -117,7 +117,7 @@ impl RecordingSurvey {
             let fresh = ErrorSurvey { first: at, ..ErrorSurvey::default() };
             let survey = self.errors.entry(*bus).or_insert(fresh);
             survey.frames += 1;
-            for bit in bits(error.class()).filter(|bit| *bit != class::COUNTERS) {
+            for bit in bits(error.class).filter(|bit| *bit != class::COUNTERS) {
                 *survey.classes.entry(bit).or_default() += 1;
             }
         }
@@ -176,8 +176,7 @@ impl RecordingSurvey {
             if previous_fault != fault
                 && let Some(fault) = fault
             {
-                let fresh = FaultSurvey { count: 0, total: Duration::ZERO, first: now };
-                self.faults.entry((index, fault)).or_insert(fresh).count += 1;
+                self.faults.entry((index, fault)).or_insert(FaultSurvey::begin(now)).count += 1;
             }
         }
     }

@@ -210,15 +210,14 @@ fn states(survey: &RecordingSurvey, settings: &Settings, replay: &Replay, report
         let whole = seconds_text(replay.now().mono);
         report.line("report", format!("{} would be published for {published} of {whole}", task.name()));
         let faults = survey.faults.iter().filter(|((of, _), _)| *of == index);
-        for ((_, fault), FaultSurvey { count, total, first }) in faults {
+        for ((_, fault), survey_of_fault) in faults {
             let kind = match fault {
                 FaultKind::Unknown => "unknown",
                 FaultKind::Invalid => "invalid",
                 FaultKind::HardwareFault => "hardware fault",
             };
-            let total = seconds_text(MonoTime::ZERO.after(*total));
-            let (name, seen, first_at) = (task.name(), times(*count), seconds_text(*first));
-            let text = format!("{name} {kind} {seen}, {total} in all, first at {first_at}");
+            let FaultSurvey { count, first, .. } = survey_of_fault;
+            let text = format!("{} {kind} {}", task.name(), survey_of_fault.text());
             // Nothing is known before the first frame; that alone is not a finding.
             let start_only = *fault == FaultKind::Unknown
                 && *count == 1

@@ -7,7 +7,6 @@ use super::fault_survey::{FaultSurvey, seconds_text};
 use super::names;
 use super::report::CheckReport;
 use crate::config::Settings;
-use crate::report::text::times;
 use can_signal::validation::table::BoundMessage;
 use gateway_base::diagnostics::Level;
 use gateway_base::time::MonoTime;
@@ -187,8 +186,8 @@ impl StatusSurvey {
                     }
                     // The time between the first value and its first report is not a fault.
                     if !survey.is_published && status.level != Level::Ok {
-                        let fresh = FaultSurvey { count: 0, total: Duration::ZERO, first: now };
-                        survey.reasons.entry(status.message.clone()).or_insert(fresh).count += 1;
+                        let reason = survey.reasons.entry(status.message.clone());
+                        reason.or_insert(FaultSurvey::begin(now)).count += 1;
                     }
                     survey.status = Some(state);
                 }
@@ -215,13 +214,11 @@ impl StatusSurvey {
             let mut reasons: Vec<_> = survey.reasons.iter().collect();
             reasons.sort_by_key(|(_, reason)| std::cmp::Reverse(reason.total));
             let mut is_warned = false;
-            for (message, FaultSurvey { count, total, first }) in reasons.iter().take(MAX_REASONS) {
-                let total = seconds_text(MonoTime::ZERO.after(*total));
-                let (seen, first_at) = (times(*count), seconds_text(*first));
-                let text = format!("{name} withheld {seen}, {total} in all, first at {first_at}: {message}");
+            for (message, reason) in reasons.iter().take(MAX_REASONS) {
+                let text = format!("{name} withheld {}: {message}", reason.text());
                 // Nothing is known before the first frames, which alone is not a finding. The reason with the
                 // longest time is.
-                let start_only = *first == start && *count == 1 && survey.was_published;
+                let start_only = reason.first == start && reason.count == 1 && survey.was_published;
                 if start_only || is_warned {
                     report.line("", text);
                 } else {

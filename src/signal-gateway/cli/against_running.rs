@@ -34,8 +34,7 @@ pub(super) fn run(settings: &Settings, socket: &Path, json: bool) -> Result<Exit
     Ok(if plan.restart.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(RESTART_NEEDED) })
 }
 
-/// Returns the changes that a configuration would make; `None` if the running gateway does not report its
-/// own.
+/// Returns the changes that a configuration would make; `None` if the gateway does not report its own.
 pub(super) fn plan_for(settings: &Settings, running: &Snapshot) -> Option<ReloadPlan> {
     let process = running.process.as_ref()?;
     let mut plan = plan(&process.configuration.as_ref()?.in_effect, &settings.in_effect);
@@ -49,12 +48,8 @@ pub(super) fn plan_for(settings: &Settings, running: &Snapshot) -> Option<Reload
 
 fn build_text(build: &Build) -> String {
     let Build { version, commit, distribution } = build;
-    [Some(version), commit.as_ref(), distribution.as_ref()]
-        .into_iter()
-        .flatten()
-        .cloned()
-        .collect::<Vec<_>>()
-        .join(" ")
+    let rest = commit.iter().chain(distribution);
+    rest.fold(version.clone(), |text, part| text + " " + part)
 }
 
 fn text(plan: &ReloadPlan) -> String {
@@ -66,16 +61,11 @@ fn text(plan: &ReloadPlan) -> String {
         let lines: String = lines.collect();
         if lines.is_empty() { lines } else { format!("{title}\n{lines}") }
     };
-    let is_refused = !plan.restart.is_empty();
-    let reload = if is_refused { "changed as well:" } else { "a reload changes:" };
-    format!(
-        "{}{}",
-        list("a restart is needed, a reload would be refused:", &plan.restart),
-        list(reload, &plan.reloadable)
-    )
+    let restart = list("a restart is needed, a reload would be refused:", &plan.restart);
+    restart.clone()
+        + &list(if restart.is_empty() { "a reload changes:" } else { "changed as well:" }, &plan.reloadable)
 }
 
 fn json_text(plan: &ReloadPlan) -> String {
-    let object = serde_json::json!({ "reload": plan.reloadable, "restart": plan.restart });
-    format!("{object}\n")
+    serde_json::json!({ "reload": plan.reloadable, "restart": plan.restart }).to_string() + "\n"
 }

@@ -2,6 +2,7 @@
 
 use std::fs::Metadata;
 use std::io::{self, IsTerminal as _};
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -19,8 +20,7 @@ use crate::io::new_files::write_new;
 use crate::replay::Routes;
 use crate::report::chart::Chart;
 use crate::report::text::{counted, escaped, plain_path};
-use can_log::Log;
-use can_log::standard_input;
+use can_log::{Log, standard_input};
 use can_signal::can::BusIndex;
 
 #[derive(Debug, Clone, Args)]
@@ -53,34 +53,24 @@ pub(super) struct RecordingArgs {
 #[derive(Debug, Clone, Copy, Default, Args)]
 pub(super) struct TimeArgs {
     /// Unit of the stamps in the recording, if its writer used another one than is usual in its format
-    #[arg(long, value_name = "UNIT")]
-    time_unit: Option<TimeUnit>,
+    #[arg(long, value_name = "UNIT", value_parser = named_value(&TIME_UNITS))]
+    time_unit: Option<i64>,
 }
 
-/// Unit of the stamps in a recording.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum TimeUnit {
-    /// Seconds
-    S,
-    /// Milliseconds
-    Ms,
-    /// Microseconds
-    Us,
-    /// Nanoseconds
-    Ns,
-}
+/// Units of the stamps in a recording, nanoseconds.
+static TIME_UNITS: [NamedValue<i64>; 4] = [
+    (1_000_000_000, "s", "Seconds"),
+    (1_000_000, "ms", "Milliseconds"),
+    (1_000, "us", "Microseconds"),
+    (1, "ns", "Nanoseconds"),
+];
 
 impl TimeArgs {
-    /// Applies the unit to an open recording.
     pub(super) fn apply(self, log: Log) -> io::Result<Log> {
-        let unit_ns = match self.time_unit {
-            None => return Ok(log),
-            Some(TimeUnit::S) => 1_000_000_000,
-            Some(TimeUnit::Ms) => 1_000_000,
-            Some(TimeUnit::Us) => 1_000,
-            Some(TimeUnit::Ns) => 1,
-        };
-        log.in_time_unit(unit_ns)
+        match self.time_unit {
+            None => Ok(log),
+            Some(unit_ns) => log.in_time_unit(unit_ns),
+        }
     }
 }
 
@@ -123,33 +113,30 @@ where
     })
 }
 
-pub(super) fn speed(text: &str) -> Result<f64, String> {
-    let speed: Option<f64> = text.parse().ok().filter(|speed| (0.01..=1000.0).contains(speed));
-    speed.ok_or_else(|| "give a factor from 0.01 to 1000".to_owned())
+pub(super) fn number(text: &str, what: &str, range: RangeInclusive<f64>) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number| range.contains(number));
+    number.ok_or_else(|| format!("give {what} from {} to {}", range.start(), range.end()))
 }
 
-/// Formats a time on a time line.
+pub(super) fn speed(text: &str) -> Result<f64, String> {
+    number(text, "a factor", 0.01..=1000.0)
+}
+
 pub(super) fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds: Option<f64> = text.parse().ok().filter(|seconds| (0.001..=86_400.0).contains(seconds));
-    seconds.map(Duration::from_secs_f64).ok_or_else(|| "give seconds from 0.001 to 86400".to_owned())
+    number(text, "seconds", 0.001..=86_400.0).map(Duration::from_secs_f64)
 }
 
 /// Loads the configuration and logs its warnings.
 pub(super) fn settings(args: &ConfigArgs) -> Result<Settings, Failure> {
-    settings_of_node(args, &RosOverrides::default())
+    settings_in(&Disk, args, &RosOverrides::default())
 }
 
-/// Like [`settings`], but reads from `files`.
-pub(super) fn settings_in(files: &dyn Files, args: &ConfigArgs) -> Result<Settings, Failure> {
-    read_settings(files, args, &RosOverrides::default())
-}
-
-/// Like [`settings`], but ROS 2 arguments replace keys of the file.
-pub(super) fn settings_of_node(args: &ConfigArgs, ros: &RosOverrides) -> Result<Settings, Failure> {
-    read_settings(&Disk, args, ros)
-}
-
-fn read_settings(files: &dyn Files, args: &ConfigArgs, ros: &RosOverrides) -> Result<Settings, Failure> {
+/// Like [`settings`], but reads from `files`, and ROS 2 arguments replace keys of the file.
+pub(super) fn settings_in(
+    files: &dyn Files,
+    args: &ConfigArgs,
+    ros: &RosOverrides,
+) -> Result<Settings, Failure> {
     let _progress = ProgressDisplay::spinner("reading the configuration");
     let settings = match (&args.config, &args.profile) {
         (None, Some(profile)) => load_profile_for_node(files, profile, ros),
@@ -172,7 +159,6 @@ fn read_settings(files: &dyn Files, args: &ConfigArgs, ros: &RosOverrides) -> Re
     Ok(settings)
 }
 
-/// When to show the progress of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ShowProgress {
     /// Always: the command prints nothing until the end.
@@ -188,11 +174,8 @@ pub(super) fn open(path: &Path, time: TimeArgs, shown: ShowProgress) -> Result<L
     }
     let open = || {
         if standard_input::is_named(path) {
-            return Log::new(Box::new(ProgressDisplay::reading(
-                standard_input::stream()?,
-                None,
-                "standard input".to_owned(),
-            )));
+            let input = standard_input::stream()?;
+            return Log::new(Box::new(ProgressDisplay::reading(input, None, "standard input".to_owned())));
         }
         Log::of_file(path, |file| {
             // A pipe has no length.
@@ -203,24 +186,21 @@ pub(super) fn open(path: &Path, time: TimeArgs, shown: ShowProgress) -> Result<L
     open().and_then(|log| time.apply(log)).map_err(Failure::file(path))
 }
 
-/// Parses the path of a chart, which must end in `.svg`.
 pub(super) fn svg_path(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     let extension = path.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
     match extension.as_deref() {
         Some("svg") => Ok(path),
         Some(other) => {
-            let stem = path.with_extension("svg");
-            let stem = stem.display();
+            let svg = path.with_extension("svg").display().to_string();
             Err(format!(
-                "expected a name that ends in .svg, found .{other}; draw {stem} and convert it, e.g. with rsvg-convert"
+                "expected a name that ends in .svg, found .{other}; draw {svg} and convert it, e.g. with rsvg-convert"
             ))
         }
         None => Err("expected a name that ends in .svg".to_owned()),
     }
 }
 
-/// Writes a chart to a file as SVG.
 pub(super) fn draw(path: &Path, chart: &Chart) -> Result<(), Failure> {
     write_new(path, &chart.to_svg(), true).map_err(Failure::written(path))
 }
@@ -230,7 +210,6 @@ pub(super) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Returns the path of the recording, and the bus of each of its interfaces.
 pub(super) fn recording(args: &RecordingArgs, settings: &Settings) -> Result<(PathBuf, Routes), Failure> {
     let configured = || settings.recording.as_ref().map(|recording| recording.file.clone());
     let path = args.log.clone().or_else(configured).ok_or_else(|| {
@@ -246,10 +225,9 @@ pub(super) fn recording(args: &RecordingArgs, settings: &Settings) -> Result<(Pa
         let names = settings.gateway.buses.iter().map(|known| known.name.as_str());
         let Some((index, _)) = (0..=u8::MAX).zip(names.clone()).find(|(_, name)| name == bus) else {
             let known = names.collect::<Vec<_>>().join(", ");
-            let text = format!(
+            return Err(Failure::Usage(format!(
                 "--map {interface}={bus}: the profile has no bus {bus}; write INTERFACE=BUS, it has {known}"
-            );
-            return Err(Failure::Usage(text));
+            )));
         };
         routes.0.push((interface.clone(), BusIndex(index)));
     }

@@ -34,7 +34,6 @@ pub(super) struct BlackBoxReportArgs {
     config: ConfigArgs,
 }
 
-/// Writes the page to standard output.
 pub(super) fn run(args: &BlackBoxReportArgs) -> Result<ExitCode, Failure> {
     for (resource, limit) in [(Resource::Cpu, MAX_SECONDS), (Resource::Data, MAX_MEMORY)] {
         let limit = Some(limit);
@@ -51,8 +50,7 @@ pub(super) fn run(args: &BlackBoxReportArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Creates the page of a black-box log with the configuration on the disk. An error is a message for the
-/// user.
+/// Creates the page of a black-box log, with the configuration on the disk. An error is a text for users.
 pub(super) fn black_box_report(
     config: &ConfigArgs,
     log: &Path,

@@ -154,8 +154,10 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
     let reading = ProgressDisplay::spinner("reading the drive and its map");
     let (mut file, title) = match (&args.scenario, &args.map, args.from, args.to) {
         (Some(_), Some(_), ..) => {
-            let reason = "--map goes with a recording or with --from, --to or --all-routes; a scenario names its map itself";
-            return Err(Failure::Usage(reason.to_owned()));
+            return Err(Failure::Usage(
+                "--map goes with a recording or with --from, --to or --all-routes; a scenario names its map itself"
+                    .to_owned(),
+            ));
         }
         (Some(scenario), None, ..) => (drive::read(&Disk, scenario)?, file_name(scenario)),
         (None, Some(map), Some(from), Some(to)) => (
@@ -184,8 +186,8 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
     let mut chart = args.picture.as_ref().map(|_| DriveChart::new(simulation.file()));
     let mut has_failed = false;
     for compat in compats {
-        let (mut run, mut verdicts) =
-            (DriveRun::new(&simulation, compat), DriveVerdicts::new(&simulation, compat));
+        let mut run = DriveRun::new(&simulation, compat);
+        let mut verdicts = DriveVerdicts::new(&simulation, compat);
         if let Some(heading) = writer.begin(compat) {
             writeln!(out, "{heading}")?;
         }
@@ -212,7 +214,6 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
     Ok(if has_failed { ExitCode::from(5) } else { ExitCode::SUCCESS })
 }
 
-/// Runs the decider over a recording.
 fn report_recording(args: &DecideArgs, recording: &Path) -> Result<ExitCode, Failure> {
     let config = args.config.as_ref().map(|path| turn_signal(path)).transpose()?;
     let map = args.map.as_deref().or_else(|| config.as_ref().map(|config| config.map.as_path()));
@@ -224,16 +225,11 @@ fn report_recording(args: &DecideArgs, recording: &Path) -> Result<ExitCode, Fai
         take_settings(&mut file, &config.flow);
     }
     file.decider.compat = args.compat.unwrap_or(file.decider.compat);
-    let form = ReportForm {
-        is_json: args.json,
-        every: args.every,
-        picture: args.picture.as_deref(),
-        signal: args.signal,
-    };
+    let (is_json, every, picture, signal) = (args.json, args.every, args.picture.as_deref(), args.signal);
+    let form = ReportForm { is_json, every, picture, signal };
     recorded_drive::run(recording, &file, config.as_ref().map(|config| &config.inputs), &form)
 }
 
-/// Drives many routes over a map.
 fn survey_map(args: &DecideArgs, map: &Path, count: usize) -> Result<ExitCode, Failure> {
     let choice = if args.loops { RouteChoice::Loops(count) } else { RouteChoice::Any(count) };
     let surveyor = || {
@@ -248,14 +244,9 @@ fn survey_map(args: &DecideArgs, map: &Path, count: usize) -> Result<ExitCode, F
 
 /// Reads the section of the decider of a gateway's configuration.
 fn turn_signal(path: &Path) -> Result<TurnSignalConfig, Refused> {
-    load(&Disk, path, &Overrides::default())?.turn_signal.ok_or_else(|| {
-        Problem::whole_file(
-            path,
-            "it has no [turn_signal]",
-            "give the configuration of a turn signal decider",
-        )
-        .into()
-    })
+    let remedy = "give the configuration of a turn signal decider";
+    let settings = load(&Disk, path, &Overrides::default())?;
+    settings.turn_signal.ok_or_else(|| Problem::whole_file(path, "it has no [turn_signal]", remedy).into())
 }
 
 /// Replaces a drive's decider settings by those in a gateway's configuration.

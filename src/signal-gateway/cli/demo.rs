@@ -112,7 +112,7 @@ pub(super) fn demo(args: &DemoArgs) -> Result<ExitCode, Failure> {
             "--ros-args: demo has its own configuration and profile; use run".to_owned(),
         ));
     }
-    let config = args.what.map_or(DEMO_CONFIG, Rehearsed::config);
+    let config = args.what.map_or(DEMO_CONFIG, |what| what.row().config);
     let overrides = Overrides { profile: None, ros: ros.overrides };
     let mut settings = load(&Embedded, Path::new(config), &overrides)?;
     args.web.apply(&mut settings.http)?;
@@ -135,10 +135,8 @@ fn play(args: &DemoArgs, mut settings: Settings) -> Result<(), Failure> {
             messages::note(&note);
         }
     }
-    let (file, stamps) = match &settings.recording {
-        Some(recording) => (recording.file.clone(), recording.stamps),
-        None => return Err(DaemonError::NoRecording.into()),
-    };
+    let recording = settings.recording.as_ref().ok_or(DaemonError::NoRecording)?;
+    let (file, stamps) = (recording.file.clone(), recording.stamps);
     let title = format!("demo · {}, built-in recording", settings.vehicle);
     let view = args.view.open(title, settings.http.url(), View::lines)?;
     let view = view.with_story(story::DEMO, TRY_NEXT, messages::layout(&io::stdout()).width);
@@ -147,10 +145,9 @@ fn play(args: &DemoArgs, mut settings: Settings) -> Result<(), Failure> {
     let playback = Playback { speed: args.speed, repeat: args.repeat, stamps, stay: false };
     // The page links from an error to its frames.
     let black_box = if args.web.is_on() { BlackBoxFolder::create(&mut settings) } else { None };
-    let report: Option<ReportPage> = black_box.is_some().then(|| {
+    let report = black_box.is_some().then(|| -> ReportPage {
         let config = ConfigArgs { config: None, profile: Some("demo_vehicle".into()) };
-        let report: ReportPage = Arc::new(move |log, opened_at| black_box_report(&config, log, opened_at));
-        report
+        Arc::new(move |log, opened_at| black_box_report(&config, log, opened_at))
     });
     let recording = PlayedRecording { name: "the built-in recording", reopen: &reopen, routes };
     Ok(daemon::play(settings, view, report, recording, playback)?)
@@ -204,19 +201,19 @@ fn script() -> Vec<(MonoTime, SimulationRequest)> {
     story::COMMANDS_SCRIPT.iter().filter_map(request).collect()
 }
 
-impl Rehearsed {
-    fn config(self) -> &'static str {
-        match self {
-            Self::Commands => "config/demo_commands.toml",
-            Self::Lights => "config/demo_lights.toml",
-        }
-    }
+struct RehearsalRow {
+    config: &'static str,
+    story: Story,
+    length: Duration,
+}
 
-    fn story(self) -> Story {
-        match self {
-            Self::Commands => story::COMMANDS,
-            Self::Lights => story::LIGHTS,
-        }
+impl Rehearsed {
+    fn row(self) -> RehearsalRow {
+        let (config, story, seconds) = match self {
+            Self::Commands => ("config/demo_commands.toml", story::COMMANDS, 42),
+            Self::Lights => ("config/demo_lights.toml", story::LIGHTS, 22),
+        };
+        RehearsalRow { config, story, length: Duration::from_secs(seconds) }
     }
 
     fn title(self, vehicle: &str) -> String {
@@ -224,13 +221,6 @@ impl Rehearsed {
             Self::Commands => format!("demo commands · {vehicle}, simulated"),
             Self::Lights => "demo lights · bench scenario".to_owned(),
         }
-    }
-
-    fn length(self) -> Duration {
-        Duration::from_secs(match self {
-            Self::Commands => 42,
-            Self::Lights => 22,
-        })
     }
 }
 
@@ -250,14 +240,14 @@ fn rehearsal<'a>(
         Rehearsed::Lights => None,
     };
     let start = Clock::start().now().wall;
-    Ok(Rehearsal::new(settings.gateway.clone(), surroundings, start, what.length()))
+    Ok(Rehearsal::new(settings.gateway.clone(), surroundings, start, what.row().length))
 }
 
 fn simulate(args: &DemoArgs, what: Rehearsed, settings: &Settings) -> Result<(), Failure> {
     let drive = crossing()?;
     let rehearsal = rehearsal(what, settings, &drive)?;
     let view = args.view.open(what.title(&settings.vehicle), settings.http.url(), View::lines)?;
-    let view = view.with_story(what.story(), TRY_NEXT, messages::layout(&io::stdout()).width);
+    let view = view.with_story(what.row().story, TRY_NEXT, messages::layout(&io::stdout()).width);
     Ok(rehearse(settings, view, rehearsal, args.speed)?)
 }
 
@@ -327,7 +317,7 @@ mod tests {
     }
 
     fn watch_simulation(what: Rehearsed, story: Story) -> Result<Audience, WrongCaption> {
-        let settings = settings(what.config());
+        let settings = settings(what.row().config);
         let drive = crossing().unwrap();
         let mut rehearsal = rehearsal(what, &settings, &drive).unwrap();
         let mut audience = Audience::new(story);
@@ -347,7 +337,8 @@ mod tests {
     #[test]
     fn each_caption_of_the_simulations_holds_while_it_is_shown() {
         for what in [Rehearsed::Commands, Rehearsed::Lights] {
-            watch_simulation(what, what.story()).unwrap().has_seen_all(what.story(), 1);
+            let story = what.row().story;
+            watch_simulation(what, story).unwrap().has_seen_all(story, 1);
         }
     }
 

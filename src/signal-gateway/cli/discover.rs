@@ -22,8 +22,6 @@ use crate::report::discovery as texts;
 use crate::report::text::counted;
 use can_signal::can::{CanInput, DriverMark, LogNote};
 use gateway_base::time::{MonoTime, Now, WallStamp};
-use vehicle_bringup::discovery::capture::Capture;
-use vehicle_bringup::discovery::findings::DiscoveryFindings;
 use vehicle_bringup::discovery::machine::{Discovery, DiscoveryEvent};
 use vehicle_bringup::discovery::session::{DriverRequest, SessionSettings};
 use vehicle_bringup::discovery::timeline::ActionTimeline;
@@ -79,22 +77,11 @@ pub(super) struct DiscoverArgs {
 }
 
 impl DiscoverArgs {
-    /// Returns the arguments of a live discovery with default times.
     pub(super) fn live(interface: String, output: PathBuf, force: bool) -> Self {
         let SessionSettings { quiet: quiet_s, hold: hold_s, rest: rest_s, .. } = SessionSettings::default();
-        let (live, name) = (vec![interface], "New car".to_owned());
-        Self {
-            time: TimeArgs::default(),
-            log: None,
-            live,
-            marks: None,
-            name,
-            output: Some(output),
-            force,
-            quiet_s,
-            hold_s,
-            rest_s,
-        }
+        let (live, name, output) = (vec![interface], "New car".to_owned(), Some(output));
+        let (log, time, marks) = (None, TimeArgs::default(), None);
+        Self { log, time, live, marks, name, output, force, quiet_s, hold_s, rest_s }
     }
 }
 
@@ -114,13 +101,11 @@ pub(super) fn discover(args: &DiscoverArgs) -> Result<ExitCode, Failure> {
 }
 
 fn on_recording(args: &DiscoverArgs, log: &Path, folder: &Path) -> Result<ExitCode, Failure> {
-    let given = match &args.marks {
-        Some(path) => {
-            let text = read_text(path).map_err(Failure::file(path))?;
-            marks(&text).map_err(|why| Failure::Usage(format!("{}: {why}", path.display())))?
-        }
-        None => Vec::new(),
-    };
+    let mut given = Vec::new();
+    if let Some(path) = &args.marks {
+        let text = read_text(path).map_err(Failure::file(path))?;
+        given = marks(&text).map_err(|why| Failure::Usage(format!("{}: {why}", path.display())))?;
+    }
     let session = RecordedSession::read(open(log, args.time, ShowProgress::Always)?, &given)
         .map_err(Failure::file(log))?;
     if session.marks.is_empty() {
@@ -129,9 +114,14 @@ fn on_recording(args: &DiscoverArgs, log: &Path, folder: &Path) -> Result<ExitCo
             log.display()
         )));
     }
-    let findings = session.findings();
     let new = NewFiles::in_folder(folder, args.force).map_err(Failure::file(folder))?;
-    finish(args, &session.capture, &session.timeline(), &findings, &session.interfaces, &new, log)
+    let draft = VehicleDraft {
+        name: &args.name,
+        interfaces: &session.interfaces,
+        capture: &session.capture,
+        findings: &session.findings(),
+    };
+    finish(args, &draft, &session.timeline(), &new, log)
 }
 
 const SESSION_LOG: &str = "session.log";
@@ -152,12 +142,8 @@ fn live(args: &DiscoverArgs, folder: &Path) -> Result<ExitCode, Failure> {
         )?;
         io::stdin().lock().read_line(&mut String::new())?;
     }
-    let settings = SessionSettings {
-        quiet: args.quiet_s,
-        hold: args.hold_s,
-        rest: args.rest_s,
-        ..SessionSettings::default()
-    };
+    let (quiet, hold, rest) = (args.quiet_s, args.hold_s, args.rest_s);
+    let settings = SessionSettings { quiet, hold, rest, ..SessionSettings::default() };
     let outcome = discover::discover(&args.live, settings, |event, discovery, now| {
         session.take(&event, discovery, now)
     });
@@ -173,26 +159,25 @@ fn live(args: &DiscoverArgs, folder: &Path) -> Result<ExitCode, Failure> {
             args.live.join(", ")
         )));
     }
-    let (_, end) = discovery.capture().span().unwrap_or_default();
-    finish(args, discovery.capture(), &discovery.timeline(end), &findings, &args.live, &new, &path)
+    let capture = discovery.capture();
+    let (_, end) = capture.span().unwrap_or_default();
+    let draft = VehicleDraft { name: &args.name, interfaces: &args.live, capture, findings: &findings };
+    finish(args, &draft, &discovery.timeline(end), &new, &path)
 }
 
 /// Prints the findings, writes the files, and checks them on the recording.
 fn finish(
     args: &DiscoverArgs,
-    capture: &Capture,
+    draft: &VehicleDraft<'_>,
     timeline: &ActionTimeline,
-    findings: &DiscoveryFindings,
-    interfaces: &[String],
     new: &NewFiles,
     log: &Path,
 ) -> Result<ExitCode, Failure> {
     let mut out = io::stdout().lock();
-    let (messages, frames) = (capture.messages(), capture.frames());
+    let (messages, frames) = (draft.capture.messages(), draft.capture.frames());
     let messages = counted(messages.try_into().unwrap_or(u64::MAX), "message");
-    writeln!(out, "\n{frames} frames of {messages}\n\n{}", texts::result(findings))?;
-    let draft = VehicleDraft { name: &args.name, interfaces, capture, findings };
-    let files = match proven_files(&draft, timeline) {
+    writeln!(out, "\n{frames} frames of {messages}\n\n{}", texts::result(draft.findings))?;
+    let files = match proven_files(draft, timeline) {
         Ok(files) => files,
         Err(why) => {
             writeln!(out, "Nothing is written: {why}.")?;
@@ -314,7 +299,6 @@ impl DiscoveryScreen {
         texts::request_and_next(request.mark, request.next, Self::width())
     }
 
-    /// Returns the width of the terminal, or 80.
     fn width() -> usize {
         messages::layout(&io::stdout()).width.unwrap_or(80)
     }

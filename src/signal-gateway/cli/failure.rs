@@ -21,7 +21,6 @@ pub(super) enum Failure {
     File(PathBuf, io::Error),
     #[error("{}: {_1}", _0.display())]
     Written(PathBuf, io::Error),
-    /// The live page cannot be served at an address.
     #[error("{_0}: {_1}")]
     PageAddress(SocketAddr, io::Error),
     #[error("{0}")]

@@ -11,7 +11,6 @@ use crate::io::can::traffic::is_virtual;
 use can_signal::can::{LinkState, link_text};
 use gateway_base::near_miss::nearest;
 
-/// Writes the reason, and the remedy if one is known.
 pub(super) fn show(failure: &Failure) {
     match failure {
         Failure::Refused(refused) => messages::refused(refused),
@@ -22,8 +21,8 @@ pub(super) fn show(failure: &Failure) {
         }
         Failure::Daemon(DaemonError::Recording { file, error }) => unreadable::show(Path::new(file), error),
         Failure::PageAddress(address, error) => {
-            let (text, remedy) = unusable_address(*address, error);
-            messages::error(&text, &remedy);
+            let unusable = unusable_address(*address, error);
+            messages::error(&unusable.text, &unusable.remedy);
         }
         Failure::Usage(_) | Failure::Environment(_) | Failure::Daemon(_) | Failure::System(_) => {
             messages::error(&failure.to_string(), "");

@@ -16,9 +16,9 @@ use crate::check::{identify_text, log_faults};
 use crate::daemon::DaemonError;
 use crate::daemon::bus_survey::listen_to;
 use crate::io::process_log::LogForm;
-use can_log::EntryContent;
-use can_log::no_frame;
+use can_log::{EntryContent, no_frame};
 use can_signal::can::{CanInput, LinkState};
+use gateway_base::time::millis;
 
 pub(super) const HELP: &str = "\
 Examples:
@@ -88,12 +88,10 @@ pub(super) fn read(path: &Path, time: TimeArgs) -> Result<Identifier, Failure> {
 const SHORTEST: Duration = Duration::from_secs(3);
 const LOOK: Duration = Duration::from_secs(1);
 
-/// Collects evidence on an interface for at most `length`.
 pub(super) fn listen(interface: &str, length: Duration) -> Result<Identifier, Failure> {
     let mut identifier = Identifier::new()?;
     let form = "{spinner} {msg} [{wide_bar}] {eta} left";
-    let millis = u64::try_from(length.as_millis()).unwrap_or(u64::MAX);
-    let progress = ProgressDisplay::new(format!("listening to {interface}"), Some(millis), form);
+    let progress = ProgressDisplay::new(format!("listening to {interface}"), Some(millis(length)), form);
     let start = Instant::now();
     let (mut looked, mut unusable) = (SHORTEST, None);
     listen_to(interface, length, |input| {
@@ -104,7 +102,7 @@ pub(super) fn listen(interface: &str, length: Duration) -> Result<Identifier, Fa
         let CanInput::Frame { frame, stamp, .. } = input else { return true };
         identifier.frame(interface, frame, *stamp);
         let elapsed = start.elapsed();
-        progress.set(u64::try_from(elapsed.as_millis()).unwrap_or(u64::MAX));
+        progress.set(millis(elapsed));
         if elapsed < looked {
             return true;
         }

@@ -118,14 +118,11 @@ pub(super) fn run(args: &InitArgs) -> Result<ExitCode, Failure> {
     let interfaces: Vec<_> = buses.iter().map(|bus| bus.interface.as_str()).collect();
     let mut out = io::stdout().lock();
     writeln!(out, "{path}: {}, on {}", settings.vehicle, interfaces.join(", "))?;
-    writeln!(
-        out,
-        "next: signal-gateway check --config {path}\n      signal-gateway decode --live --config {path}"
-    )?;
+    writeln!(out, "next: signal-gateway check --config {path}")?;
+    writeln!(out, "      signal-gateway decode --live --config {path}")?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// A car in the list of models.
 struct ListedCar<'a> {
     name: &'a str,
     models: Vec<&'a CarModel>,
@@ -135,13 +132,11 @@ struct ListedCar<'a> {
 impl ListedCar<'_> {
     /// Returns the only profile of the car.
     fn profile(&self) -> Result<&str, Failure> {
-        match self.profiles.as_slice() {
-            [only] => Ok(only),
-            profiles => {
-                let text = format!("{} may need {}: give --profile", self.name, profiles.join(" or "));
-                Err(Failure::Usage(text))
-            }
-        }
+        let [only] = self.profiles.as_slice() else {
+            let profiles = self.profiles.join(" or ");
+            return Err(Failure::Usage(format!("{} may need {profiles}: give --profile", self.name)));
+        };
+        Ok(only)
     }
 }
 
@@ -155,8 +150,7 @@ fn listed<'a>(models: &'a [CarModel], car: &'a str) -> Result<ListedCar<'a>, Fai
     Ok(ListedCar { name: car, models: search.models, profiles })
 }
 
-/// Returns the listed dimensions of the car, or of all models of a profile; `None` if the profile needs no
-/// dimensions.
+/// Returns the listed dimensions of the car, or of all models of a profile; `None` if it needs none.
 fn dimensions(
     profile: &str,
     settings: &Settings,
@@ -168,16 +162,11 @@ fn dimensions(
         return None;
     }
     let is_of_profile = |model: &&CarModel| matches!(&model.profile, ModelProfile::Shipped { profile: of, .. } if of == profile);
-    Some(match car {
-        Some(car) => DimensionsDraft {
-            subject: car.name.to_owned(),
-            listed: DimensionRange::of(car.models.iter().copied()),
-        },
-        None => DimensionsDraft {
-            subject: format!("the models of {profile}"),
-            listed: DimensionRange::of(models.iter().filter(is_of_profile)),
-        },
-    })
+    let (subject, listed) = match car {
+        Some(car) => (car.name.to_owned(), DimensionRange::of(car.models.iter().copied())),
+        None => (format!("the models of {profile}"), DimensionRange::of(models.iter().filter(is_of_profile))),
+    };
+    Some(DimensionsDraft { subject, listed })
 }
 
 /// Asks whether an existing file may be overwritten; fails if not.
@@ -206,7 +195,7 @@ fn ask_interface(question: &str, default: Option<&str>) -> Result<String, Failur
 /// Checks `[BUS=]INTERFACE`. The interface may be missing on this machine.
 fn usable(given: &str) -> Result<String, Failure> {
     let interface = interface_of(given);
-    interface_name(interface).map_err(|(reason, remedy)| Failure::Usage(format!("{reason}; {remedy}")))?;
+    interface_name(interface).map_err(|refusal| Failure::Usage(refusal.to_string()))?;
     let is_here = interfaces().iter().any(|known| known == interface);
     if is_here && !can_interfaces().iter().any(|known| known == interface) {
         return Err(Failure::Usage(format!("{interface} is not a CAN interface")));
@@ -311,8 +300,7 @@ fn assigned(buses: &[&str], interfaces: &[String]) -> Result<Vec<BusInterface>, 
     }
 }
 
-/// Returns the profile in the form for the new configuration: by name, by its path below the configuration,
-/// or by its absolute path.
+/// Returns the profile by name, by its path below the new configuration, or by its absolute path.
 fn named(profile: &str, output: &Path) -> io::Result<String> {
     if !Path::new(profile).exists() {
         return Ok(profile.to_owned());

@@ -6,29 +6,29 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::against_running;
 use super::arguments::{
     ConfigArgs, DEFAULT_CONFIG, RecordingArgs, ShowProgress, TimeArgs, open, recording, settings, settings_in,
 };
 use super::failure::Failure;
-use super::messages;
 use super::progress::ProgressDisplay;
 use super::replay::{has_frames, mention_losses};
 use super::status::SOCKET;
 use super::unreadable::expect_recording;
 use super::view::{self, ViewArgs};
-use crate::check;
+use super::{against_running, messages};
 use crate::check::CheckReport;
 use crate::check::decode::Decoder;
 use crate::check::live_messages::LiveMessages;
 use crate::check::patch::{Fix, patch, timeouts};
 use crate::config::files::{Disk, Files as _, ListedDisk};
-use crate::config::{MissingTimeout, Refused, Settings, SourceLocation};
-use crate::daemon;
+use crate::config::ros_names::RosOverrides;
+use crate::config::{Refused, Settings, SourceLocation};
 use crate::io::clock::Clock;
 use crate::io::process_log::LogForm;
 use crate::io::service_user::{SERVICE_USER, unreadable_for_service};
-use crate::replay::Replay;
+use crate::replay::{RecordedInput, Replay};
+use crate::{check, daemon};
+use can_signal::can::CanInput;
 use vehicle_bringup::plausibility::finding::Severity;
 
 pub(super) const CHECK_HELP: &str = "\
@@ -108,17 +108,19 @@ pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
 
 fn judge(args: &CheckArgs) -> Result<ExitCode, Failure> {
     let recorded = &args.recording;
-    if let Some(path) = recorded.log.as_deref().filter(|path| !is_map(path)) {
-        expect_recording(path)?;
-    }
-    if let Some(path) = recorded.log.as_deref().filter(|path| is_map(path)) {
-        let _progress = ProgressDisplay::spinner("reading the map");
-        let remedy = "give a lanelet2 map, or a folder with lanelet2_map.osm";
-        let report = check::map(&Disk, path).map_err(|problem| Refused::from(problem.or_remedy(remedy)))?;
-        return print(args, &report, None);
+    match recorded.log.as_deref() {
+        Some(path) if is_map(path) => {
+            let _progress = ProgressDisplay::spinner("reading the map");
+            let remedy = "give a lanelet2 map, or a folder with lanelet2_map.osm";
+            let report =
+                check::map(&Disk, path).map_err(|problem| Refused::from(problem.or_remedy(remedy)))?;
+            return print(args, &report, None);
+        }
+        Some(path) => expect_recording(path)?,
+        None => {}
     }
     let files = ListedDisk::default();
-    let settings = match settings_in(&files, &recorded.config) {
+    let settings = match settings_in(&files, &recorded.config, &RosOverrides::default()) {
         Err(Failure::Refused(refused)) if args.fix => {
             return mend(refused, recorded.log.as_deref(), recorded.time);
         }
@@ -139,12 +141,8 @@ fn judge(args: &CheckArgs) -> Result<ExitCode, Failure> {
         let (path, routes) = recording(recorded, &settings)?;
         judged = Some(path.clone());
         let unreadable = Failure::file(&path);
-        let replay = Replay::surveying(
-            settings.gateway.clone(),
-            open(&path, recorded.time, ShowProgress::Always)?,
-            routes,
-        )
-        .map_err(&unreadable)?;
+        let log = open(&path, recorded.time, ShowProgress::Always)?;
+        let replay = Replay::surveying(settings.gateway.clone(), log, routes).map_err(&unreadable)?;
         let (surveyed, read) = check::recording(&settings, replay);
         report.append(surveyed);
         outcome = read.map_err(unreadable);
@@ -160,11 +158,11 @@ fn judge(args: &CheckArgs) -> Result<ExitCode, Failure> {
 /// Proposes missing timeouts of a refused profile from the recording, and fails with the refusal.
 fn mend(refused: Refused, log: Option<&Path>, time: TimeArgs) -> Result<ExitCode, Failure> {
     let missing: Vec<_> = refused.0.iter().filter_map(|problem| problem.missing_timeout.as_deref()).collect();
-    let profile = refused.0.iter().find_map(|problem| Some((problem, problem.missing_timeout.as_deref()?)));
-    if let (Some((problem, MissingTimeout { profile_key, .. })), Some(log)) = (profile, log) {
+    let problem = refused.0.iter().find(|problem| problem.missing_timeout.is_some());
+    if let (Some(problem), [first, ..], Some(log)) = (problem, missing.as_slice(), log) {
         let fixes =
             timeouts(&mut open(log, time, ShowProgress::Always)?, &missing).map_err(Failure::file(log))?;
-        print_patch(&problem.file, profile_key, &fixes.iter().collect::<Vec<_>>())?;
+        print_patch(&problem.file, &first.profile_key, &fixes.iter().collect::<Vec<_>>())?;
         messages::note("with these lines in the profile, run it again: only then the recording is checked");
     }
     Err(refused.into())
@@ -191,11 +189,9 @@ fn print(
         let fixes = report.fixes();
         print_patch(&profile.file, &profile.key, &fixes)?;
         if fixes.is_empty() {
-            let recorded = args.recording.log.is_some();
-            let why = if recorded {
-                "the recording shows no line that it lacks"
-            } else {
-                "give a recording of the vehicle"
+            let why = match &args.recording.log {
+                Some(_) => "the recording shows no line that it lacks",
+                None => "give a recording of the vehicle",
             };
             messages::note(&format!("nothing to add to the profile: {why}"));
         }
@@ -234,15 +230,13 @@ pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
     }
     let (path, routes) = recording(&args.recording, &settings)?;
     let unreadable = Failure::file(&path);
-    let mut replay =
-        Replay::new(settings.gateway, open(&path, args.recording.time, ShowProgress::WithoutOutput)?, routes)
-            .map_err(&unreadable)?;
+    let log = open(&path, args.recording.time, ShowProgress::WithoutOutput)?;
+    let mut replay = Replay::new(settings.gateway, log, routes).map_err(&unreadable)?;
     let mut out = io::BufWriter::new(io::stdout().lock());
     let outcome = loop {
         match replay.skim() {
-            Ok(Some(input)) => {
-                input.can().map_or(Ok(()), |input| decoder.print(input, replay.now(), &mut out))?;
-            }
+            Ok(Some(RecordedInput::Can(input))) => decoder.print(&input, replay.now(), &mut out)?,
+            Ok(Some(RecordedInput::Sample(_))) => {}
             Ok(None) => break Ok(ExitCode::SUCCESS),
             Err(error) => break Err(unreadable(error)),
         }
@@ -252,24 +246,20 @@ pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
     outcome.and_then(|code| has_frames(&replay, code, &unreadable))
 }
 
-/// Shows the messages of all interfaces until the user quits.
 fn show_messages(settings: &Settings, clock: &Clock) -> Result<ExitCode, Failure> {
     let mut messages = LiveMessages::new(settings);
     let mut view = view::start_messages(format!("decode · {}", settings.vehicle))?;
-    daemon::listen(
-        settings,
-        |_| None,
-        |inputs| {
-            let now = clock.now();
-            for input in inputs {
-                messages.take(input, now);
-            }
-            if view.is_due() {
-                view.picture(messages.picture(now.mono));
-                view.messages(messages.rows(now.mono));
-            }
-            Ok(())
-        },
-    )?;
+    let show = |inputs: &[CanInput]| {
+        let now = clock.now();
+        for input in inputs {
+            messages.take(input, now);
+        }
+        if view.is_due() {
+            view.picture(messages.picture(now.mono));
+            view.messages(messages.rows(now.mono));
+        }
+        Ok(())
+    };
+    daemon::listen(settings, |_| None, show)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -15,19 +15,19 @@ use super::messages;
 use super::progress::ProgressDisplay;
 use crate::config::files::Disk;
 use crate::config::scenario::{self, BulbOrder, ReadOptions, ScenarioFile};
-use crate::config::{Problem, Refused};
-use crate::config::{find_map, read_lights};
+use crate::config::{Problem, Refused, find_map, read_lights};
 use crate::desk::lights::run::ScenarioRun;
 use crate::desk::lights::span::RunLength;
-use crate::report::Form;
 use crate::report::lights::chart::LightsChart;
 use crate::report::lights::{LightsWriter, Style};
+use crate::report::{self, Form};
 use gateway_base::time::MonoTime;
 use lanelet2_map::light_map::{GroupEntry, LampSource, LightMap};
 use traffic_lights::compat::Compat;
 use traffic_lights::engine::LightsSettings;
 use traffic_lights::event_log::ScenarioOutcome;
 use traffic_lights::periodic_timer::Rate;
+use traffic_lights::scenario::Scenario;
 
 pub(super) const HELP: &str = "\
 Examples:
@@ -65,8 +65,7 @@ The exit code is 5 when the scenario ends with exitFailure or cannot be carried 
 verdict is not known, because an event that could have ended it otherwise needs what is not
 interpreted here.";
 
-/// Maximum total number of shown light states: each change of a light shows the states of all lights of the
-/// map.
+/// Maximum total number of shown light states: each change of one light shows those of all lights.
 const MAX_SHOWN: usize = 20_000_000;
 
 #[derive(Debug, Args)]
@@ -148,13 +147,7 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
         Some(until) => RunLength { until, why: "given by --until" },
         None => RunLength::of(&file.scenario),
     };
-    let mut settings = LightsSettings::new(Arc::clone(&map), file.scenario, args.compat);
-    settings.frame_rate = args.frame_rate;
-    settings.first_frame = args.first_frame;
-    settings.v2i_rate = args.v2i_rate;
-    settings.copy_on_enable = args.copy_on_enable.unwrap_or(settings.copy_on_enable);
-    settings.one_group_per_head = args.one_group_per_head.unwrap_or(settings.one_group_per_head);
-
+    let settings = settings(args, Arc::clone(&map), file.scenario);
     let mut run = ScenarioRun::new(settings, span.until);
     let mut chart = args.picture.as_ref().map(|_| LightsChart::new(map, names.clone()));
     let style = if messages::layout(&io::stdout()).has_color { Style::Colored } else { Style::Plain };
@@ -167,10 +160,10 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
             shown += snapshot.states.count();
         }
         if shown > MAX_SHOWN {
+            let seconds = report::seconds(snapshot.at);
             outcome = Err(io::Error::other(format!(
-                "the scenario is shown to {:.3} s only, with {MAX_SHOWN} states of lights: give a smaller --until, or a map \
-                 with fewer lights",
-                Duration::from_nanos(snapshot.at.as_nanos()).as_secs_f64()
+                "the scenario is shown to {seconds:.3} s only, with {MAX_SHOWN} states of lights: give a smaller --until, or \
+                 a map with fewer lights"
             )));
             break;
         }
@@ -185,45 +178,53 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
     let open_end = is_to_the_end.then(|| writer.until(until, span.why)).flatten();
     open_end.iter().try_for_each(|line| writeln!(out, "{line}"))?;
     for (store, id, at) in run.contradictions() {
-        let seconds = Duration::from_nanos(at.as_nanos()).as_secs_f64();
-        let text = format!("{id} {} shows red and green from {seconds:.3} s", store.name());
+        let text = format!("{id} {} shows red and green from {:.3} s", store.name(), report::seconds(at));
         messages::warn(&names.in_text(&text));
     }
-    let has_failed = matches!(run.verdict(), Some(ScenarioOutcome::Failure | ScenarioOutcome::Fault(_)));
+    let verdict = run.verdict();
+    let is_fault = matches!(verdict, Some(ScenarioOutcome::Fault(_)));
     // A verdict at a different time is still the same verdict.
-    let decided = match run.verdict() {
+    let decided = match verdict {
         Some(ScenarioOutcome::Success) => Some(true),
         Some(ScenarioOutcome::Failure) => Some(false),
         Some(ScenarioOutcome::Stopped | ScenarioOutcome::Fault(_)) | None => None,
     };
     let undecided = uncertain_ends.iter().find(|end| end.success != decided);
-    let undecided =
-        undecided.filter(|_| outcome.is_ok() && !matches!(run.verdict(), Some(ScenarioOutcome::Fault(_))));
+    let undecided = undecided.filter(|_| outcome.is_ok() && !is_fault);
     if let Some(end) = undecided {
         writeln!(out, "{}", writer.undecided(run.at().min(until), &end.to_string()))?;
     }
     out.flush()?;
     if let (Some(path), Some(chart)) = (&args.picture, chart) {
-        let end = if run.verdict().is_some() || outcome.is_err() { run.at() } else { until };
+        let end = if verdict.is_some() || outcome.is_err() { run.at() } else { until };
         draw(path, &chart.chart(file_name(&args.scenario), subtitle(args), end, run.scenario()))?;
     }
     outcome?;
-    Ok(if undecided.is_some() {
-        ExitCode::from(6)
-    } else if has_failed {
-        ExitCode::from(5)
-    } else {
-        ExitCode::SUCCESS
+    let has_failed = is_fault || decided == Some(false);
+    Ok(match undecided {
+        Some(_) => ExitCode::from(6),
+        None if has_failed => ExitCode::from(5),
+        None => ExitCode::SUCCESS,
     })
+}
+
+fn settings(args: &LightsArgs, map: Arc<LightMap>, scenario: Scenario) -> LightsSettings {
+    let settings = LightsSettings::new(map, scenario, args.compat);
+    LightsSettings {
+        frame_rate: args.frame_rate,
+        first_frame: args.first_frame,
+        v2i_rate: args.v2i_rate,
+        copy_on_enable: args.copy_on_enable.unwrap_or(settings.copy_on_enable),
+        one_group_per_head: args.one_group_per_head.unwrap_or(settings.one_group_per_head),
+        ..settings
+    }
 }
 
 fn light_map(args: &LightsArgs, file: &ScenarioFile) -> Result<LightMap, Refused> {
     if args.without_map {
         let ids: BTreeSet<_> = file.ids.iter().map(|used| used.id).collect();
-        return Ok(LightMap::new(
-            [],
-            &ids.into_iter().map(|id| GroupEntry::new(id, [id])).collect::<Vec<_>>(),
-        ));
+        let groups: Vec<_> = ids.into_iter().map(|id| GroupEntry::new(id, [id])).collect();
+        return Ok(LightMap::new([], &groups));
     }
     if let Some(path) = &args.map {
         let remedy = "give a lanelet2 map with --map, by path or by the name of a built-in one";
@@ -235,12 +236,12 @@ fn light_map(args: &LightsArgs, file: &ScenarioFile) -> Result<LightMap, Refused
     }
     if let Some(reason) = &file.unresolved_map {
         let remedy = "or give the map with --map FILE.osm, or --without-map";
-        return Err(Refused(vec![Problem::whole_file(&args.scenario, reason, remedy)]));
+        return Err(Problem::whole_file(&args.scenario, reason, remedy).into());
     }
     if file.groups.is_empty() {
         let reason = "it names no map and no groups, so its lights are not known";
         let remedy = "give the lanelet2 map with --map FILE.osm, or --without-map; in a bench file [groups] as in 100 = [11, 12]";
-        return Err(Refused(vec![Problem::whole_file(&args.scenario, reason, remedy)]));
+        return Err(Problem::whole_file(&args.scenario, reason, remedy).into());
     }
     Ok(LightMap::new([], &file.groups))
 }

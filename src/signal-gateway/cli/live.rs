@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use clap::Args;
 
-use super::arguments::{ConfigArgs, settings_of_node};
+use super::arguments::{ConfigArgs, settings_in};
 use super::black_box_report::black_box_report;
 use super::failure::Failure;
 use super::messages;
@@ -20,7 +20,7 @@ use crate::io::process_log::{self, LogForm};
 use crate::io::ros::session::supervisor;
 use crate::report::text::escaped;
 use crate::report::timeline::OpenedAt;
-use crate::report::view::View;
+use crate::report::view::{Destination, View};
 use ros_transport::process;
 
 pub(super) const RUN_HELP: &str = "\
@@ -76,7 +76,7 @@ pub(super) fn run(mut args: RunArgs) -> Result<ExitCode, Failure> {
     let config_of_reports = config.clone();
     let isolated = !args.isolation.no_isolation;
     let read = move || {
-        let mut settings = settings_of_node(&config, &overrides)?;
+        let mut settings = settings_in(&Disk, &config, &overrides)?;
         if let Some(folder) = &record {
             settings.record_to(folder);
         }
@@ -84,16 +84,15 @@ pub(super) fn run(mut args: RunArgs) -> Result<ExitCode, Failure> {
         Ok::<_, Failure>(settings)
     };
     let settings = read()?;
-    let view =
-        args.view.open(format!("run · {}", settings.vehicle), settings.http.url(), || Ok(View::journal()))?;
+    let title = format!("run · {}", settings.vehicle);
+    let view = args.view.open(title, settings.http.url(), || Ok(View::new(Destination::Journal)))?;
     let read = Arc::new(move || read().map_err(|failure| failure.to_string()));
     let report = move |log: &Path, opened_at: &OpenedAt| black_box_report(&config_of_reports, log, opened_at);
     daemon::run(settings, view, read, Arc::new(report))?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// Reads the ROS 2 arguments, and starts the log in this form with the level that they give, or
-/// `default_level`.
+/// Reads the ROS 2 arguments, and starts the log with the level that they give, or `default_level`.
 pub(super) fn node_arguments(
     args: &RosArgs,
     default_level: &str,
@@ -123,7 +122,6 @@ pub(super) fn network_supervisor() -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Runs the network side of another process.
 pub(super) fn network(args: &NetworkArgs) -> Result<ExitCode, Failure> {
     let closed = process::close_inherited();
     messages::start_log(&args.log_level, LogForm::Timed)?;

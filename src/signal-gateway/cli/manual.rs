@@ -46,7 +46,6 @@ const ENVIRONMENT: [(&str, &str); 7] = [
     ("NOTIFY_SOCKET, WATCHDOG_USEC, JOURNAL_STREAM", "set by systemd: readiness, watchdog, journal"),
 ];
 
-/// Files of the packaged service.
 const FILES: [(&str, &str); 7] = [
     ("/etc/signal-gateway/gateway.toml", "the configuration, where --config names no other"),
     ("/etc/default/signal-gateway", "variables for the service, such as ROS_DOMAIN_ID=42"),
@@ -110,17 +109,21 @@ fn page(command: Command, exit_codes: &str) -> io::Result<Vec<u8>> {
         .render(&mut page)?;
     let mut roff = Roff::new();
     roff.control("SH", ["EXIT STATUS"]);
-    entries(&mut roff, exit_codes.lines().filter_map(|line| line.trim().split_once("  ")));
+    for (code, meaning) in exit_codes.lines().filter_map(|line| line.trim().split_once("  ")) {
+        entry(&mut roff, code, meaning);
+    }
     if has_surroundings {
         roff.control("SH", ["ENVIRONMENT"]);
-        entries(&mut roff, ENVIRONMENT);
+        for (name, text) in ENVIRONMENT {
+            entry(&mut roff, name, text);
+        }
         roff.control("SH", ["FILES"]);
-        entries(&mut roff, FILES);
+        for (path, text) in FILES {
+            entry(&mut roff, path, text);
+        }
     }
-    let notes: Vec<_> = help
-        .split("\n\n")
-        .filter(|block| ["Examples:", "Exit codes:"].iter().all(|heading| !block.starts_with(heading)))
-        .collect();
+    let is_note = |block: &&str| !block.starts_with("Examples:") && !block.starts_with("Exit codes:");
+    let notes: Vec<_> = help.split("\n\n").filter(is_note).collect();
     if !notes.is_empty() {
         roff.control("SH", ["NOTES"]);
         as_it_is(&mut roff, &notes.join("\n\n"));
@@ -153,10 +156,8 @@ fn exit_codes(command: &Command) -> String {
     codes.lines().filter(is_own).collect::<Vec<_>>().join("\n")
 }
 
-fn entries<'a>(roff: &mut Roff, entries: impl IntoIterator<Item = (&'a str, &'a str)>) {
-    for (term, text) in entries {
-        roff.control("TP", []).text([bold(term)]).text([roman(text.trim())]);
-    }
+fn entry(roff: &mut Roff, term: &str, text: &str) {
+    roff.control("TP", []).text([bold(term)]).text([roman(text.trim())]);
 }
 
 /// Adds a text, which may be a table, with its line breaks.

@@ -23,7 +23,6 @@ pub(super) struct McapExport {
     encoder: Encoder,
     target: ExportTarget,
     budget: OutputBudget,
-    /// Virtual time of added messages.
     at: MonoTime,
 }
 
@@ -33,8 +32,7 @@ enum ExportTarget {
 }
 
 impl McapExport {
-    /// Creates the file, or for a path that does not end in `.mcap` the folder of a bag, which must not
-    /// exist.
+    /// Creates the file, or for a path without `.mcap` at its end the folder of a bag, which must not exist.
     pub(super) fn create(path: &Path, encoder: Encoder) -> Result<Self, Failure> {
         let target = if path.extension().is_some_and(|extension| extension == "mcap") {
             McapFile::create(path, true).map(ExportTarget::File)
@@ -42,38 +40,31 @@ impl McapExport {
             Bag::create(path, FileLimits::NONE, encoder.channels()).map(ExportTarget::Bag)
         };
         let target = target.map_err(Failure::written(path))?;
-        Ok(Self {
-            path: path.to_owned(),
-            encoder,
-            target,
-            budget: OutputBudget::default(),
-            at: MonoTime::ZERO,
-        })
+        let (path, budget, at) = (path.to_owned(), OutputBudget::default(), MonoTime::ZERO);
+        Ok(Self { path, encoder, target, budget, at })
     }
 
-    /// Sets the virtual time of further messages.
     pub(super) fn advance(&mut self, at: MonoTime) {
         self.at = at;
     }
 
     pub(super) fn received(&mut self, input: &CanInput, at: WallStamp) -> Result<(), Failure> {
-        self.budget.entry();
-        let message = self.encoder.received(input, at);
-        message.iter().try_for_each(|message| self.add(message))
+        self.add_entry(self.encoder.received(input, at))
     }
 
-    /// Adds a ROS 2 sample, given by the position of its subscription.
-    pub(super) fn sample(&mut self, subscription: usize, sample: &LoggedSample) -> Result<(), Failure> {
-        self.budget.entry();
-        let LoggedSample { bytes, endian, logged, .. } = sample;
-        let message = self.encoder.sample(subscription, bytes.clone(), *endian, *logged);
-        message.iter().try_for_each(|message| self.add(message))
+    /// Adds a ROS 2 sample, whose topic is the position of its subscription.
+    pub(super) fn sample(&mut self, sample: &LoggedSample) -> Result<(), Failure> {
+        let LoggedSample { topic, bytes, endian, logged, .. } = sample;
+        self.add_entry(self.encoder.sample(*topic, bytes.clone(), *endian, *logged))
     }
 
     pub(super) fn call(&mut self, call: &TimedCall) -> Result<(), Failure> {
+        self.add_entry(self.encoder.call(call))
+    }
+
+    fn add_entry(&mut self, message: Option<RecordedMessage>) -> Result<(), Failure> {
         self.budget.entry();
-        let message = self.encoder.call(call);
-        message.iter().try_for_each(|message| self.add(message))
+        message.map_or(Ok(()), |message| self.add(&message))
     }
 
     pub(super) fn given_out(&mut self, output: &Output, at: WallStamp) -> Result<(), Failure> {
@@ -81,10 +72,7 @@ impl McapExport {
         messages.iter().try_for_each(|message| self.add(message))
     }
 
-    /// Closes the file or bag, whose index makes it readable.
-    ///
-    /// # Errors
-    /// Fails if the disk does not accept the data, or the export is incomplete.
+    /// Closes the file or bag, whose index makes it readable. Fails if the export is incomplete.
     pub(super) fn finish(mut self) -> Result<(), Failure> {
         let finished = match &mut self.target {
             ExportTarget::File(file) => file.finish(),

@@ -54,12 +54,13 @@ pub(super) fn choose_colors(arguments: impl IntoIterator<Item = OsString>) {
             None if argument == "--color" => arguments.next(),
             _ => continue,
         };
-        match value.and_then(|value| When::from_str(&value, false).ok()) {
-            Some(When::Always) => ColorChoice::Always.write_global(),
-            Some(When::Never) => ColorChoice::Never.write_global(),
-            Some(When::Auto) => ColorChoice::Auto.write_global(),
-            None => {}
-        }
+        let choice = match value.and_then(|value| When::from_str(&value, false).ok()) {
+            Some(When::Always) => ColorChoice::Always,
+            Some(When::Never) => ColorChoice::Never,
+            Some(When::Auto) => ColorChoice::Auto,
+            None => continue,
+        };
+        choice.write_global();
     }
 }
 
@@ -100,20 +101,17 @@ fn message((level, title): (tracing::Level, Level<'static>), text: &str, remedy:
     process_log::lines(level, &plain(title, text, remedy, layout(&io::stderr())));
 }
 
-/// Writes the problems of a configuration with their source lines.
 pub(super) fn refused(Refused(problems): &Refused) {
     let most = if options().verbose { usize::MAX } else { MAX_PROBLEMS };
     process_log::lines(tracing::Level::ERROR, &refusals(&Disk, problems, most, layout(&io::stderr())));
 }
 
-/// Writes a text without a severity.
 pub(super) fn say(text: &str) {
     let lines: Vec<_> = text.split('\n').map(escaped).collect();
     process_log::lines(tracing::Level::INFO, &lines.join("\n"));
 }
 
-/// Starts the log with messages from `level` on, changed by `--quiet`, `--verbose` and `RUST_LOG`. Fails if
-/// `RUST_LOG` is invalid.
+/// Starts the log at `level`, unless `--quiet`, `--verbose` or `RUST_LOG` (which may be invalid) change it.
 pub(super) fn start_log(level: &str, form: LogForm) -> Result<(), Failure> {
     let level = match (options(), level) {
         (MessageArgs { quiet: true, .. }, _) => "error",
@@ -143,8 +141,7 @@ pub(super) fn start_log(level: &str, form: LogForm) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Returns directives in which `signal_gateway=LEVEL` is the level of all our crates, unless a directive
-/// names one of them.
+/// Makes `signal_gateway=LEVEL` the level of each of our crates that no directive names.
 fn for_our_crates(directives: &str) -> String {
     let of_program = |directive: &str| {
         directive.trim().strip_prefix(env!("CARGO_CRATE_NAME"))?.strip_prefix('=').map(str::to_owned)

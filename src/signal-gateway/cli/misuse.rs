@@ -53,42 +53,29 @@ fn tip(kind: ErrorKind, words: &[&str]) -> Option<String> {
     let is_recording_command = matches!(words[command], "check" | "decode" | "replay" | "identify");
     let config =
         rest.iter().find(|word| Path::new(word).extension().is_some_and(|extension| extension == "toml"));
+    // With or without `=VALUE`.
+    let has = |option: &str| rest.iter().any(|word| word.split('=').next() == Some(option));
     match (words[command], kind) {
         ("identify", ErrorKind::MissingRequiredArgument) if rest.is_empty() => {
             Some("give a recording, or listen to a bus: identify --live can0".to_owned())
         }
         ("profiles", ErrorKind::InvalidSubcommand) => {
             let name = rest.iter().find(|word| !word.starts_with('-'))?;
-            let is_known = BuiltIn::Profile.path(name).is_some();
-            Some(if is_known {
-                format!("to print it: profiles show {name}")
-            } else {
-                "profiles list shows the names".to_owned()
+            Some(match BuiltIn::Profile.path(name) {
+                Some(_) => format!("to print it: profiles show {name}"),
+                None => "profiles list shows the names".to_owned(),
             })
         }
-        ("run", ErrorKind::UnknownArgument)
-            if rest.iter().any(|word| is_named(word, &["--interface", "-i"])) =>
-        {
-            Some(
-                "the configuration names the interfaces; to write one: init --interface can0 --profile NAME"
-                    .to_owned(),
-            )
+        ("run", ErrorKind::UnknownArgument) if has("--interface") || has("-i") => Some(
+            "the configuration names the interfaces; to write one: init --interface can0 --profile NAME"
+                .to_owned(),
+        ),
+        (name, ErrorKind::UnknownArgument) if is_recording_command && has("--log") => {
+            Some(format!("the recording stands by itself: {name} drive.log"))
         }
-        (_, ErrorKind::UnknownArgument) if is_recording_command => {
-            if rest.iter().any(|word| is_named(word, &["--log"])) {
-                Some(format!("the recording stands by itself: {} drive.log", words[command]))
-            } else {
-                let config = config?;
-                Some(format!(
-                    "a configuration is given with --config {config}, a profile with --profile {config}"
-                ))
-            }
-        }
+        (_, ErrorKind::UnknownArgument) if is_recording_command => config.map(|config| {
+            format!("a configuration is given with --config {config}, a profile with --profile {config}")
+        }),
         _ => None,
     }
-}
-
-/// Returns true if `word` is one of these options, with or without `=VALUE`.
-fn is_named(word: &str, names: &[&str]) -> bool {
-    names.contains(&word.split('=').next().unwrap_or(word))
 }

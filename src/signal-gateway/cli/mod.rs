@@ -40,25 +40,8 @@ use clap::{CommandFactory as _, Parser, Subcommand};
 
 use crate::daemon::DaemonError;
 use crate::daemon::publisher::PublisherError;
-use black_box_report::BlackBoxReportArgs;
-use decide::DecideArgs;
-use demo::DemoArgs;
-use discover::DiscoverArgs;
-use doctor::DoctorArgs;
 use failure::Failure;
-use identify::IdentifyArgs;
-use init::InitArgs;
-use inspect::{CheckArgs, DecodeArgs};
-use lights::LightsArgs;
-use live::NetworkArgs;
-use live::RunArgs;
-use manual::{CompletionsArgs, EXIT_CODES, ManArgs};
-use messages::MessageArgs;
-use profiles::ProfilesArgs;
-use reload::ReloadArgs;
-use replay::ReplayArgs;
-use status::StatusArgs;
-use vehicle::VehicleArgs;
+use manual::EXIT_CODES;
 
 /// Vehicle-signal gateway for Autoware: turn-signal and hazard frames from CAN become status
 /// reports and diagnostics on ROS 2
@@ -72,7 +55,7 @@ use vehicle::VehicleArgs;
 )]
 pub struct Cli {
     #[command(flatten)]
-    messages: MessageArgs,
+    messages: messages::MessageArgs,
     #[command(subcommand)]
     command: GatewayCommand,
 }
@@ -86,62 +69,62 @@ Examples of all files: /usr/share/signal-gateway, in the sources config and dbc.
 enum GatewayCommand {
     /// Run the gateway: the daemon that systemd starts
     #[command(after_help = live::RUN_HELP)]
-    Run(RunArgs),
+    Run(live::RunArgs),
     /// Play the built-in recording or a simulation in real time, publish it on ROS 2 and show it live
     #[command(after_help = demo::HELP)]
-    Demo(DemoArgs),
+    Demo(demo::DemoArgs),
     /// Run the gateway over a recording on virtual time and print what it publishes
     #[command(after_help = replay::REPLAY_HELP)]
-    Replay(ReplayArgs),
+    Replay(replay::ReplayArgs),
     /// Check a configuration before the drive: bindings, warnings, and the result of a recording
     #[command(after_help = inspect::CHECK_HELP)]
-    Check(CheckArgs),
+    Check(inspect::CheckArgs),
     /// Examine a set-up: interfaces, bit rate, ROS 2, service, permissions; each finding with its remedy
     #[command(after_help = doctor::HELP)]
-    Doctor(DoctorArgs),
+    Doctor(doctor::DoctorArgs),
     /// Find the built-in profiles that fit a recording
     #[command(after_help = identify::HELP)]
-    Identify(IdentifyArgs),
+    Identify(identify::IdentifyArgs),
     /// Print the bound signals by name with their meaning, from a recording or live
     #[command(after_help = inspect::DECODE_HELP)]
-    Decode(DecodeArgs),
+    Decode(inspect::DecodeArgs),
     /// Find the indicators of an unknown vehicle: ask the driver for actions, or read a marked recording
     #[command(after_help = discover::HELP)]
-    Discover(DiscoverArgs),
+    Discover(discover::DiscoverArgs),
     /// Write a commented configuration; asks for values that are not given
     #[command(after_help = init::HELP)]
-    Init(InitArgs),
+    Init(init::InitArgs),
     /// List or print the vehicle profiles in the binary
     #[command(after_help = profiles::HELP)]
-    Profiles(ProfilesArgs),
+    Profiles(profiles::ProfilesArgs),
     /// Run a scenario of traffic lights on virtual time and print its timeline, or draw it
     #[command(after_help = lights::HELP)]
-    Lights(LightsArgs),
+    Lights(lights::LightsArgs),
     /// Run a drive scenario of the turn signal decider on virtual time and explain each decision
     #[command(after_help = decide::HELP)]
-    Decide(DecideArgs),
+    Decide(decide::DecideArgs),
     /// Simulate a vehicle on a virtual bus: lamps that flash, commands obeyed, faults on request
     #[command(after_help = vehicle::HELP)]
-    Vehicle(VehicleArgs),
+    Vehicle(vehicle::VehicleArgs),
     /// Show the current state of a running gateway
     #[command(after_help = status::HELP)]
-    Status(StatusArgs),
+    Status(status::StatusArgs),
     /// Reload the configuration of a running gateway, and print the result
     #[command(after_help = reload::HELP)]
-    Reload(ReloadArgs),
+    Reload(reload::ReloadArgs),
     /// Write the page of a black box for the live page
     #[command(hide = true)]
-    BlackBoxReport(BlackBoxReportArgs),
+    BlackBoxReport(black_box_report::BlackBoxReportArgs),
     /// Serve a gateway that has started this process as its network side
     #[command(hide = true)]
-    Network(NetworkArgs),
+    Network(live::NetworkArgs),
     /// Start and watch the network side of a gateway of another user, which has connected with standard input
     #[command(hide = true)]
     NetworkSupervisor,
     /// Print shell completions
-    Completions(CompletionsArgs),
+    Completions(manual::CompletionsArgs),
     /// Print the man page (roff), or one for each command into a folder
-    Man(ManArgs),
+    Man(manual::ManArgs),
 }
 
 /// Runs the command of the arguments; errors go to standard error.

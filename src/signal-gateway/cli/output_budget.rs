@@ -11,7 +11,6 @@ const BASE: u64 = 64 << 20;
 /// Additional bytes per entry of the recording. A frame with all its reports takes less than 1 KiB.
 const FOR_ENTRY: u64 = 8 << 10;
 
-/// Number of bytes written to one target, and of recording entries behind them.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct OutputBudget {
     entries: u64,
@@ -20,7 +19,6 @@ pub(super) struct OutputBudget {
 }
 
 impl OutputBudget {
-    /// Counts an entry of the recording.
     pub(super) fn entry(&mut self) {
         self.entries += 1;
     }
@@ -28,10 +26,9 @@ impl OutputBudget {
     /// Counts bytes at virtual time `at`; returns false if they and everything after them are to be omitted.
     pub(super) fn take(&mut self, bytes: usize, at: MonoTime) -> bool {
         let written = self.written.saturating_add(bytes as u64);
-        if self.ended.is_none() && written > BASE.saturating_add(self.entries.saturating_mul(FOR_ENTRY)) {
-            self.ended = Some(at);
-        }
-        if self.ended.is_none() {
+        if written > BASE.saturating_add(self.entries.saturating_mul(FOR_ENTRY)) {
+            self.ended.get_or_insert(at);
+        } else if self.ended.is_none() {
             self.written = written;
         }
         self.ended.is_none()

@@ -104,7 +104,6 @@ pub(super) fn run(args: &ProfilesArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Lists the profiles in the binary.
 pub(super) fn list(out: &mut impl Write) -> Result<(), Failure> {
     let width = BuiltIn::Profile.names().map(str::len).max().unwrap_or_default();
     for name in BuiltIn::Profile.names() {
@@ -118,7 +117,6 @@ fn models() -> Result<Vec<CarModel>, Failure> {
     crate::config::car_models::models().map_err(Failure::Environment)
 }
 
-/// Returns the answer whether a car is supported.
 fn found(car: &str, json: bool) -> Result<(String, ModelVerdict), Failure> {
     let models = models()?;
     let search = find(&models, car);
@@ -161,7 +159,6 @@ fn show(out: &mut impl Write, profile: &str, dbc: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Returns true if standard output is redirected to a file.
 fn goes_into_a_file() -> bool {
     let output = io::stdout().as_fd().try_clone_to_owned().map(File::from);
     output.and_then(|output| output.metadata()).is_ok_and(|output| output.is_file())
@@ -174,16 +171,13 @@ fn path(name: &str) -> Result<PathBuf, Failure> {
     })
 }
 
-/// Returns the parts of a vehicle that a profile describes.
 fn contents(settings: &Settings) -> Vec<&'static str> {
     let lights = &settings.gateway.lights;
-    [
+    let parts = [
         (matches!(lights.turn, TurnBinding::From(_)), "turn"),
         (matches!(lights.hazard, HazardBinding::From(_)), "hazard"),
         (!settings.gateway.v2i.is_empty(), "traffic lights"),
         (!settings.command_binding.is_empty(), "commands"),
-    ]
-    .into_iter()
-    .filter_map(|(is_described, part)| is_described.then_some(part))
-    .collect()
+    ];
+    parts.into_iter().filter_map(|(is_described, part)| is_described.then_some(part)).collect()
 }

@@ -42,7 +42,6 @@ impl ProgressDisplay {
         Self { bar, waiting: Some((sender, thread)) }
     }
 
-    /// Shows progress without a known end.
     pub(super) fn spinner(text: impl Into<String>) -> Self {
         Self::new(text, None, "{spinner} {msg}, {elapsed}")
     }
@@ -73,7 +72,6 @@ impl Drop for ProgressDisplay {
     }
 }
 
-/// A reader that owns its progress bar.
 struct ProgressReader<R> {
     source: ProgressBarIter<R>,
     _progress: ProgressDisplay,

@@ -42,7 +42,6 @@ impl ValueEnum for SignalSource {
     }
 }
 
-/// Form of the report on a recorded drive.
 pub(super) struct ReportForm<'a> {
     pub(super) is_json: bool,
     pub(super) every: Every,
@@ -70,14 +69,6 @@ pub(super) fn run(
 ) -> Result<ExitCode, Failure> {
     let opened = SampleLog::open(recording, topics(names), FileBudget::default());
     let mut log = opened.map_err(Failure::file(recording))?;
-    let settings = TurnSignalSettings {
-        decider: file.decider.clone(),
-        road: file.road.clone(),
-        role: DeciderRole::Command,
-        period: std::time::Duration::from_secs_f64(1.0 / file.planning_hz),
-        publishes_sections: false,
-        vehicle: VehicleUse::default(),
-    };
     let mut out = io::BufWriter::new(io::stdout().lock());
     let numbers = if form.is_json { DriveForm::Json } else { DriveForm::Numbers };
     let (mut writer, mut narrator) = (DriveWriter::new(numbers), DriveWriter::new(DriveForm::Sentences));
@@ -90,9 +81,8 @@ pub(super) fn run(
         if let Some(sentence) = narrator.write(&cycle.snapshot, false) {
             notes.sentences.push((cycle.at, sentence.trim().to_owned()));
         }
-        if let Some(lines) =
-            writer.write(&cycle.snapshot, form.every == Every::Step).filter(|_| is_verbose && failed.is_ok())
-        {
+        let lines = writer.write(&cycle.snapshot, form.every == Every::Step);
+        if let Some(lines) = lines.filter(|_| is_verbose && failed.is_ok()) {
             failed = writeln!(out, "{lines}");
         }
         for (chart, received) in charts.iter_mut().flatten().zip(cycle.received) {
@@ -103,7 +93,7 @@ pub(super) fn run(
     while let Some(sample) = log.next_sample().map_err(Failure::file(recording))? {
         let kind = log.topics().get(sample.topic).map(|topic| topic.kind);
         let start = sample.logged;
-        let drive = drive.get_or_insert_with(|| RecordedDrive::new(settings.clone(), start));
+        let drive = drive.get_or_insert_with(|| RecordedDrive::new(settings(file), start));
         if let Some(kind) = kind {
             drive.take(sample, kind, &mut on_cycle);
         }
@@ -134,30 +124,31 @@ pub(super) fn run(
         counts: counts.clone(),
     };
     for manoeuvre in &manoeuvres {
-        if form.is_json {
-            writeln!(out, "{}", manoeuvre.json())?;
-        } else {
-            writeln!(out, "{}", manoeuvre.text())?;
-        }
+        writeln!(out, "{}", if form.is_json { manoeuvre.json().to_string() } else { manoeuvre.text() })?;
     }
-    if form.is_json {
-        writeln!(out, "{}", summary.json())?;
-    } else {
-        writeln!(out, "{}", summary.text())?;
-    }
+    writeln!(out, "{}", if form.is_json { summary.json().to_string() } else { summary.text() })?;
     out.flush()?;
     let chart =
         charts.and_then(|charts| SignalSource::ALL.into_iter().zip(charts).find(|(one, _)| *one == source));
     if let (Some(path), Some((_, mut chart))) = (form.picture, chart) {
-        for manoeuvre in &manoeuvres {
-            if let Some(sentence) = manoeuvre.mark() {
-                chart.add_mark(manoeuvre.at_m, sentence);
-            }
-        }
+        let marks = manoeuvres.iter().filter_map(|manoeuvre| Some((manoeuvre.at_m, manoeuvre.mark()?)));
+        marks.for_each(|(at_m, sentence)| chart.add_mark(at_m, sentence));
         draw(path, &chart.chart(file_name(recording)))?;
     }
     let total = counts.total();
     Ok(if total.agree == total.judged() { ExitCode::SUCCESS } else { ExitCode::from(5) })
+}
+
+/// Returns the settings with which the file lets the decider run.
+fn settings(file: &DriveFile) -> TurnSignalSettings {
+    TurnSignalSettings {
+        decider: file.decider.clone(),
+        road: file.road.clone(),
+        role: DeciderRole::Command,
+        period: std::time::Duration::from_secs_f64(1.0 / file.planning_hz),
+        publishes_sections: false,
+        vehicle: VehicleUse::default(),
+    }
 }
 
 impl Notes {
@@ -171,20 +162,19 @@ impl Notes {
     }
 }
 
-/// Returns the topics to read: the decider's inputs and the signals.
 fn topics(names: Option<&TopicNames>) -> Vec<(String, SampleKind)> {
     let autoware = TopicNames::of_decider();
     let inputs = decider_subscriptions(names.unwrap_or(&autoware), true);
-    let mut topics: Vec<_> =
-        inputs.into_iter().map(|topic| (topic.name, SampleKind::Input(topic.kind))).collect();
+    let inputs = inputs.into_iter().map(|topic| (topic.name, SampleKind::Input(topic.kind)));
     let command = SubscriptionKind::TurnCommand;
-    topics.push((command.row().default_name.to_owned(), SampleKind::Input(command)));
     let report = OutgoingTopic::TurnIndicatorsReport.row().default_name;
-    topics.push((report.to_owned(), SampleKind::TurnReport));
-    topics
+    let signals = [
+        (command.row().default_name.to_owned(), SampleKind::Input(command)),
+        (report.to_owned(), SampleKind::TurnReport),
+    ];
+    inputs.chain(signals).collect()
 }
 
-/// Returns the signal to judge.
 fn source(log: &SampleLog, wanted: Option<SignalSource>, recording: &Path) -> Result<SignalSource, Failure> {
     let has_samples = |source: &SignalSource| {
         log.topics().iter().any(|topic| topic.kind == source.sample_kind() && topic.received > 0)
@@ -208,7 +198,6 @@ fn unfit(recording: &Path, reason: String) -> Failure {
     Failure::File(recording.to_owned(), io::Error::new(io::ErrorKind::InvalidData, reason))
 }
 
-/// Warns of missing and unreadable parts of the recording.
 fn warn(recording: &Path, log: &SampleLog) {
     let name = file_name(recording);
     for text in sample_faults(log) {

@@ -29,7 +29,7 @@ use crate::io::process_log::LogForm;
 use crate::io::sample_log::{LoggedSample, SampleKind, SampleLog};
 use crate::replay::{Departures, NoRun, RecordedInput, RecordedRun, Recording, Replay, Routes, RunSink};
 use crate::report::gateway::{Changes, JsonTimeline};
-use crate::report::view::{View, time_text};
+use crate::report::view::{Destination, View, time_text};
 use can_log::file_budget::FileBudget;
 use can_log::{Log, no_frame};
 use can_signal::can::CanInput;
@@ -122,8 +122,7 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     let (length, outcome) = match run {
         Ok(mut run) => {
             let outcome = call_by_call(&mut run, &mut results, &unreadable);
-            let end = run.now().mono;
-            (end, outcome.map(|()| ExitCode::SUCCESS))
+            (run.now().mono, outcome.map(|()| ExitCode::SUCCESS))
         }
         Err(_) => {
             let log = open(&path, args.recording.time, ShowProgress::WithoutOutput)?;
@@ -139,8 +138,7 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     outcome
 }
 
-/// Returns the topics of all inputs in a recording of the gateway itself, samples first, by the positions of
-/// their subscriptions.
+/// Returns the topics of all inputs in a recording of the gateway itself, first those of its subscriptions.
 fn inputs(settings: &Settings) -> Vec<(String, SampleKind)> {
     encoder(settings).inputs(&subscriptions(settings))
 }
@@ -176,7 +174,6 @@ fn call_by_call(
     outcome
 }
 
-/// Replays a recording by its stamps.
 fn by_stamps(
     replay: &mut Replay,
     results: &mut Results<'_>,
@@ -212,7 +209,6 @@ struct Results<'a> {
     changes: Changes,
     mcap: Option<McapExport>,
     timeline: Option<TimelineCollector>,
-    /// Budget of standard output.
     printed: OutputBudget,
     failed: Result<(), Failure>,
 }
@@ -267,7 +263,7 @@ impl RunSink for Results<'_> {
     fn sample(&mut self, sample: &LoggedSample) {
         self.printed.entry();
         // The subscriptions come first among the topics.
-        self.export(|mcap| mcap.sample(sample.topic, sample));
+        self.export(|mcap| mcap.sample(sample));
     }
 
     fn decided(&mut self, output: &Output, at: MonoTime) {
@@ -312,7 +308,6 @@ fn is_all_foreign(replay: &Replay) -> bool {
     counts.records > 0 && counts.foreign == counts.records
 }
 
-/// Warns about faults of the replayed log.
 pub(super) fn mention_losses(replay: &Replay) {
     for text in recording_faults(replay) {
         messages::warn(&text);
@@ -341,7 +336,7 @@ fn replay_in_time(
     let title = format!("replay · {}, {}", settings.vehicle, file_name(path));
     let url = settings.http.url();
     let view = match json {
-        Some(timeline) => View::json(timeline),
+        Some(timeline) => View::new(Destination::Json(Box::new(timeline))),
         None => args.view.open(title, url, View::lines)?,
     };
     // With ROS 2, the inputs come from ROS 2.

@@ -8,16 +8,14 @@ use clap::Args;
 
 use super::failure::Failure;
 use crate::config::files::Files;
-use crate::config::ros_names::RosOverrides;
-use crate::config::ros_names::{NodeNames, Remapping, is_name, is_namespace, is_topic};
-use crate::config::ros_parameters::{ParameterValue, read_parameters, read_value};
+use crate::config::ros_names::{NodeNames, Remapping, RosOverrides, is_name, is_namespace, is_topic};
+use crate::config::ros_parameters::{FileParameter, ParameterValue, read_parameters, read_value};
 use crate::report::text::escaped;
 use gateway_base::near_miss::mistyped;
 
 const BEGIN: &str = "--ros-args";
 const NAMES: [&str; 3] = ["config", "profile", "use_sim_time"];
 
-/// Returns the names of the parameters as text.
 pub(super) fn parameters() -> String {
     let [first, second, last] = NAMES;
     format!("{first}, {second} and {last}")
@@ -30,7 +28,6 @@ pub(super) struct RosArgs {
     pub(super) arguments: Vec<OsString>,
 }
 
-/// The parsed arguments of ROS 2.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(super) struct RosArguments {
     pub(super) overrides: RosOverrides,
@@ -57,6 +54,7 @@ pub(super) fn read(files: &dyn Files, ros: &[OsString], default_node: &str) -> R
             let missing = || usage(&option, &format!("give {form} after it"));
             rest.next().map(Cow::into_owned).ok_or_else(missing)
         };
+        let mut ignore = |rest: String| found.without_effect.push(format!("{option} {rest}"));
         match &*option {
             "-r" | "--remap" => rules.push(RemapRule::read(&value("FROM:=TO")?)?),
             "-p" | "--param" => parameters.push(GivenParameters::Value(value("NAME:=VALUE")?)),
@@ -67,25 +65,14 @@ pub(super) fn read(files: &dyn Files, ros: &[OsString], default_node: &str) -> R
             }
             "--enable-rosout-logs" => found.overrides.rosout = Some(true),
             "--disable-rosout-logs" => found.overrides.rosout = Some(false),
-            "--disable-stdout-logs" => found.add_without_effect(&option, "(--log-level fatal logs less)"),
-            "-e" | "--enclave" => {
-                found.add_without_effect(
-                    &option,
-                    &(value("an enclave")? + " (this node has no DDS security)"),
-                );
-            }
-            "--log-config-file" => {
-                found.add_without_effect(&option, &(value("a file")? + " (set --log-level or RUST_LOG)"));
-            }
-            "--log-file-name" => {
-                found.add_without_effect(&option, &(value("a name")? + " (the log goes to standard error)"));
-            }
+            "--disable-stdout-logs" => ignore("(--log-level fatal logs less)".to_owned()),
+            "-e" | "--enclave" => ignore(value("an enclave")? + " (this node has no DDS security)"),
+            "--log-config-file" => ignore(value("a file")? + " (set --log-level or RUST_LOG)"),
+            "--log-file-name" => ignore(value("a name")? + " (the log goes to standard error)"),
             _ => {
-                let known = "-r, -p, --params-file and --log-level";
-                return Err(usage(
-                    &option,
-                    &format!("not an argument of ROS 2 that this node follows; it follows {known}"),
-                ));
+                let reason = "not an argument of ROS 2 that this node follows; it follows -r, -p, --params-file and \
+                              --log-level";
+                return Err(usage(&option, reason));
             }
         }
     }
@@ -106,14 +93,12 @@ pub(super) fn read(files: &dyn Files, ros: &[OsString], default_node: &str) -> R
     Ok(found)
 }
 
-/// A source of parameters on the command line.
 enum GivenParameters {
     File(PathBuf),
     /// An argument `NAME:=VALUE`.
     Value(String),
 }
 
-/// A rule of `--remap`.
 struct RemapRule {
     /// Node to which the rule applies; `None` for all nodes.
     node: Option<String>,
@@ -142,10 +127,6 @@ impl RemapRule {
 }
 
 impl RosArguments {
-    fn add_without_effect(&mut self, option: &str, rest: &str) {
-        self.without_effect.push(format!("{option} {rest}"));
-    }
-
     fn set_log_level(&mut self, given: &str, default_node: &str) -> Result<(), Failure> {
         let (logger, level) = given.split_once(":=").unwrap_or((default_node, given));
         let level = match level.to_ascii_lowercase().as_str() {
@@ -155,10 +136,8 @@ impl RosArguments {
             "error" | "fatal" => "error",
             "unset" => return Ok(()),
             _ => {
-                return Err(usage(
-                    "--log-level",
-                    &format!("expected debug, info, warn, error or fatal, found {level:?}"),
-                ));
+                let reason = format!("expected debug, info, warn, error or fatal, found {level:?}");
+                return Err(usage("--log-level", &reason));
             }
         };
         // Loggers with other names belong to other nodes.
@@ -202,14 +181,8 @@ impl RosArguments {
 
     fn adopt_file(&mut self, files: &dyn Files, path: &Path, names: NodeNames<'_>) -> Result<(), Failure> {
         for parameter in read_parameters(files, path, names)? {
-            let wrong = |reason: &str| {
-                usage(&format!("--params-file {}: {}", path.display(), parameter.name), reason)
-            };
-            let is_known = self.set(&parameter.name, parameter.value.as_ref()).map_err(wrong)?;
-            // A pattern applies to all nodes that have such a parameter.
-            if !is_known && parameter.is_for_this_node {
-                self.adopt_unknown(&parameter.name).map_err(|reason| wrong(&reason))?;
-            }
+            let place = format!("--params-file {}: {}", path.display(), parameter.name);
+            self.adopt(&parameter, |reason| usage(&place, reason))?;
         }
         Ok(())
     }
@@ -221,19 +194,23 @@ impl RosArguments {
         if node.is_some_and(|node| node != names.node) {
             return Ok(());
         }
-        if !self.set(name, read_value(value)?.as_ref()).map_err(wrong)? {
-            self.adopt_unknown(name).map_err(|reason| wrong(&reason))?;
-        }
-        Ok(())
+        let parameter =
+            FileParameter { name: name.to_owned(), value: read_value(value)?, is_for_this_node: true };
+        self.adopt(&parameter, wrong)
     }
 
-    /// Records a parameter that this node does not have; fails if it looks like a mistyped one.
-    fn adopt_unknown(&mut self, name: &str) -> Result<(), String> {
-        if let Some(meant) = mistyped(name, NAMES) {
-            return Err(format!("no such parameter; did you mean {meant}?"));
+    /// Sets a parameter, or records that this node does not have it; fails if it looks like a mistyped one.
+    fn adopt(&mut self, parameter: &FileParameter, wrong: impl Fn(&str) -> Failure) -> Result<(), Failure> {
+        let FileParameter { name, value, is_for_this_node } = parameter;
+        // A pattern applies to all nodes that have such a parameter.
+        if self.set(name, value.as_ref()).map_err(&wrong)? || !is_for_this_node {
+            return Ok(());
         }
-        if !self.unknown.iter().any(|known| known == name) {
-            self.unknown.push(name.to_owned());
+        if let Some(meant) = mistyped(name, NAMES) {
+            return Err(wrong(&format!("no such parameter; did you mean {meant}?")));
+        }
+        if !self.unknown.contains(name) {
+            self.unknown.push(name.clone());
         }
         Ok(())
     }

@@ -12,13 +12,14 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use super::failure::Failure;
 use super::messages;
 use crate::io::snapshots::client::{ClientError, StatusClient};
+use crate::process_status::snapshot::Snapshot;
 use crate::report::gateway_view::GatewayView;
 use crate::report::history::entry_text;
-use crate::report::schema;
+use crate::report::schema::schema;
 use crate::report::status::text;
 use gateway_base::diagnostics::Level;
 use gateway_base::names::variant;
-use gateway_core::gateway::history::HistoryRequest;
+use gateway_core::gateway::history::{HistoryEntry, HistoryRequest};
 
 pub(super) const HELP: &str = "\
 Examples:
@@ -68,7 +69,7 @@ fn level() -> impl TypedValueParser<Value = Level> {
 
 pub(super) fn run(args: &StatusArgs) -> Result<ExitCode, Failure> {
     if args.schema {
-        let schema = if args.history.is_some() { schema::history() } else { schema::status() };
+        let schema = if args.history.is_some() { schema::<HistoryEntry>() } else { schema::<Snapshot>() };
         print(&format!("{schema:#}\n"), args)?;
         return Ok(ExitCode::SUCCESS);
     }
@@ -89,32 +90,30 @@ pub(super) fn run(args: &StatusArgs) -> Result<ExitCode, Failure> {
             Err(error) => return Ok(unreachable(&args.socket, &error)),
         };
         if !messages::options().quiet {
-            print(
-                &if args.json {
-                    line
-                } else {
-                    text(&GatewayView::of(&snapshot), messages::layout(&io::stdout()).width)
-                },
-                args,
-            )?;
+            let width = messages::layout(&io::stdout()).width;
+            let shown = if args.json { line } else { text(&GatewayView::of(&snapshot), width) };
+            print(&shown, args)?;
         }
         if !args.watch {
-            return Ok(ExitCode::from(match snapshot.level {
-                Level::Ok => 0,
-                Level::Warn | Level::Stale => 4,
-                Level::Error => 7,
-            }));
+            return Ok(exit_code(snapshot.level));
         }
     }
 }
 
-/// Prints the changes in the gateway's history, and with `--watch` also further changes.
+/// Returns the exit code for the worst level that was found.
+pub(super) fn exit_code(level: Level) -> ExitCode {
+    ExitCode::from(match level {
+        Level::Ok => 0,
+        Level::Warn | Level::Stale => 4,
+        Level::Error => 7,
+    })
+}
+
 fn history(args: &StatusArgs, level: Level) -> Result<ExitCode, Failure> {
     let (mut after, mut is_connected) = (0, false);
     loop {
         let request = HistoryRequest { after: Some(after), level, ..HistoryRequest::default() };
-        // Uses a new connection each time, since snapshots would pile up on a connection while printing here
-        // blocks.
+        // Each time a new connection, since snapshots would pile up on one while printing blocks.
         let page = match StatusClient::connect(&args.socket).and_then(|mut client| client.history(request)) {
             Ok(page) => page,
             Err(error) if args.watch && after > 0 && !matches!(error, ClientError::NoHistory) => {
@@ -139,8 +138,7 @@ fn history(args: &StatusArgs, level: Level) -> Result<ExitCode, Failure> {
         }
         out.flush()?;
         drop(out);
-        // After the clock was set back, a gateway without a history file numbers its changes below earlier
-        // ones.
+        // After a clock that was set back, a gateway without a history file begins at lower numbers.
         let last = page.entries.last().map_or(after, |entry| entry.number);
         after = if page.next_number <= last { 0 } else { last };
         if !page.has_more {
@@ -158,7 +156,6 @@ pub(super) fn unreachable(socket: &Path, error: &ClientError) -> ExitCode {
     ExitCode::from(UNREACHABLE)
 }
 
-/// Waits until a gateway serves the socket again.
 fn reconnect(args: &StatusArgs, error: &ClientError) -> io::Result<StatusClient> {
     let lost = format!("no status from {}: {error}; waiting for it", args.socket.display());
     if !args.json && io::stdout().is_terminal() {
@@ -169,39 +166,36 @@ fn reconnect(args: &StatusArgs, error: &ClientError) -> io::Result<StatusClient>
     }
     loop {
         sleep(RECONNECT_INTERVAL);
-        if let Ok(client) = connect_and_receive(&args.socket) {
+        // The first snapshot would be shown twice, since the next one comes half a second later.
+        if let Ok(mut client) = StatusClient::connect(&args.socket)
+            && client.receive().is_ok()
+        {
             return Ok(client);
         }
     }
 }
 
-/// Connects and receives a first snapshot, since the next one comes half a second later.
-fn connect_and_receive(socket: &Path) -> Result<StatusClient, ClientError> {
-    let mut client = StatusClient::connect(socket)?;
-    client.receive().map(|_| client)
-}
-
 /// Prints a state. With `--watch` on a terminal it replaces the previous one.
 fn print(text: &str, args: &StatusArgs) -> io::Result<()> {
     let mut out = io::stdout().lock();
-    if args.watch && !args.json {
-        let before = if out.is_terminal() { "\x1b[H\x1b[2J" } else { "" };
-        let after = if out.is_terminal() { "" } else { "\n" };
-        write!(out, "{before}{text}{after}")?;
-    } else {
-        write!(out, "{text}")?;
+    match (args.watch && !args.json, out.is_terminal()) {
+        (true, true) => write!(out, "\x1b[H\x1b[2J{text}")?,
+        (true, false) => writeln!(out, "{text}")?,
+        (false, _) => write!(out, "{text}")?,
     }
     out.flush()
 }
 
 pub(super) fn remedy(error: &ClientError) -> &'static str {
     let ClientError::Socket(error) = error else { return "" };
-    let kind = error.kind();
-    if [io::ErrorKind::NotFound, io::ErrorKind::ConnectionRefused].contains(&kind) {
-        "start the service; a gateway started by hand has a socket with [status] socket = \"PATH\": give it with --socket"
-    } else if kind == io::ErrorKind::PermissionDenied {
-        "join the group of the service: sudo usermod -aG signal-gateway $USER"
-    } else {
-        ""
+    #[allow(clippy::wildcard_enum_match_arm)] // there are forty kinds
+    match error.kind() {
+        io::ErrorKind::NotFound | io::ErrorKind::ConnectionRefused => {
+            "start the service; a gateway started by hand has a socket with [status] socket = \"PATH\": give it with --socket"
+        }
+        io::ErrorKind::PermissionDenied => {
+            "join the group of the service: sudo usermod -aG signal-gateway $USER"
+        }
+        _ => "",
     }
 }

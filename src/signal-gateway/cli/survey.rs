@@ -1,5 +1,4 @@
-//! `decide --all-routes`: drives many routes of a map, once or for each value of a sweep, and lists the
-//! faults.
+//! `decide --all-routes`: drives many routes of a map, once or for each value of a sweep.
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -10,6 +9,7 @@ use super::failure::Failure;
 use super::progress::ProgressDisplay;
 use crate::config::Refused;
 use crate::desk::drive::survey::{SignalFault, Surveyor, Sweep, TurnSurvey, WrongTurn};
+use crate::report::joined;
 use turn_signal::compat::DeciderCompat;
 
 /// Drives the routes and prints the faults, or a table with a row for each value of a sweep.
@@ -24,6 +24,7 @@ pub(super) fn run(
     let compat = compat.unwrap_or_else(|| surveyor.compat());
     let mut out = io::BufWriter::new(io::stdout().lock());
     let mut is_wrong = false;
+    let compat_key = json!({ "compat": compat.name() });
     if let Some(sweep) = sweep {
         let rows = sweep.variants(surveyor.settings()).into_iter().map(|(value, settings)| {
             let survey = surveyor.survey(compat, &settings)?;
@@ -34,11 +35,11 @@ pub(super) fn run(
         is_wrong = rows.iter().any(|(_, survey)| !survey.wrong.is_empty());
         if as_json {
             for (value, survey) in &rows {
-                writeln!(out, "{}", json_row(compat, survey, Some((sweep.key(), value))))?;
+                let keys = json!({ "compat": compat.name(), "sweep": sweep.key(), "value": value });
+                writeln!(out, "{}", joined(keys, json_counts(survey)))?;
             }
         } else {
-            writeln!(out, "{}, {}", compat.name(), sweep.key())?;
-            writeln!(out, "{}", table(&rows))?;
+            writeln!(out, "{}, {}\n{}", compat.name(), sweep.key(), table(&rows))?;
         }
     } else {
         let survey = surveyor.survey(compat, surveyor.settings())?;
@@ -46,13 +47,13 @@ pub(super) fn run(
         for wrong in &survey.wrong {
             is_wrong = true;
             if as_json {
-                writeln!(out, "{}", json_turn(compat, wrong))?;
+                writeln!(out, "{}", joined(compat_key.clone(), json_turn(wrong)))?;
             } else {
                 writeln!(out, "{wrong}")?;
             }
         }
         if as_json {
-            writeln!(out, "{}", json_row(compat, &survey, None))?;
+            writeln!(out, "{}", joined(compat_key, json_counts(&survey)))?;
         } else {
             writeln!(out, "{}", sentence(compat, &survey))?;
         }
@@ -61,8 +62,7 @@ pub(super) fn run(
     Ok(if is_wrong { ExitCode::from(5) } else { ExitCode::SUCCESS })
 }
 
-/// Formats a survey: `improved: 60 routes, 79 turns: 0 missed, 0 short, 0 opposite, 0 flickering; by the map:
-/// 1 missed`.
+/// Formats a survey: `improved: 60 routes, 79 turns: 0 missed, 0 short, …; by the map: 1 missed`.
 fn sentence(compat: DeciderCompat, survey: &TurnSurvey) -> String {
     let named = |counts: [usize; 4]| SignalFault::ALL.map(SignalFault::name).into_iter().zip(counts);
     let text = |counts: Vec<(&str, usize)>| {
@@ -77,11 +77,8 @@ fn sentence(compat: DeciderCompat, survey: &TurnSurvey) -> String {
 
 /// Formats a row for each value. Faults that the map causes are in the last column only.
 fn table(rows: &[(String, TurnSurvey)]) -> String {
-    let heading = ["value", "routes", "turns"]
-        .into_iter()
-        .chain(SignalFault::ALL.map(SignalFault::name))
-        .chain(["by the map"]);
-    let heading: Vec<String> = heading.map(str::to_owned).collect();
+    let heading = ["value", "routes", "turns"].into_iter().chain(SignalFault::ALL.map(SignalFault::name));
+    let heading: Vec<String> = heading.chain(["by the map"]).map(str::to_owned).collect();
     let row = |(value, survey): &(String, TurnSurvey)| {
         let by_map: usize = survey.counts(true).into_iter().sum();
         let counts = [survey.routes, survey.turns].into_iter().chain(survey.counts(false)).chain([by_map]);
@@ -97,10 +94,9 @@ fn table(rows: &[(String, TurnSurvey)]) -> String {
     rows.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
-fn json_turn(compat: DeciderCompat, wrong: &WrongTurn) -> Value {
+fn json_turn(wrong: &WrongTurn) -> Value {
     let [from, to] = wrong.way;
     json!({
-        "compat": compat.name(),
         "lanelet": wrong.lane,
         "side": wrong.side.name(),
         "at_m": (wrong.at_m * 10.0).round() / 10.0,
@@ -111,21 +107,15 @@ fn json_turn(compat: DeciderCompat, wrong: &WrongTurn) -> Value {
     })
 }
 
-fn json_row(compat: DeciderCompat, survey: &TurnSurvey, value: Option<(&str, &str)>) -> Value {
+fn json_counts(survey: &TurnSurvey) -> Value {
     let counts = |of_map| {
-        let named =
-            SignalFault::ALL.map(|fault| fault.name().to_owned()).into_iter().zip(survey.counts(of_map));
-        named.map(|(name, count)| (name, json!(count))).collect::<Map<String, Value>>()
+        let named = SignalFault::ALL.map(SignalFault::name).into_iter().zip(survey.counts(of_map));
+        named.map(|(name, count)| (name.to_owned(), json!(count))).collect::<Map<String, Value>>()
     };
-    let mut row = Map::from_iter([("compat".to_owned(), json!(compat.name()))]);
-    if let Some((key, value)) = value {
-        row.extend([("sweep".to_owned(), json!(key)), ("value".to_owned(), json!(value))]);
-    }
-    row.extend([
-        ("routes".to_owned(), json!(survey.routes)),
-        ("turns".to_owned(), json!(survey.turns)),
-        ("by_decider".to_owned(), Value::Object(counts(false))),
-        ("by_map".to_owned(), Value::Object(counts(true))),
-    ]);
-    Value::Object(row)
+    json!({
+        "routes": survey.routes,
+        "turns": survey.turns,
+        "by_decider": counts(false),
+        "by_map": counts(true),
+    })
 }

@@ -5,21 +5,18 @@ use std::path::Path;
 
 use super::failure::Failure;
 use super::messages;
-use crate::config::Refused;
 use crate::config::built_in::{BuiltIn, display};
 use crate::config::file_kind::FileKind;
-use can_log::NotRecording;
-use can_log::{regular_file, standard_input};
+use crate::config::{Refusal, Refused};
+use can_log::{NotRecording, regular_file, standard_input};
 use gateway_base::near_miss::nearest;
 
 /// Number of bytes that are read to recognise a file.
 const HEAD: u64 = 16 << 10;
 
-/// Writes why a file cannot be read, and the remedy.
 pub(super) fn show(path: &Path, error: &io::Error) {
-    let name = display(path);
-    let (reason, remedy) = texts(path, error);
-    messages::error(&format!("{name}: {reason}"), &remedy);
+    let NotRecording { reason, remedy } = explained(path, error);
+    messages::error(&format!("{}: {reason}", display(path)), &remedy);
 }
 
 /// Writes why a file cannot be written, and the remedy.
@@ -41,27 +38,28 @@ pub(super) fn show_unwritable(path: &Path, error: &io::Error) {
 }
 
 #[allow(clippy::wildcard_enum_match_arm)] // there are forty kinds
-fn texts(path: &Path, error: &io::Error) -> (String, String) {
+fn explained(path: &Path, error: &io::Error) -> NotRecording {
+    let texts = |reason: &str, remedy: &str| NotRecording { reason: reason.into(), remedy: remedy.into() };
     match error.kind() {
-        io::ErrorKind::NotFound => ("there is no such file".to_owned(), neighbour(path).unwrap_or_default()),
+        io::ErrorKind::NotFound => texts("there is no such file", &neighbour(path).unwrap_or_default()),
         io::ErrorKind::PermissionDenied => {
-            ("permission denied".to_owned(), "let this user read it, e.g. with chmod a+r".to_owned())
+            texts("permission denied", "let this user read it, e.g. with chmod a+r")
         }
-        io::ErrorKind::IsADirectory => ("this is a folder, not a recording".to_owned(), in_folder(path)),
-        io::ErrorKind::UnexpectedEof => {
-            ("it breaks off before its first frame".to_owned(), "copy it again".to_owned())
-        }
+        io::ErrorKind::IsADirectory => texts("this is a folder, not a recording", &in_folder(path)),
+        io::ErrorKind::UnexpectedEof => texts("it breaks off before its first frame", "copy it again"),
         io::ErrorKind::InvalidData | io::ErrorKind::Unsupported => {
             match head(path).and_then(|head| FileKind::Recording.mismatch(&head)) {
-                Some((reason, "")) => (reason, format!("these are read: {}", can_log::names().join(", "))),
-                Some((reason, remedy)) => (reason, remedy.to_owned()),
+                Some(Refusal { reason, remedy }) if remedy.is_empty() => {
+                    texts(&reason, &format!("these are read: {}", can_log::names().join(", ")))
+                }
+                Some(Refusal { reason, remedy }) => texts(&reason, &remedy),
                 None => match error.get_ref().and_then(|inner| inner.downcast_ref::<NotRecording>()) {
-                    Some(NotRecording { reason, remedy }) => (reason.clone(), remedy.clone()),
-                    None => (error.to_string(), String::new()),
+                    Some(NotRecording { reason, remedy }) => texts(reason, remedy),
+                    None => texts(&error.to_string(), ""),
                 },
             }
         }
-        _ => (error.to_string(), String::new()),
+        _ => texts(&error.to_string(), ""),
     }
 }
 

@@ -157,9 +157,7 @@ fn drive(settings: &Settings, mut run: VehicleRun, form: Form) -> Result<ExitCod
                 out.flush()?;
             }
             RunEvent::Output(VehicleOutput::Frame { .. } | VehicleOutput::Error { .. }) => {}
-            RunEvent::SendFailed(bus, why) => {
-                messages::warn(&not_sent(settings, bus, why));
-            }
+            RunEvent::SendFailed(bus, why) => messages::warn(&not_sent(settings, bus, why)),
             RunEvent::InvalidRequest(error) => messages::warn(&format!("request: {error}")),
         }
         Ok(())
@@ -222,16 +220,18 @@ fn write_log(settings: &Settings, run: VehicleRun) -> Result<ExitCode, Failure> 
 
 /// Refuses an interface with a controller, behind which there may be a real vehicle.
 fn refuse_controller(interface: &str) -> Result<(), Failure> {
-    match has_controller(interface) {
-        Ok(false) => Ok(()),
-        Ok(true) => Err(Failure::Usage(format!(
-            "{interface} has a CAN controller, and a real vehicle may listen: use a virtual interface"
-        ))),
-        Err(error) => Err(Failure::Usage(format!(
+    Err(Failure::Usage(match has_controller(interface) {
+        Ok(false) => return Ok(()),
+        Ok(true) => {
+            format!(
+                "{interface} has a CAN controller, and a real vehicle may listen: use a virtual interface"
+            )
+        }
+        Err(error) => format!(
             "{interface}: {error}; make a virtual one: ip link add dev vcan0 type vcan && ip link set vcan0 up, \
              and name it with --interface"
-        ))),
-    }
+        ),
+    }))
 }
 
 fn choose_interfaces(args: &VehicleArgs, settings: &mut Settings) -> Result<(), Failure> {
@@ -244,11 +244,9 @@ fn choose_interfaces(args: &VehicleArgs, settings: &mut Settings) -> Result<(), 
         match found {
             Some(bus) => interface.clone_into(&mut bus.interface),
             None => {
-                let names: Vec<_> = buses.iter().map(|bus| bus.name.as_str()).collect();
-                let names = names.join(", ");
-                return Err(Failure::Usage(format!(
-                    "--interface {given}: write BUS=INTERFACE, the buses are {names}"
-                )));
+                let names = buses.iter().map(|bus| bus.name.as_str()).collect::<Vec<_>>().join(", ");
+                let text = format!("--interface {given}: write BUS=INTERFACE, the buses are {names}");
+                return Err(Failure::Usage(text));
             }
         }
     }
@@ -268,8 +266,7 @@ fn read_script(path: &Path) -> Result<Vec<(Duration, SimulationRequest)>, Failur
     Ok(script)
 }
 
-/// Reads standard input in a thread, since there is no other way to wait for it. The thread ends with the
-/// process.
+/// Reads standard input in a thread, which ends with the process: there is no other way to wait for it.
 fn lines_of_stdin() -> UnboundedReceiver<String> {
     let (sender, lines) = unbounded_channel();
     std::thread::spawn(move || {
@@ -286,9 +283,8 @@ fn lines_of_stdin() -> UnboundedReceiver<String> {
 
 fn title(settings: &Settings, plan: &VehiclePlan) -> String {
     let buses = settings.gateway.buses.iter().map(|bus| format!("{} on {}", bus.name, bus.interface));
-    let follows_commands: Vec<_> = plan.follows_commands().collect();
-    let follows_commands =
-        if follows_commands.is_empty() { "no commands".to_owned() } else { follows_commands.join(", ") };
+    let commands = plan.follows_commands().collect::<Vec<_>>().join(", ");
+    let follows_commands = if commands.is_empty() { "no commands" } else { &commands };
     format!(
         "{}, simulated: {}\nsends {}; obeys {follows_commands}\nrequests: {}",
         settings.vehicle,

@@ -10,7 +10,7 @@ use crate::io::terminal::is_usable;
 use crate::report::terminal::message_table::MessageTable;
 use crate::report::terminal::view_model::Model;
 use crate::report::terminal::{DriverLine, TerminalView};
-use crate::report::view::View;
+use crate::report::view::{Destination, View};
 
 #[derive(Debug, Args)]
 pub(super) struct ViewArgs {
@@ -20,8 +20,7 @@ pub(super) struct ViewArgs {
 }
 
 impl ViewArgs {
-    /// Opens the live view if there is a terminal for it, otherwise `otherwise`; `url` is the address of the
-    /// live page.
+    /// Opens the live view if there is a terminal for it, else `otherwise`; `url` is that of the live page.
     pub(super) fn open(
         &self,
         title: String,
@@ -31,7 +30,7 @@ impl ViewArgs {
         if !self.is_live() {
             return otherwise();
         }
-        Ok(View::terminal(start(Model { title, url, ..Model::default() }, None)?))
+        Ok(View::new(Destination::Terminal(start(Model { title, url, ..Model::default() }, None)?)))
     }
 
     /// Returns the form of the log. The live view adds its own time to the lines.
@@ -44,10 +43,8 @@ impl ViewArgs {
     }
 }
 
-/// Takes the terminal for a table of messages.
 pub(super) fn start_messages(title: String) -> io::Result<TerminalView> {
-    let (has_color, messages) = (messages::layout(&io::stdout()).has_color, Some(MessageTable::default()));
-    TerminalView::start(Model { title, has_color, messages, ..Model::default() }, None)
+    start(Model { title, messages: Some(MessageTable::default()), ..Model::default() }, None)
 }
 
 /// Takes the terminal for the live view; `driver` receives the requests of the driver's keys.

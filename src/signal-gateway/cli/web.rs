@@ -10,7 +10,6 @@ use super::failure::Failure;
 use super::messages;
 use crate::config::gateway::HttpConfig;
 
-/// Default address of the live page.
 const DEFAULT_ADDRESS: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 9464);
 
 #[derive(Debug, Args)]
@@ -66,12 +65,17 @@ fn page_address(text: &str) -> Result<SocketAddr, String> {
     })
 }
 
-/// Returns the text for a page that cannot be served, and the remedy.
-pub(super) fn unusable_address(address: SocketAddr, error: &io::Error) -> (String, String) {
+/// Why a page cannot be served, and what to do; `remedy` may be empty.
+pub(super) struct UnusableAddress {
+    pub(super) text: String,
+    pub(super) remedy: String,
+}
+
+pub(super) fn unusable_address(address: SocketAddr, error: &io::Error) -> UnusableAddress {
     let (ip, port) = (address.ip(), address.port());
     let next = port.checked_add(1).unwrap_or(DEFAULT_ADDRESS.port());
     #[allow(clippy::wildcard_enum_match_arm)] // all others say it themselves
-    match error.kind() {
+    let (text, remedy) = match error.kind() {
         io::ErrorKind::AddrInUse => (
             format!("no live page: another program listens on {address}"),
             format!("choose another port: --web={next}; `ss -ltnp 'sport = :{port}'` shows who has this one"),
@@ -85,7 +89,8 @@ pub(super) fn unusable_address(address: SocketAddr, error: &io::Error) -> (Strin
             format!("choose one from 1024 on: --web={DEFAULT_ADDRESS}"),
         ),
         _ => (format!("no live page at {address}: {error}"), String::new()),
-    }
+    };
+    UnusableAddress { text, remedy }
 }
 
 /// Joins `--web ADDRESS:PORT` to `--web=ADDRESS:PORT`, also for an address or a port alone. Without an
@@ -151,11 +156,12 @@ mod tests {
         let Err(Failure::PageAddress(refused, error)) = args.apply(&mut HttpConfig::default()) else {
             panic!("it was accepted")
         };
-        let (text, remedy) = unusable_address(refused, &error);
+        let UnusableAddress { text, remedy } = unusable_address(refused, &error);
         assert_eq!(text, format!("no live page: another program listens on {address}"));
         assert!(remedy.contains(&format!("--web={}", address.port() + 1)), "{remedy}");
         let elsewhere = "192.0.2.77:9464".parse().unwrap();
-        let (text, remedy) = unusable_address(elsewhere, &TcpListener::bind(elsewhere).unwrap_err());
+        let UnusableAddress { text, remedy } =
+            unusable_address(elsewhere, &TcpListener::bind(elsewhere).unwrap_err());
         assert_eq!(text, "no live page: 192.0.2.77 is not an address of this computer");
         assert!(remedy.contains("--web=0.0.0.0"), "{remedy}");
     }

@@ -32,7 +32,6 @@ pub enum BuiltIn {
 impl BuiltIn {
     const ALL: [Self; 4] = [Self::Profile, Self::Map, Self::Drive, Self::Scenario];
 
-    /// Returns the name of the kind in texts.
     fn noun(self) -> &'static str {
         variant_name(&self)
     }
@@ -98,7 +97,6 @@ impl BuiltIn {
     }
 }
 
-/// Returns the name in a profile.
 fn title(profile: &[u8]) -> Option<String> {
     let profile: toml::Table = toml::from_slice(profile).ok()?;
     Some(profile.get("name")?.as_str()?.to_owned())

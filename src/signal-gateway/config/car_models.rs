@@ -36,35 +36,36 @@ struct ProfileModels {
 pub fn models() -> Result<Vec<CarModel>, String> {
     let text = String::from_utf8_lossy(built_in::contents(Path::new(PATH)).unwrap_or_default());
     let file: ModelFile = toml::from_str(&text).map_err(|refused| format!("{PATH}: {refused}"))?;
-    let of_opendbc = file.opendbc.models.into_iter();
-    let of_opendbc = of_opendbc.map(|[make, model, years, profile, plug, wheel_base_m, steering_ratio]| {
-        let (wheel_base_m, steering_ratio) = (wheel_base_m.parse().ok(), steering_ratio.parse().ok());
-        ([make, model, years, profile, plug], wheel_base_m.zip(steering_ratio))
-    });
-    let of_profiles = file.profiles.models.into_iter().map(|row| (row, None));
-    let shipped = of_opendbc.chain(of_profiles).map(|([make, model, years, profile, plug], dimensions)| {
+    let OpendbcModels { models, without_profile, notes } = file.opendbc;
+    let shipped = |profile, plug: String| {
         let plug = Some(plug).filter(|plug| !plug.is_empty());
-        (make, model, years, ModelProfile::Shipped { profile, plug }, dimensions)
-    });
-    let missing = file.opendbc.without_profile.into_iter();
-    let missing = missing
-        .map(|[make, model, years, reason]| (make, model, years, ModelProfile::Missing { reason }, None));
-    let rows = shipped.chain(missing).map(|(make, model, written, profile, dimensions)| {
+        ModelProfile::Shipped { profile, plug }
+    };
+    let model = |[make, model, written]: [String; 3], profile, unproven_dimensions| {
         let years = years(&written).ok_or_else(|| {
             format!("{PATH}: {make} {model}: expected years such as 2016-2018, 2020, found {written}")
         })?;
-        let note =
-            file.opendbc.notes.iter().find(|[of_make, of_model, _]| *of_make == make && *of_model == model);
+        let note = notes.iter().find(|[of_make, of_model, _]| *of_make == make && *of_model == model);
         let note = note.map(|[.., note]| note.clone());
-        let dimensions = dimensions
-            .map(|(wheel_base_m, steering_ratio)| ListedDimensions { wheel_base_m, steering_ratio });
-        Ok(CarModel { make, model, years, profile, note, unproven_dimensions: dimensions })
-    });
-    let mut models = rows.collect::<Result<Vec<_>, String>>()?;
-    models.sort_by(|one, other| {
+        Ok::<_, String>(CarModel { make, model, years, profile, note, unproven_dimensions })
+    };
+    let mut all = Vec::new();
+    for [make, name, years, profile, plug, wheel_base_m, steering_ratio] in models {
+        let listed = wheel_base_m.parse().ok().zip(steering_ratio.parse().ok());
+        let listed =
+            listed.map(|(wheel_base_m, steering_ratio)| ListedDimensions { wheel_base_m, steering_ratio });
+        all.push(model([make, name, years], shipped(profile, plug), listed)?);
+    }
+    for [make, name, years, profile, plug] in file.profiles.models {
+        all.push(model([make, name, years], shipped(profile, plug), None)?);
+    }
+    for [make, name, years, reason] in without_profile {
+        all.push(model([make, name, years], ModelProfile::Missing { reason }, None)?);
+    }
+    all.sort_by(|one, other| {
         (&one.make, &one.model, &one.years).cmp(&(&other.make, &other.model, &other.years))
     });
-    Ok(models)
+    Ok(all)
 }
 
 /// Parses spans of years; returns `None` if one of them is invalid.

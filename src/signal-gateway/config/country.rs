@@ -6,13 +6,10 @@ use std::path::Path;
 use super::built_in::files_in;
 use super::file_kind::FileKind;
 use super::files::{Embedded, Files};
-use super::reading::checker::{Checker, Keywords, LocatedText};
-use super::reading::fields::Fields;
-use super::reading::key::{KeyRow, ValueShape};
-use super::reading::location::Text;
-use super::reading::problem::{Problem, cannot_read};
-use super::reading::row::{key_rows, text};
-use super::reading::toml_text::from_toml;
+use super::reading::{
+    Checker, Fields, KeyRow, Keywords, LocatedText, Problem, Refusal, Text, ValueShape, cannot_read,
+    from_toml, key_rows, text,
+};
 use gateway_base::near_miss::did_you_mean;
 use turn_signal::country::{Country, ROUNDABOUT, RULES, RuleValue};
 use turn_signal::parameters::DeciderParameters;
@@ -30,12 +27,7 @@ const SIDES_OR_NONE: Keywords<Option<Side>> =
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NoCountry {
     /// The name is unknown, or its file cannot be read.
-    Nowhere {
-        /// The problem as text.
-        reason: String,
-        /// The remedy as text.
-        remedy: String,
-    },
+    Nowhere(Refusal),
     /// The country's file is refused.
     Refused(Vec<Problem>),
 }
@@ -55,14 +47,9 @@ pub fn country(files: &dyn Files, folder: &Path, given: &str) -> Result<Country,
     }
     let codes = built_in();
     if !codes.contains(&given) {
-        return Err(NoCountry::Nowhere {
-            reason: format!("there are no rules for {given:?}"),
-            remedy: did_you_mean(
-                given,
-                codes.iter().copied(),
-                format!("give {}, the path of a file like {SEE}, or leave it out", codes.join(", ")),
-            ),
-        });
+        let all = format!("give {}, the path of a file like {SEE}, or leave it out", codes.join(", "));
+        let remedy = did_you_mean(given, codes.iter().copied(), all);
+        return Err(NoCountry::Nowhere(Refusal::new(format!("there are no rules for {given:?}"), remedy)));
     }
     read(&Embedded, Path::new(&format!("config/countries/{given}.toml")))
 }
@@ -151,7 +138,9 @@ impl KeyRow for DeciderParameter {
 fn country_at(files: &dyn Files, checker: &Checker, given: &LocatedText) -> Option<Country> {
     match country(files, checker.folder(), &given.text) {
         Ok(country) => return Some(country),
-        Err(NoCountry::Nowhere { reason, remedy }) => checker.refuse(&given.location, reason, &remedy),
+        Err(NoCountry::Nowhere(Refusal { reason, remedy })) => {
+            checker.refuse(&given.location, reason, &remedy);
+        }
         Err(NoCountry::Refused(problems)) => checker.adopt(problems),
     }
     None
@@ -159,12 +148,11 @@ fn country_at(files: &dyn Files, checker: &Checker, given: &LocatedText) -> Opti
 
 fn read(files: &dyn Files, path: &Path) -> Result<Country, NoCountry> {
     let one = |problem| NoCountry::Refused(vec![problem]);
-    let bytes = files.read(path).map_err(|error| NoCountry::Nowhere {
-        reason: format!("{}: {}", path.display(), cannot_read(&error)),
-        remedy: format!(
-            "give the path of a country's rules, relative to this file, or {}",
-            built_in().join(", ")
-        ),
+    let bytes = files.read(path).map_err(|error| {
+        let known = built_in().join(", ");
+        let remedy = format!("give the path of a country's rules, relative to this file, or {known}");
+        let reason = format!("{}: {}", path.display(), cannot_read(&error));
+        NoCountry::Nowhere(Refusal { reason, remedy })
     })?;
     FileKind::Country.expect(path, &bytes).map_err(one)?;
     let text = Text::new(path, bytes).map_err(one)?;
@@ -175,10 +163,7 @@ fn read(files: &dyn Files, path: &Path) -> Result<Country, NoCountry> {
 }
 
 fn interpret(fields: Fields<'_>) -> Option<Country> {
-    let mut required = vec!["code", "source"];
-    required.extend(required_of(""));
-    required.push(ROUNDABOUT);
-    fields.require(&required, "");
+    fields.require(&[&["code", "source"], &*required_of(""), &[ROUNDABOUT]].concat(), "");
     let readable = |key| {
         let text = fields.string(key)?.text;
         if text.trim().is_empty() || text.chars().any(char::is_control) {
@@ -189,17 +174,18 @@ fn interpret(fields: Fields<'_>) -> Option<Country> {
     let [code, source] = ["code", "source"].map(|key| readable(key).unwrap_or_default());
     let mut country = Country::new(code, source);
     read_rules(&fields, "", &mut country);
-    let roundabout = fields.table(ROUNDABOUT);
+    let roundabout = fields.read_table(ROUNDABOUT, |fields| {
+        fields.require(&required_of(ROUNDABOUT), "");
+        read_rules(fields, ROUNDABOUT, &mut country);
+        Some(())
+    });
     fields.done();
-    let roundabout = roundabout?;
-    roundabout.require(&required_of(ROUNDABOUT).collect::<Vec<_>>(), "");
-    read_rules(&roundabout, ROUNDABOUT, &mut country);
-    roundabout.done();
-    Some(country)
+    roundabout.map(|()| country)
 }
 
-fn required_of(table: &str) -> impl Iterator<Item = &'static str> {
-    RULES.iter().filter(move |rule| rule.table == table && rule.is_required()).map(|rule| rule.name)
+fn required_of(table: &str) -> Vec<&'static str> {
+    let required = RULES.iter().filter(|rule| rule.table == table && rule.is_required());
+    required.map(|rule| rule.name).collect()
 }
 
 /// Reads the rules of a table. A missing or refused rule keeps its value.

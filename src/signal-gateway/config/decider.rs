@@ -5,8 +5,7 @@ use std::time::Duration;
 
 use super::country::parameters;
 use super::files::Files;
-use super::reading::fields::Fields;
-use super::reading::row::{ConfigKey, flag, key_rows, millis};
+use super::reading::{ConfigKey, Fields, flag, key_rows, millis};
 use turn_signal::compat::DeciderCompat;
 use turn_signal::decider::DeciderSettings;
 use turn_signal::inputs::AgeLimits;
@@ -43,18 +42,15 @@ pub(super) mod age_limits {
         millis(name, 10, 60_000).or_time(default)
     }
 
-    /// Reads the section; keys that are absent have their defaults.
-    pub(super) fn read(fields: Fields<'_>) -> AgeLimits {
-        let limits = AgeLimits {
+    pub(super) fn read(fields: &Fields<'_>) -> AgeLimits {
+        AgeLimits {
             odometry: fields.read(&ODOMETRY_MS),
             planned_path: fields.read(&PLANNED_PATH_MS),
             manoeuvre: fields.read(&MANOEUVRE_MS),
             scenario: fields.read(&SCENARIO_MS),
             hazard_request: fields.read(&HAZARD_REQUEST_MS),
             own_command: fields.read(&OWN_COMMAND_MS),
-        };
-        fields.done();
-        limits
+        }
     }
 }
 
@@ -66,7 +62,6 @@ pub(super) fn decider(
     compat: DeciderCompat,
     vehicle: VehicleInfo,
 ) -> DeciderSettings {
-    let deployed = DeciderSettings::deployed(compat);
     let (country, parameters) = parameters(files, fields);
     let min_durations =
         MinDurations { minimum_on: fields.read(&MINIMUM_ON_MS), minimum_gap: fields.read(&MINIMUM_GAP_MS) };
@@ -76,8 +71,8 @@ pub(super) fn decider(
         waits_for_junctions: fields.read(&WAITS_FOR_JUNCTIONS),
         country: country.map(Arc::new),
         min_durations,
-        age_limits: age_limits::read(fields.section("age_limits")),
+        age_limits: fields.section("age_limits").read_all(age_limits::read),
         vehicle,
-        ..deployed
+        ..DeciderSettings::deployed(compat)
     }
 }

@@ -4,8 +4,7 @@ use std::io;
 use std::path::Path;
 
 use super::files::Files;
-use super::reading::location::Text;
-use super::reading::problem::Problem;
+use super::reading::{Position, Problem, Refusal, Text};
 use can_log::Log;
 use can_log::{Looks, begins_like_binary, known_magic};
 
@@ -113,19 +112,18 @@ impl FileKind {
     /// # Errors
     /// Returns its actual kind, and where a file of that kind belongs.
     pub(super) fn expect(self, path: &Path, content: &[u8]) -> Result<(), Problem> {
-        let Some((reason, remedy)) = self.mismatch(content) else { return Ok(()) };
+        let Some(Refusal { reason, remedy }) = self.mismatch(content) else { return Ok(()) };
         // The first line shows the kind.
-        let position = str::from_utf8(content).is_ok().then_some((1, 1));
+        let position = str::from_utf8(content).is_ok().then_some(Position::START);
         Err(Problem { position, ..Problem::whole_file(path, reason, remedy) })
     }
 
-    /// Returns the reason and the remedy for content of another kind; `None` if the kind is right or not
-    /// recognised.
-    pub fn mismatch(self, content: &[u8]) -> Option<(String, &'static str)> {
+    /// Returns the refusal of content of another kind; `None` if the kind is right or not recognised.
+    pub fn mismatch(self, content: &[u8]) -> Option<Refusal> {
         let candidates = Self::candidates(content);
         let found = candidates.first().filter(|_| !candidates.contains(&self))?;
         let ((found, place), (expected, _)) = (found.texts(), self.texts());
-        Some((format!("this is {found}, not {expected}"), place))
+        Some(Refusal::new(format!("this is {found}, not {expected}"), place))
     }
 
     /// Returns the name of the kind in texts, and where such a file belongs, as advice.
@@ -285,8 +283,7 @@ mod tests {
     fn a_file_with_a_key_of_the_expected_kind_is_not_taken_for_another() {
         let mixed = b"profile = \"x\"\n[can.a]\n[ros]\n[turn]\n";
         assert_eq!(FileKind::Profile.mismatch(mixed), None);
-        let (reason, remedy) = FileKind::Drive.mismatch(mixed).unwrap();
-        assert_eq!(reason, "this is a gateway configuration, not a drive of the turn signal decider");
-        assert_eq!(remedy, "give it with --config");
+        let reason = "this is a gateway configuration, not a drive of the turn signal decider";
+        assert_eq!(FileKind::Drive.mismatch(mixed), Some(Refusal::new(reason, "give it with --config")));
     }
 }

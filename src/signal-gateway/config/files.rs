@@ -23,17 +23,11 @@ pub trait Files {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
 
     /// Opens a file for reading piece by piece, if the source supports it.
-    ///
-    /// # Errors
-    /// Returns an error of the source, such as a missing file or a folder.
     fn open(&self, path: &Path) -> io::Result<Box<dyn Read>> {
         Ok(Box::new(Cursor::new(self.read(path)?)))
     }
 
     /// Looks up a file without reading it, if the source supports it; returns true for a folder.
-    ///
-    /// # Errors
-    /// Returns an error of the source, such as a missing file.
     fn is_folder(&self, path: &Path) -> io::Result<bool> {
         match self.read(path) {
             Ok(_) => Ok(false),

@@ -9,9 +9,7 @@ use super::built_in::{BuiltIn, display};
 use super::file_kind::FileKind;
 use super::files::Files;
 use super::named_file;
-use super::reading::checker::Checker;
-use super::reading::location::Location;
-use super::reading::problem::{Problem, cannot_read};
+use super::reading::{Checker, Location, Position, Problem, cannot_read};
 use lanelet2_map::error::MapError;
 use lanelet2_map::lane_network::LaneNetwork;
 use lanelet2_map::light_map::{LampSource, LightMap};
@@ -87,14 +85,25 @@ pub fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, 
     if is_empty { Err(problem()) } else { Ok(road) }
 }
 
-/// Records the problem of an unusable map: at its position in the map, otherwise at `at`, where the map is
-/// named.
-pub(super) fn refuse(checker: &Checker, at: &Location, problem: Problem, remedy: &str) {
-    if problem.position.is_some() {
-        checker.adopt(vec![problem]);
-    } else {
-        checker.refuse(at, format!("{}: {}", display(&problem.file), problem.reason), remedy);
-    }
+/// Reads a map that is named at `at`. Records its problem at its position in the map, otherwise at `at`;
+/// `otherwise` is the remedy unless a built-in map was probably meant.
+pub(super) fn read_named<T>(
+    files: &dyn Files,
+    checker: &Checker,
+    at: &Location,
+    path: &Path,
+    otherwise: &str,
+    read: impl FnOnce(&dyn Files, &Path) -> Result<T, Problem>,
+) -> Option<T> {
+    let refuse = |problem: Problem| {
+        if problem.position.is_some() {
+            checker.adopt(vec![problem]);
+        } else {
+            let remedy = named_file::remedy(BuiltIn::Map, files, path, otherwise);
+            checker.refuse(at, format!("{}: {}", display(&problem.file), problem.reason), &remedy);
+        }
+    };
+    read(files, path).map_err(refuse).ok()
 }
 
 /// Returns the problem of a map, at a value in a line or where the line begins.
@@ -109,7 +118,8 @@ fn placed(
         let text = BufReader::new(files.open(path).ok()?).split(b'\n').nth(line - 1)?.ok()?;
         Some(String::from_utf8_lossy(&text).into_owned())
     };
-    let position = line.map(|line| (line, text(line).map_or(1, |text| column(&text, value))));
+    let position =
+        line.map(|line| Position { line, column: text(line).map_or(1, |text| column(&text, value)) });
     Problem { position, ..Problem::whole_file(path, reason, "") }
 }
 
@@ -150,10 +160,13 @@ impl MapFile {
             let content = files.read(&path).unwrap_or_default();
             FileKind::Map.mismatch(&content).map_or_else(
                 || placed(files, &path, error.to_string(), Some(error.line), error.value()),
-                |(reason, _)| whole(reason),
+                |refusal| whole(refusal.reason),
             )
         })?;
-        let given = projector(files, &path).map_err(whole)?;
+        let beside = path.with_file_name("map_projector_info.yaml");
+        let parse = |bytes: Vec<u8>| Projector::parse(&String::from_utf8_lossy(&bytes));
+        let given = files.read(&beside).ok().map(parse).transpose();
+        let given = given.map_err(|error| whole(format!("{}: {error}", beside.display())))?;
         Ok(Self { path, osm, given })
     }
 
@@ -165,14 +178,6 @@ impl MapFile {
     fn projector(&self) -> Projector {
         self.given.or_else(|| Projector::mgrs_around(&self.osm)).unwrap_or(Projector::Local)
     }
-}
-
-/// Reads the projector of a map from its projector file, as Autoware does; `None` without this file.
-fn projector(files: &dyn Files, map: &Path) -> Result<Option<Projector>, String> {
-    let path = map.with_file_name("map_projector_info.yaml");
-    let Ok(bytes) = files.read(&path) else { return Ok(None) };
-    let text = String::from_utf8_lossy(&bytes);
-    Projector::parse(&text).map(Some).map_err(|error| format!("{}: {error}", path.display()))
 }
 
 #[cfg(test)]
@@ -287,7 +292,7 @@ mod tests {
         assert_eq!(value.file, Path::new("town/lanelet2_map.osm"));
         let line = CROSSROADS.lines().position(|line| line.contains("lat=\"")).unwrap();
         let at = CROSSROADS.lines().nth(line).unwrap().find("lat=").unwrap();
-        assert_eq!(value.position, Some((line + 1, at + 5)), "{value}");
+        assert_eq!(value.position, Some(Position { line: line + 1, column: at + 5 }), "{value}");
         let cut = read_lane_network(
             &Town { map: CROSSROADS[..CROSSROADS.len() / 2].to_owned(), projector: None },
             Path::new("town"),
@@ -295,9 +300,9 @@ mod tests {
         let cut = cut.unwrap_err();
         assert!(cut.reason.ends_with("it is cut short"), "{cut}");
         let lines = CROSSROADS[..CROSSROADS.len() / 2].split('\n').count();
-        assert_eq!(cut.position.map(|(line, _)| line), Some(lines));
+        assert_eq!(cut.position.map(|position| position.line), Some(lines));
         let role = refused("role=\"left\"", "role=\"middle\"");
-        let (line, column) = role.position.unwrap();
+        let Position { line, column } = role.position.unwrap();
         let text = CROSSROADS.lines().nth(line - 1).unwrap();
         assert!(text[column - 1..].starts_with("<relation"), "{role}: {text}");
     }

@@ -44,4 +44,4 @@ pub use gateway::{Overrides, Settings, interface_name, load, load_profile, load_
 pub use map::{MapLights, find_map, read_lane_network, read_lights};
 pub use reading::key::{KeyEffect, KeyRow, ValueShape, description};
 pub use reading::location::SourceLocation;
-pub use reading::problem::{MissingTimeout, Problem, Refused};
+pub use reading::problem::{MissingTimeout, Position, Problem, Refusal, Refused};

@@ -4,11 +4,8 @@
 use std::path::Path;
 
 use super::files::Files;
-use super::reading::checker::Checker;
-use super::reading::location::{Location, Text};
-use super::reading::problem::Refused;
-use super::reading::value::{Entry, Kind, Value};
 use super::reading::yaml_text::from_rcl_yaml;
+use super::reading::{Checker, Entry, Kind, Refused, Text, Value};
 use super::ros_names::NodeNames;
 
 /// The key below which a node's parameters are.
@@ -97,11 +94,8 @@ impl NodeReader {
     fn nodes(&mut self, above: &str, entry: &Entry) {
         if entry.key == PARAMETERS {
             if above.is_empty() {
-                self.refuse(
-                    &entry.location,
-                    "parameters without a node",
-                    "write the node's name above, or /**",
-                );
+                let remedy = "write the node's name above, or /**";
+                self.checker.refuse(&entry.location, "parameters without a node", remedy);
             } else if matches(above, &self.node) {
                 self.parameters("", &entry.value, !above.contains('*'));
             }
@@ -123,10 +117,6 @@ impl NodeReader {
                 self.found.push(FileParameter { name, value, is_for_this_node });
             }
         }
-    }
-
-    fn refuse(&self, at: &Location, reason: &str, remedy: &str) {
-        self.checker.refuse(at, reason, remedy);
     }
 }
 

@@ -79,8 +79,8 @@ pub fn scan(
     })
 }
 
-/// Passes the inputs of one interface to `take`, until `take` returns false, a stop signal arrives, or `length`
-/// is over. Also passes the state of a link that is not up.
+/// Passes the inputs of one interface to `take`, until `take` returns false, a stop signal arrives, or
+/// `length` is over. Also passes the state of a link that is not up.
 pub fn listen_to(
     interface: &str,
     length: Duration,
@@ -90,8 +90,8 @@ pub fn listen_to(
     runtime()?.block_on(async { listen(&mut StopSignals::listen()?, &names, length, take).await.map(drop) })
 }
 
-/// Passes all inputs of the interfaces to `take` until it returns false, or `length` is over. Returns false if a
-/// stop signal ended it early.
+/// Passes all inputs of the interfaces to `take` until it returns false, or `length` is over. Returns false
+/// if a stop signal ended it early.
 async fn listen(
     stop: &mut StopSignals,
     interfaces: &[String],

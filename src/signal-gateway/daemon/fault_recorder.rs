@@ -9,7 +9,6 @@ use crate::config::Settings;
 use crate::config::gateway::BlackBoxConfig;
 use crate::io::recorder::BlackBoxRecorder;
 use crate::io::systemd::service_folder;
-use crate::process_status::recordings::RecorderState;
 use crate::report::gateway::Changes;
 use crate::report::view::time_text;
 use can_signal::can::{CanInput, LinkState};
@@ -29,8 +28,8 @@ const STOP_PATIENCE: Duration = Duration::from_secs(2);
 
 /// A black box and the recorder that writes its files.
 pub(super) struct FaultRecorder {
-    black_box: BlackBox,
-    recorder: BlackBoxRecorder,
+    pub(super) black_box: BlackBox,
+    pub(super) recorder: BlackBoxRecorder,
     changes: Changes,
     levels: BTreeMap<String, Level>,
 }
@@ -70,11 +69,6 @@ impl FaultRecorder {
         self.black_box.take(at).map(|recording| self.save(recording))
     }
 
-    /// Buffers an output that was published or sent, with the time of its decision.
-    pub(super) fn given_out(&mut self, output: &Output, at: Now) {
-        self.black_box.given_out(output.clone(), at);
-    }
-
     /// Writes the recording of an open window, if there is one; returns the start of its frames and its name.
     pub(super) fn save_open(&mut self) -> Option<(MonoTime, String)> {
         self.black_box.flush().map(|recording| self.save(recording))
@@ -90,10 +84,6 @@ impl FaultRecorder {
         self.recorder.stop(STOP_PATIENCE);
     }
 
-    pub(super) fn state(&self) -> RecorderState {
-        self.recorder.state()
-    }
-
     /// Buffers the changes of an output, and opens a window if a status changes to ERROR. Omits changes that
     /// a replay cannot reproduce.
     pub(super) fn decided(&mut self, output: &Output, at: Now) {
@@ -106,7 +96,7 @@ impl FaultRecorder {
             }
         }
         let events = self.changes.of(output).into_iter();
-        for event in events.filter(|event| event.task != WALL_CLOCK_TASK) {
+        for event in events.filter(|event| event.change.subject != WALL_CLOCK_TASK) {
             self.black_box.decided(event.to_string(), fault, at);
         }
     }

@@ -40,7 +40,7 @@ impl GatewayIo {
         let (stop, reload) = (StopSignals::of_service()?, ReloadSignal::listen()?);
         let supervisor = Supervisor::from_env()?;
         let outputs = Outputs::open(settings, view)?;
-        let clients = serve_clients(settings, outputs.recorders.history.shared(), report);
+        let clients = serve_clients(settings, outputs.recorders.history.shared.clone(), report);
         let service = Service::new(stop, reload, supervisor, clients);
         Ok(Self { outputs, service, process: ProcessState::new(settings) })
     }

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
+use std::sync::{Arc, Mutex, TryLockError};
 use std::time::Duration;
 
 use crate::io::awaited_thread::AwaitedThread;
@@ -46,15 +46,12 @@ struct Shared {
 /// Reason why the frames of an entry cannot be shown.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub(super) enum NoFrames {
-    /// There is no entry with this number, or no longer.
     #[error("there is no change of this number, or no longer")]
     NoEntry,
-    /// No black box has been written for it.
     #[error(
         "no black box has the frames of this change: one is written around each change to ERROR, some seconds later"
     )]
     NotRecorded,
-    /// The black-box file has been deleted, or was never written.
     #[error("the black box {0} is no longer there; [black_box] keep says how many are kept")]
     NoFile(String),
 }
@@ -73,18 +70,14 @@ impl Shared {
 }
 
 impl SharedHistory {
-    fn lock(&self) -> MutexGuard<'_, Shared> {
-        lock(&self.0)
-    }
-
     /// Returns the requested entries.
     pub(super) fn page(&self, request: HistoryRequest) -> HistoryPage {
-        self.lock().history.page(request)
+        lock(&self.0).history.page(request)
     }
 
     /// Returns the log with the frames of an entry, the entry, and its place in the log.
     pub(super) fn frames(&self, number: u64) -> Result<(PathBuf, HistoryEntry, InBlackBox), NoFrames> {
-        let shared = self.lock();
+        let shared = lock(&self.0);
         let entry = shared.history.entry(number).ok_or(NoFrames::NoEntry)?.clone();
         let folder = shared.folder.clone();
         drop(shared);
@@ -99,11 +92,12 @@ impl SharedHistory {
 
 /// Records the changes of the gateway.
 pub(super) struct HistoryKeeper {
-    shared: SharedHistory,
+    pub(super) shared: SharedHistory,
     changes: Changes,
     /// Changes recorded while a client read the history, since the gateway's loop must not block.
     waiting: Vec<Note>,
-    next_number: u64,
+    /// Number of the next change, without the changes that still wait.
+    pub(super) next_number: u64,
     clock: Clock,
     /// Lock of the file, held while this process may write it.
     lock: Option<File>,
@@ -130,15 +124,6 @@ impl HistoryKeeper {
         }
     }
 
-    pub(super) fn shared(&self) -> SharedHistory {
-        self.shared.clone()
-    }
-
-    /// Returns the number of the next change, without the changes that still wait.
-    pub(super) fn next_number(&self) -> u64 {
-        self.next_number
-    }
-
     /// Continues the history of the file in this folder, records that the process has started, and writes the
     /// file from now on; returns the entries of the file. An unreadable file is left unchanged, and nothing
     /// is written.
@@ -146,8 +131,8 @@ impl HistoryKeeper {
         let file = folder.and_then(|folder| self.restore(folder));
         // Greater than any number of an earlier process, unless the clock was set back.
         let millis = self.clock.now().wall.as_nanos() / 1_000_000;
-        self.shared.lock().history.go_on_from(u64::try_from(millis).unwrap_or(0));
-        let earlier = self.shared.lock().history.entries();
+        lock(&self.shared.0).history.go_on_from(u64::try_from(millis).unwrap_or(0));
+        let earlier = lock(&self.shared.0).history.entries();
         self.note(ChangeKind::Started, format!("started, {}", env!("SIGNAL_GATEWAY_VERSION")));
         self.writer = file.and_then(|file| {
             let writer = HistoryWriter::start(file, self.shared.clone());
@@ -158,12 +143,12 @@ impl HistoryKeeper {
 
     /// Reads the file in this folder; returns it if it may be written.
     fn restore(&mut self, folder: &Path) -> Option<HistoryFile> {
-        self.shared.lock().folder = Some(folder.to_owned());
+        lock(&self.shared.0).folder = Some(folder.to_owned());
         let file = HistoryFile::in_folder(folder);
-        let (lock, read) = match file.claim().and_then(|lock| Ok((lock, file.read()?))) {
+        let (claimed, read) = match file.claim().and_then(|claimed| Ok((claimed, file.read()?))) {
             Ok(claimed) => claimed,
             Err(error) => {
-                let path = file.path().display();
+                let path = file.path.display();
                 tracing::warn!(
                     "the history is not kept over the end of the process: {path}: {error}; give it a folder \
                      of its own by [black_box] folder, or move the file away"
@@ -172,13 +157,13 @@ impl HistoryKeeper {
             }
         };
         let now = self.clock.now();
-        let mut shared = self.shared.lock();
+        let mut shared = lock(&self.shared.0);
         if let Some(ReadHistory { writer, entries, unreadable }) = read {
             let unreadable = unreadable + shared.history.restore(entries);
             if unreadable > 0 {
                 let lines = counted(unreadable, "line");
                 let text = format!("{lines} of the history could not be read");
-                tracing::warn!("{}: {text}", file.path().display());
+                tracing::warn!("{}: {text}", file.path.display());
                 shared.history.add(process(ChangeKind::Missing, text), None, now.wall);
             }
             if writer == WriterState::Running {
@@ -189,7 +174,7 @@ impl HistoryKeeper {
             }
         }
         drop(shared);
-        self.lock = lock;
+        self.lock = claimed;
         Some(file)
     }
 
@@ -198,8 +183,7 @@ impl HistoryKeeper {
         let changes = self.changes.of(output);
         if !changes.is_empty() {
             let stamp = self.clock.now().wall;
-            self.waiting
-                .extend(changes.into_iter().map(|event| Note::Change(event.change(), Some(at), stamp)));
+            self.waiting.extend(changes.into_iter().map(|event| Note::Change(event.change, Some(at), stamp)));
         }
         if !self.waiting.is_empty() {
             self.take_over();
@@ -241,7 +225,7 @@ impl HistoryKeeper {
     fn note(&mut self, kind: ChangeKind, text: String) {
         let now = self.clock.now();
         self.waiting.push(Note::Change(process(kind, text), None, now.wall));
-        self.next_number = self.shared.lock().take(self.waiting.drain(..));
+        self.next_number = lock(&self.shared.0).take(self.waiting.drain(..));
     }
 }
 
@@ -274,7 +258,7 @@ fn write_until(stopped: &Receiver<()>, file: &HistoryFile, shared: &SharedHistor
         let is_over = stopped.recv_timeout(interval) != Err(RecvTimeoutError::Timeout);
         interval = SAVE_INTERVAL;
         let (revision, entries) = {
-            let shared = shared.lock();
+            let shared = lock(&shared.0);
             let revision = Some(shared.history.revision());
             (revision, if revision == written && !is_over { Vec::new() } else { shared.history.entries() })
         };
@@ -282,10 +266,10 @@ fn write_until(stopped: &Receiver<()>, file: &HistoryFile, shared: &SharedHistor
             let writer = if is_over { WriterState::Stopped } else { WriterState::Running };
             match file.write(&entries, writer) {
                 Ok(()) => (written, is_failing) = (revision, false),
-                Err(error) if is_failing => tracing::debug!("{}: {error}", file.path().display()),
+                Err(error) if is_failing => tracing::debug!("{}: {error}", file.path.display()),
                 Err(error) => {
                     is_failing = true;
-                    tracing::warn!("the history is not written: {}: {error}", file.path().display());
+                    tracing::warn!("the history is not written: {}: {error}", file.path.display());
                 }
             }
         }

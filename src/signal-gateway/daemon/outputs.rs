@@ -131,7 +131,7 @@ impl Recorders {
     /// Records an output that is published or sent at this time.
     pub(super) fn published(&mut self, output: &Output, at: Now) {
         if let Some(black_box) = &mut self.black_box {
-            black_box.given_out(output, at);
+            black_box.black_box.given_out(output.clone(), at);
         }
         self.record(|mcap| mcap.given_out(output.clone(), at.wall));
     }

@@ -20,7 +20,6 @@ use tokio::time::{sleep, timeout};
 use super::history::SharedHistory;
 use crate::io::http::Connection;
 use crate::io::snapshots::feed::SnapshotSource;
-use crate::process_status::snapshot::Snapshot;
 use crate::report::gateway_view::GatewayView;
 use crate::report::live_page;
 use crate::report::metrics::{CLASSIC, OPENMETRICS, classic, openmetrics};
@@ -146,15 +145,11 @@ async fn metrics(State(mut sources): State<Sources>, headers: HeaderMap) -> Resp
     };
     let accepted = headers.get(ACCEPT).and_then(|accepted| accepted.to_str().ok()).unwrap_or_default();
     let (media, text) = if accepted.contains("application/openmetrics-text") {
-        (OPENMETRICS, openmetrics(taken.snapshot()))
+        (OPENMETRICS, openmetrics(&taken.snapshot))
     } else {
-        (CLASSIC, classic(taken.snapshot()))
+        (CLASSIC, classic(&taken.snapshot))
     };
     ([(CONTENT_TYPE, media)], text).into_response()
-}
-
-fn feed_json(snapshot: &Snapshot) -> String {
-    serde_json::to_string(&GatewayView::of(snapshot)).unwrap_or_default()
 }
 
 /// Responds with a stream of snapshots for the live page, one event every [`EVENT_INTERVAL`]. A slow client
@@ -175,7 +170,8 @@ async fn events(State(sources): State<Sources>, Extension(connection): Extension
             };
             let taken = source.next().await?;
             connection.extend();
-            Some((Ok::<_, Infallible>(event.data(taken.event(feed_json))), (source, connection, None)))
+            let json = |snapshot: &_| serde_json::to_string(&GatewayView::of(snapshot)).unwrap_or_default();
+            Some((Ok::<_, Infallible>(event.data(taken.event(json))), (source, connection, None)))
         });
     Sse::new(stream).into_response()
 }

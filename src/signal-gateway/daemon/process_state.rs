@@ -2,7 +2,6 @@
 
 use std::time::{Duration, Instant};
 
-use super::fault_recorder::FaultRecorder;
 use super::outputs::Outputs;
 use crate::config::Settings;
 use crate::io::can::traffic::TrafficMeter;
@@ -97,7 +96,7 @@ impl ProcessState {
         let network = outputs.publisher.network();
         let elsewhere = network.as_ref().map_or_else(LostLines::default, |network| network.lost_lines);
         let statuses = [
-            recorders.black_box.as_ref().map(|black_box| black_box.state().status()),
+            recorders.black_box.as_ref().map(|black_box| black_box.recorder.state().status()),
             self.known.configuration.as_ref().map(ConfigurationState::status),
             recorders.mcap.as_ref().map(|mcap| mcap.state().status()),
             log.map(|log| log.with(elsewhere).status()),
@@ -112,8 +111,8 @@ impl ProcessState {
         let statuses = self.statuses(outputs, log.clone());
         let process = ProcessSnapshot {
             uptime_ms: millis(self.started.elapsed()),
-            black_box: outputs.recorders.black_box.as_ref().map(FaultRecorder::state),
-            next_change: outputs.recorders.history.next_number(),
+            black_box: outputs.recorders.black_box.as_ref().map(|black_box| black_box.recorder.state()),
+            next_change: outputs.recorders.history.next_number,
             log,
             ros: outputs.publisher.snapshot(),
             ..self.known.clone()

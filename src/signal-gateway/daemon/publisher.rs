@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use super::ros_environment::{self, RosEnvironmentError};
 use crate::config::Settings;
-use crate::config::gateway::Durability as ConfiguredDurability;
 use crate::config::gateway::command::CommandConfig;
 use crate::config::gateway::topic_names::TopicNames;
 use crate::config::gateway::turn_signal::TurnSignalConfig;
@@ -15,8 +14,8 @@ use crate::io::ros::reception::IncomingStatus;
 use crate::io::ros::session::{RosError, RosSession, RosStatus};
 use crate::io::ros::settings::{Isolation, RosSettings};
 use crate::io::ros::topics::{
-    Durability, LightsTopicSettings, OUTGOING, OutgoingRow, OutgoingTopic, Subscription, SubscriptionKind,
-    TopicFlow, TopicKey, Topics,
+    LightsTopicSettings, OUTGOING, OutgoingRow, OutgoingTopic, Subscription, SubscriptionKind, TopicFlow,
+    TopicKey, Topics,
 };
 use crate::process_status::network::NetworkState;
 use crate::process_status::snapshot::{RosSnapshot, TopicSnapshot};
@@ -44,33 +43,25 @@ pub struct Publisher {
 
 /// Reason why nothing can be published.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)] // see the texts
 pub enum PublisherError {
-    /// An environment variable of ROS 2 has an unsupported value.
     #[error(transparent)]
     Environment(#[from] RosEnvironmentError),
-    /// This node would both publish and subscribe to a topic.
     #[error("{0} would be both written and read by this node; give each topic its own name")]
     Loop(String),
-    /// The build contains no DDS implementation.
     #[error(
         "this build has no ROS 2; build it with the feature `jazzy` or `humble`, or set [ros] enabled = false"
     )]
     NotBuilt,
-    /// The session cannot start.
     #[error(transparent)]
     Ros(#[from] RosError),
 }
 
 impl Publisher {
-    /// Creates a publisher without a session.
-    pub fn off() -> Self {
-        Self { session: None, domain_id: 0 }
-    }
-
     /// Joins the ROS graph, unless the configuration disables it.
     pub fn start(settings: &Settings) -> Result<Self, PublisherError> {
         if !settings.ros.enabled {
-            return Ok(Self::off());
+            return Ok(Self { session: None, domain_id: 0 });
         }
         for (Remapping { from, to }, meant) in unused_rules(settings) {
             let reason = format!("-r {from}:={to} has no effect: this node has no topic {from}");
@@ -153,14 +144,6 @@ impl Publisher {
         if let Some(session) = self.session {
             session.stop();
         }
-    }
-}
-
-/// Returns the configured durability of the reports.
-pub(super) fn durability(settings: &Settings) -> Durability {
-    match settings.ros.durability {
-        ConfiguredDurability::TransientLocal => Durability::TransientLocal,
-        ConfiguredDurability::Volatile => Durability::Volatile,
     }
 }
 
@@ -361,7 +344,7 @@ pub fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> 
         graph: settings.ros.graph,
         domain_id: network.domain_id,
         only_networks: network.only_networks,
-        durability: durability(settings),
+        durability: settings.ros.durability,
         topics: resolved(with_log(settings), settings),
         // Only nodes that see this node in the graph find its services.
         services: settings.ros.graph.then(|| ServiceContents {

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::publisher::{durability, subscriptions, topics};
+use super::publisher::{subscriptions, topics};
 use crate::config::Settings;
 use crate::io::mcap::bag::FileLimits;
 use crate::io::mcap::encoder::{Encoder, RecordedBus};
@@ -26,7 +26,7 @@ pub fn encoder(settings: &Settings) -> Encoder {
     let buses = buses.map(|bus| RecordedBus { name: bus.name.clone(), interface: bus.interface.clone() });
     Encoder::new(
         &topics(settings),
-        durability(settings),
+        settings.ros.durability,
         &settings.hardware_id,
         &buses.collect::<Vec<_>>(),
         &subscriptions(settings),

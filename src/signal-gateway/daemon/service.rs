@@ -52,7 +52,7 @@ impl Service {
         supervisor: Supervisor,
         clients: Clients,
     ) -> Self {
-        let period = supervisor.watchdog_period().filter(|period| !period.is_zero());
+        let period = supervisor.watchdog_period.filter(|period| !period.is_zero());
         let (line, next_line) = (String::new(), Instant::now());
         let ping_interval = period.map(ping_interval);
         Self { stop, reload, supervisor, ping_interval, clients, line, next_line }

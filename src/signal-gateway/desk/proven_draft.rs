@@ -36,9 +36,6 @@ pub enum Refutation {
 }
 
 /// Drafts the files and verifies them against the session.
-///
-/// # Errors
-/// Returns the reason why no files may be written.
 pub fn proven_files(draft: &VehicleDraft<'_>, timeline: &ActionTimeline) -> Result<VehicleFiles, Refutation> {
     let files = draft.files().ok_or(Refutation::NotSure)?;
     let required = Requirements::of(draft.findings).ok_or(Refutation::NotSure)?;
@@ -92,7 +89,6 @@ pub fn reported(
     reports.changes
 }
 
-/// The state composed of the reports so far.
 #[derive(Debug, Default)]
 struct Reports {
     turn: Option<TurnIndicators>,

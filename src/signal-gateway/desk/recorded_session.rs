@@ -3,8 +3,7 @@
 use std::io;
 use std::time::Duration;
 
-use can_log::EntryContent;
-use can_log::{Log, no_frame};
+use can_log::{EntryContent, Log, no_frame};
 use can_signal::can::{BusIndex, DriverMark, LogNote};
 use gateway_base::time::MonoTime;
 use vehicle_bringup::discovery::capture::Capture;
@@ -30,9 +29,6 @@ const FIRST_STAMP: f64 = 100_000_000.0;
 
 impl RecordedSession {
     /// Reads a recording to its end; `marks` come before those in it.
-    ///
-    /// # Errors
-    /// Fails if the recording cannot be read, or contains no readable frame.
     pub fn read(mut log: Log, marks: &[(MarkTime, DriverMark)]) -> io::Result<Self> {
         let (mut capture, mut noted) = (Capture::default(), Vec::new());
         let (mut first, mut first_s, mut now) = (None, 0.0, MonoTime::ZERO);
@@ -77,11 +73,20 @@ impl RecordedSession {
     }
 }
 
+/// A line that is not a mark.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "line {number}: expected SECONDS and quiet, left, right, hazard or off, as in `12.5 left`, found `{line}`"
+)]
+pub struct InvalidMark {
+    /// Number of the line, from 1.
+    pub number: u32,
+    /// The line without its comment.
+    pub line: String,
+}
+
 /// Parses marks: a time and a mark per line; `#` begins a comment.
-///
-/// # Errors
-/// Returns the number of the first invalid line, and the expected form.
-pub fn marks(text: &str) -> Result<Vec<(MarkTime, DriverMark)>, String> {
+pub fn marks(text: &str) -> Result<Vec<(MarkTime, DriverMark)>, InvalidMark> {
     let mut marks = Vec::new();
     for (number, line) in (1_u32..).zip(text.lines()) {
         let line = line.split_once('#').map_or(line, |(before, _)| before);
@@ -95,8 +100,7 @@ pub fn marks(text: &str) -> Result<Vec<(MarkTime, DriverMark)>, String> {
             }
             _ => None,
         };
-        let expected = "expected SECONDS and quiet, left, right, hazard or off, as in `12.5 left`";
-        marks.push(mark.ok_or_else(|| format!("line {number}: {expected}, found `{}`", line.trim()))?);
+        marks.push(mark.ok_or_else(|| InvalidMark { number, line: line.trim().to_owned() })?);
     }
     Ok(marks)
 }
@@ -122,8 +126,8 @@ mod tests {
     #[test]
     fn a_line_that_is_not_a_mark_is_refused_with_its_number() {
         for text in ["1.0 left\nleft", "\n2 up", "1 left now", "-1 off"] {
-            assert!(marks(text).unwrap_err().contains("as in `12.5 left`"), "{text}");
+            assert!(marks(text).unwrap_err().to_string().contains("as in `12.5 left`"), "{text}");
         }
-        assert!(marks("1.0 left\nleft").unwrap_err().starts_with("line 2: "));
+        assert_eq!(marks("1.0 left\nleft").unwrap_err().number, 2);
     }
 }

@@ -25,7 +25,6 @@ const LAP_GAP: Duration = Duration::from_millis(100);
 /// Fraction of the path's heading rate that the vehicle adopts in one cycle.
 const PATH_SHARE: f64 = 0.2;
 
-/// A gateway in its simulated surroundings.
 pub struct Rehearsal<'a> {
     gateway: Gateway,
     surroundings: Option<Surroundings<'a>>,
@@ -44,7 +43,6 @@ pub struct Surroundings<'a> {
     lap: MonoTime,
     laps_left: u32,
     samples: i64,
-    /// Heading rate of the vehicle, rad/s.
     heading_rate_radps: f64,
 }
 
@@ -85,8 +83,7 @@ impl<'a> Surroundings<'a> {
 }
 
 impl<'a> Rehearsal<'a> {
-    /// Creates a gateway at time zero with all links up. Its stamps begin at `start`, and it ends after
-    /// `length`.
+    /// Creates a gateway with all links up. Its stamps begin at `start`, and it ends after `length`.
     pub fn new(
         settings: GatewaySettings,
         surroundings: Option<Surroundings<'a>>,
@@ -99,7 +96,6 @@ impl<'a> Rehearsal<'a> {
         Self { gateway, surroundings, outputs: VecDeque::new(), start, now, end }
     }
 
-    /// Returns the gateway.
     pub fn gateway(&self) -> &Gateway {
         &self.gateway
     }

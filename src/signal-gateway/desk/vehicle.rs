@@ -7,11 +7,8 @@ use vehicle_bringup::simulated_vehicle::plan::VehiclePlan;
 use vehicle_bringup::simulated_vehicle::request::SimulationRequest;
 use vehicle_bringup::simulated_vehicle::{SimulatedVehicle, SimulationSettings, VehicleOutput};
 
-/// Runs a vehicle for `length` and passes each output to `take`. The script contains requests with their
-/// times since the start.
-///
-/// # Errors
-/// Returns the first error of `take`, which ends the run.
+/// Runs a vehicle for `length` and passes each output to `take`, whose first error ends the run. The times of
+/// the script count from the start.
 pub fn run<E>(
     plan: VehiclePlan,
     simulation: SimulationSettings,

@@ -47,18 +47,14 @@ pub struct ReadHistory {
 /// The history file in a folder.
 #[derive(Debug, Clone)]
 pub struct HistoryFile {
-    path: PathBuf,
+    /// Path of the file.
+    pub path: PathBuf,
 }
 
 impl HistoryFile {
     /// Returns the history file of this folder, which need not exist.
     pub fn in_folder(folder: &Path) -> Self {
         Self { path: folder.join(NAME) }
-    }
-
-    /// Returns the path of the file.
-    pub fn path(&self) -> &Path {
-        &self.path
     }
 
     /// Claims the file for this process until the result is dropped; `None` if the lock file cannot be
@@ -164,7 +160,7 @@ mod tests {
             let read = file.read().unwrap().unwrap();
             assert_eq!((read.writer, read.entries, read.unreadable), (writer, written.clone(), 0));
         }
-        let names: Vec<_> = fs::read_dir(file.path().parent().unwrap()).unwrap().collect();
+        let names: Vec<_> = fs::read_dir(file.path.parent().unwrap()).unwrap().collect();
         assert_eq!(names.len(), 1, "no draft is left");
     }
 
@@ -173,12 +169,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = HistoryFile::in_folder(folder.path());
         file.write(&entries(&["one", "two"]), WriterState::Running).unwrap();
-        let whole = fs::read(file.path()).unwrap();
+        let whole = fs::read(&file.path).unwrap();
         // A power cut, and a byte that is not UTF-8.
-        fs::write(file.path(), &whole[..whole.len() - 30]).unwrap();
+        fs::write(&file.path, &whole[..whole.len() - 30]).unwrap();
         let cut = file.read().unwrap().unwrap();
         assert_eq!((cut.entries.len(), cut.unreadable), (1, 1));
-        fs::write(file.path(), [&whole, b"\xff\n{}\n[1]\n".as_slice()].concat()).unwrap();
+        fs::write(&file.path, [&whole, b"\xff\n{}\n[1]\n".as_slice()].concat()).unwrap();
         let mixed = file.read().unwrap().unwrap();
         assert_eq!((mixed.entries.len(), mixed.unreadable), (2, 3));
         for (text, expected) in [
@@ -187,12 +183,12 @@ mod tests {
             ("{\"history\":1}\n", "expected a history, found another file"),
             ("{\"history\":2,\"writer\":\"stopped\"}", "expected a history of version 1, found version 2"),
         ] {
-            fs::write(file.path(), text).unwrap();
+            fs::write(&file.path, text).unwrap();
             let error = file.read().unwrap_err().to_string();
             assert!(error.contains(expected), "{text:?}: {error}");
         }
-        fs::remove_file(file.path()).unwrap();
-        fs::create_dir(file.path()).unwrap();
+        fs::remove_file(&file.path).unwrap();
+        fs::create_dir(&file.path).unwrap();
         assert!(file.read().is_err());
     }
 }

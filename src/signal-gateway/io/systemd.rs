@@ -15,7 +15,8 @@ use std::time::Duration;
 #[derive(Debug, Default)]
 pub struct Supervisor {
     socket: Option<(UnixDatagram, SocketAddr)>,
-    watchdog_period: Option<Duration>,
+    /// Interval at which to feed the watchdog, half of its timeout; `None` without a watchdog.
+    pub watchdog_period: Option<Duration>,
 }
 
 impl Supervisor {
@@ -68,11 +69,6 @@ impl Supervisor {
     /// Announces that the gateway is stopping.
     pub fn stopping(&self) {
         self.send("STOPPING=1");
-    }
-
-    /// Returns the interval at which to feed the watchdog, half of its timeout; `None` without a watchdog.
-    pub fn watchdog_period(&self) -> Option<Duration> {
-        self.watchdog_period
     }
 
     /// Sends a message, which is lost if the service manager is gone or its queue is full.
@@ -189,7 +185,7 @@ mod tests {
         let own = supervisor(&[]).unwrap();
         own.ready("up");
         own.feed_watchdog();
-        assert_eq!(own.watchdog_period(), None);
+        assert_eq!(own.watchdog_period, None);
     }
 
     #[test]
@@ -216,7 +212,7 @@ mod tests {
 
     #[test]
     fn the_watchdog_is_fed_at_half_its_time() {
-        let period = |variables: &[_]| supervisor(variables).unwrap().watchdog_period();
+        let period = |variables: &[_]| supervisor(variables).unwrap().watchdog_period;
         let half = Some(Duration::from_secs(2));
         assert_eq!(period(&[("WATCHDOG_USEC", "4000000")]), half);
         assert_eq!(period(&[("WATCHDOG_USEC", "4000000"), ("WATCHDOG_PID", "4711")]), half);

@@ -7,7 +7,7 @@ use std::fs::File;
 use std::io::{self, BufRead as _, BufReader, IsTerminal as _, Read as _, Write};
 use std::os::fd::OwnedFd;
 use std::panic;
-use std::sync::{Mutex, MutexGuard};
+use std::sync::Mutex;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -42,10 +42,6 @@ struct TakenTerminal {
     stderr: Option<OwnedFd>,
 }
 
-fn taken() -> MutexGuard<'static, Option<TakenTerminal>> {
-    lock(&TAKEN)
-}
-
 /// Returns true if a view can be shown: standard input and output are a terminal that supports control
 /// sequences, and this process is in its foreground.
 pub fn is_usable() -> bool {
@@ -62,7 +58,7 @@ pub fn request_stop() {
 
 /// Restores the terminal if a view uses it. A panic does the same.
 pub fn restore() {
-    let Some(TakenTerminal { queue, stderr }) = taken().take() else { return };
+    let Some(TakenTerminal { queue, stderr }) = lock(&TAKEN).take() else { return };
     let _ = disable_raw_mode();
     queue.push(&sequence(|bytes| queue!(bytes, LeaveAlternateScreen, Show)));
     queue.flush(PATIENCE);
@@ -92,7 +88,7 @@ impl Screen {
             before(panic);
         }));
         enable_raw_mode()?;
-        *taken() = Some(TakenTerminal { queue: queue.clone(), stderr });
+        *lock(&TAKEN) = Some(TakenTerminal { queue: queue.clone(), stderr });
         queue.push(&sequence(|bytes| queue!(bytes, EnterAlternateScreen, Hide)));
         let terminal = Terminal::new(CrosstermBackend::new(ScreenBuffer::default()))?;
         Ok(Self { terminal, queue, lost: 0 })
@@ -170,7 +166,7 @@ fn capture(line: impl Fn(String) + Send + 'static) -> io::Result<OwnedFd> {
         let mut reader = BufReader::new(reader);
         let mut bytes = Vec::new();
         while reader.by_ref().take(MAX_LINE).read_until(b'\n', &mut bytes).is_ok_and(|length| length > 0) {
-            if taken().is_some() {
+            if lock(&TAKEN).is_some() {
                 line(String::from_utf8_lossy(&bytes).trim_end().to_owned());
             } else {
                 let _ = real.write_all(&bytes);
@@ -203,7 +199,7 @@ impl Write for ScreenBuffer {
     /// Passes the whole drawing to the terminal, if a view still uses it.
     fn flush(&mut self) -> io::Result<()> {
         let bytes = std::mem::take(&mut self.0);
-        if let Some(taken) = taken().as_ref().filter(|_| !bytes.is_empty()) {
+        if let Some(taken) = lock(&TAKEN).as_ref().filter(|_| !bytes.is_empty()) {
             taken.queue.push(&bytes);
         }
         Ok(())

@@ -9,7 +9,6 @@ mod routes;
 mod tape;
 
 use std::io;
-use std::time::Duration;
 
 use crate::io::sample_log::SampleLog;
 use can_log::{InterfaceIndex, Log};
@@ -20,7 +19,7 @@ use gateway_core::gateway::event::{Input, Output};
 use gateway_core::gateway::{Gateway, GatewaySettings};
 pub use recorded_run::{Departures, NoRun, RecordedRun, RunSink};
 pub use routes::Routes;
-use tape::Tape;
+use tape::{FILLED_GAP, Tape};
 pub use tape::{RecordCounts, RecordedInput, Recording};
 
 /// A gateway with a recording as its input.
@@ -31,21 +30,13 @@ pub struct Replay {
     /// Wall time that replaces the recording's; `None` to use the recording's.
     wall: Option<WallStamp>,
     ended: bool,
-    /// Time of the last input.
     last_input: MonoTime,
     /// Limit for handling deadlines in gaps of the recording; `None` for no limit.
     filling: Option<GapFilling>,
 }
 
-/// Time for which reports are repeated and statuses refreshed in a gap of a recording, unless it is played in
-/// real time.
-pub const FILLED_GAP: Duration = Duration::from_secs(60);
-
 impl Replay {
     /// Creates a replay and reads up to the first frame; stamps come from the recording.
-    ///
-    /// # Errors
-    /// Fails if the recording cannot be read.
     pub fn new(
         settings: GatewaySettings,
         recording: impl Into<Recording>,
@@ -54,11 +45,7 @@ impl Replay {
         Self::begin(settings, Tape::new(recording.into(), routes), None)
     }
 
-    /// Like [`new`](Self::new), but also counts the frames that resemble bound messages for
-    /// [`seen`](Self::seen).
-    ///
-    /// # Errors
-    /// Fails if the recording cannot be read.
+    /// Like [`new`](Self::new), but also counts the frames for [`seen`](Self::seen).
     pub fn surveying(settings: GatewaySettings, log: Log, routes: Routes) -> io::Result<Self> {
         let mut tape = Tape::new(log.into(), routes);
         let bound = settings.lights.table.messages.iter().chain(&settings.v2i.table.messages);
@@ -68,9 +55,6 @@ impl Replay {
 
     /// Like [`new`](Self::new), but with the current wall time instead of the recording's: initially `start`,
     /// later set by [`set_wall_time`](Self::set_wall_time).
-    ///
-    /// # Errors
-    /// Fails if the recording cannot be read.
     pub fn in_the_present(
         start: WallStamp,
         settings: GatewaySettings,
@@ -82,9 +66,8 @@ impl Replay {
 
     fn begin(settings: GatewaySettings, mut tape: Tape, wall: Option<WallStamp>) -> io::Result<Self> {
         tape.read_next()?;
-        let start = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
-        let mut now = tape.next.as_ref().map_or(start, |(_, now)| *now);
-        now.wall = wall.unwrap_or(now.wall);
+        let first = tape.next.as_ref().map_or(WallStamp::default(), |(_, now)| now.wall);
+        let now = Now { mono: MonoTime::ZERO, wall: wall.unwrap_or(first) };
         // A recorded command must not reach a vehicle.
         let gateway = Gateway::new(settings.dry(), LinkState::Up, now);
         Ok(Self {
@@ -130,9 +113,7 @@ impl Replay {
     }
 
     /// Performs the next step: a deadline, or the next frame. Returns false at the end of the recording.
-    ///
-    /// # Errors
-    /// Fails if the recording cannot be read further; everything before has been handled.
+    /// Before an error, everything that could be read has been handled.
     pub fn step(&mut self) -> io::Result<bool> {
         match (self.deadline_before_input(), &mut self.tape.next) {
             (None, Some((input, at))) => {
@@ -178,7 +159,6 @@ impl Replay {
         self.gateway.handle(input, self.now);
     }
 
-    /// Moves the clock forward without a frame.
     fn advance(&mut self, mono: MonoTime) {
         let wall = self.wall.unwrap_or_else(|| self.now.wall.after(mono.since(self.now.mono)));
         self.now = Now { mono, wall };
@@ -193,9 +173,6 @@ impl Replay {
     }
 
     /// Starts the same recording again; virtual time and stamps continue.
-    ///
-    /// # Errors
-    /// Fails if the recording cannot be read.
     pub fn rewind(&mut self, recording: Recording) -> io::Result<()> {
         self.tape.rewind(recording);
         self.tape.read_next()
@@ -223,9 +200,6 @@ impl Replay {
     }
 
     /// Takes the next input without passing it to the gateway; `None` at the end of the recording.
-    ///
-    /// # Errors
-    /// Fails if the recording cannot be read further.
     pub fn skim(&mut self) -> io::Result<Option<RecordedInput>> {
         let Some((input, at)) = self.tape.next.take() else { return Ok(None) };
         self.now = at;
@@ -273,6 +247,7 @@ impl Replay {
 #[cfg(test)]
 mod tests {
     use std::path::Path;
+    use std::time::Duration;
 
     use super::*;
     use crate::config::files::{DEMO_CONFIG, Embedded, Files as _};

@@ -84,13 +84,10 @@ pub struct RecordedRun {
     calls: Calls,
 }
 
-/// The recording, with some samples read ahead.
 struct Calls {
     log: SampleLog,
     ahead: VecDeque<LoggedSample>,
-    /// Number of the last call.
     number: u64,
-    /// Time of the last call.
     at: Now,
     /// Remaining total time by which steps may exceed [`USUAL_STEP`].
     held_up: Duration,
@@ -99,9 +96,6 @@ struct Calls {
 
 impl RecordedRun {
     /// Begins a run with these settings, or returns the reason why the recording is not a run.
-    ///
-    /// # Errors
-    /// Fails if the recording cannot be read.
     pub fn begin(
         settings: GatewaySettings,
         mut log: SampleLog,
@@ -133,9 +127,6 @@ impl RecordedRun {
     }
 
     /// Makes the next call; returns false at the end of the recording.
-    ///
-    /// # Errors
-    /// Fails if the recording cannot be read further.
     pub fn step(&mut self, sink: &mut impl RunSink) -> io::Result<bool> {
         let Some(sample) = self.calls.take()? else { return Ok(false) };
         match sample.content {
@@ -247,7 +238,6 @@ impl Calls {
         sink.call(timed);
     }
 
-    /// Reads the inputs of a batch.
     fn batch(&mut self, count: u32, sink: &mut impl RunSink) -> io::Result<Vec<CanInput>> {
         let mut batch = Vec::new();
         for _ in 0..count.min(MAX_BATCH) {
@@ -337,30 +327,20 @@ impl<S: RunSink> Edges for RunEdges<'_, S> {
             self.failed = Err(error);
             None
         });
-        let timed = sample.and_then(|sample| match sample.content {
-            SampleContent::Call(timed) => Some(timed),
-            SampleContent::Input(_) | SampleContent::TurnReport(_) => None,
-        });
-        let failure = match timed.as_ref().map(|timed| &timed.call) {
-            Some(GatewayCall::SendFailed(failure)) => Some(*failure),
-            Some(_) => None,
-            None => {
-                self.calls.depart("a frame is given out now that was not sent then");
-                None
-            }
-        };
-        if failure.is_none() {
+        let frame = frame.clone();
+        let Some(SampleContent::Call(mut timed)) = sample.map(|sample| sample.content) else {
+            self.calls.depart("a frame is given out now that was not sent then");
             self.sink.published(output, read.wall);
-        }
-        let known = timed.map_or(read, |mut timed| {
-            self.calls.accept(&mut timed, self.sink);
-            timed.at
-        });
-        let result = match failure {
-            Some(failure) => CommandInput::SendFailed { frame: frame.clone(), failure },
-            None => CommandInput::Sent(frame.clone()),
+            return (CommandInput::Sent(frame), read);
         };
-        (result, known)
+        let result = if let GatewayCall::SendFailed(failure) = timed.call {
+            CommandInput::SendFailed { frame, failure }
+        } else {
+            self.sink.published(output, read.wall);
+            CommandInput::Sent(frame)
+        };
+        self.calls.accept(&mut timed, self.sink);
+        (result, timed.at)
     }
 
     fn give_out(&mut self, GivenOut { output, at, lag, is_held }: GivenOut) {

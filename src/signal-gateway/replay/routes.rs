@@ -12,8 +12,7 @@ use gateway_core::gateway::GatewaySettings;
 pub struct Routes(pub Vec<(String, BusIndex)>);
 
 impl Routes {
-    /// Maps each configured interface by its own name, and by the name of its bus, which the gateway's own
-    /// recordings use.
+    /// Maps each configured interface by its name, and by that of its bus, as in the gateway's recordings.
     pub fn by_interface(settings: &GatewaySettings) -> Self {
         let buses = || settings.buses.iter().zip((0..=u8::MAX).map(BusIndex));
         let interfaces = buses().map(|(bus, index)| (bus.interface.clone(), index));

@@ -5,16 +5,17 @@ use std::collections::btree_map::Entry;
 use std::io;
 use std::time::Duration;
 
-use super::FILLED_GAP;
 use super::routes::Routes;
 use crate::io::sample_log::{LoggedSample, SampleContent, SampleLog};
-use can_log::EntryContent;
-use can_log::{InterfaceIndex, Log, LogRecord, is_without_frames};
+use can_log::{EntryContent, InterfaceIndex, Log, LogRecord, is_without_frames};
 use can_signal::can::{BusIndex, CanId, CanInput, IdMatch};
 use gateway_base::time::gap_filling::MAX_SILENCE;
 use gateway_base::time::{MonoTime, Now, WallStamp};
 use gateway_core::gateway::call::{GatewayCall, TimedCall};
 use gateway_core::gateway::event::Input;
+
+/// Time for which deadlines are handled in a gap of a recording, unless it is played in real time.
+pub(super) const FILLED_GAP: Duration = Duration::from_secs(60);
 
 /// A stamp that precedes the previous one by less than this belongs to a late line; if by more, the
 /// recorder's clock was set back.
@@ -46,13 +47,6 @@ pub enum RecordedInput {
     Sample(Box<LoggedSample>),
 }
 
-impl RecordCounts {
-    /// Returns true if nothing was read.
-    pub fn is_empty(&self) -> bool {
-        self.records + self.samples == 0
-    }
-}
-
 /// Counts of the entries read from a recording.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct RecordCounts {
@@ -66,10 +60,17 @@ pub struct RecordCounts {
     pub backwards: u64,
     /// Number of steps of the recorder's clock longer than [`MAX_SILENCE`].
     pub jumps: u64,
-    /// Number of silences of all interfaces longer than [`FILLED_GAP`], except jumps.
+    /// Number of silences of all interfaces longer than `FILLED_GAP`, except jumps.
     pub gaps: u64,
     /// The longest of these silences.
     pub longest_gap: Duration,
+}
+
+impl RecordCounts {
+    /// Returns true if nothing was read.
+    pub fn is_empty(&self) -> bool {
+        self.records + self.samples == 0
+    }
 }
 
 pub(super) struct Tape {
@@ -78,10 +79,10 @@ pub(super) struct Tape {
     /// The record and the sample that have been read but not used yet.
     record: Option<LogRecord>,
     sample: Option<Box<LoggedSample>>,
-    /// True if the recording has no frames.
     has_only_samples: bool,
     pub(super) routes: Routes,
-    clock: Option<TapeClock>,
+    /// Virtual time, and the newest stamp read so far.
+    clock: Option<Now>,
     /// Added to recorded stamps, ns.
     shift: i64,
     /// Stamp for the next record when the recording is repeated.
@@ -89,7 +90,7 @@ pub(super) struct Tape {
     /// The last input read; `None` once it has been taken, and at the end.
     pub(super) next: Option<(RecordedInput, Now)>,
     /// An input held back until the bad lines before it are passed on.
-    held: Option<(CanInput, Now)>,
+    held: Option<(RecordedInput, Now)>,
     bad_reported: u64,
     pub(super) counts: RecordCounts,
     /// The messages for which frames with the same or a similar identifier are counted.
@@ -98,21 +99,13 @@ pub(super) struct Tape {
     pub(super) ids: BTreeMap<(InterfaceIndex, CanId), u64>,
 }
 
-/// Virtual time, and the newest stamp read so far.
-#[derive(Debug, Clone, Copy)]
-struct TapeClock {
-    mono: MonoTime,
-    stamp: WallStamp,
-}
-
 impl RecordedInput {
     /// Returns the input of a bus; `None` for a sample.
     pub fn can(&self) -> Option<&CanInput> {
         if let Self::Can(input) = self { Some(input) } else { None }
     }
 
-    /// Converts to an input of the gateway; `None` for a sample that is not an input, such as a call of the
-    /// recording gateway.
+    /// Converts to an input of the gateway; `None` for a sample that is none, such as a call.
     pub fn into_input(self) -> Option<Input> {
         match self {
             Self::Can(input) => Some(input.into()),
@@ -129,7 +122,6 @@ impl RecordedInput {
 
 impl Tape {
     pub(super) fn new(Recording { log, samples }: Recording, routes: Routes) -> Self {
-        let counts = RecordCounts::default();
         Self {
             log,
             samples,
@@ -143,13 +135,12 @@ impl Tape {
             next: None,
             held: None,
             bad_reported: 0,
-            counts,
+            counts: RecordCounts::default(),
             counted: Vec::new(),
             ids: BTreeMap::new(),
         }
     }
 
-    /// Returns the virtual time of the last entry read, of whatever interface.
     pub(super) fn length(&self) -> MonoTime {
         self.clock.map_or(MonoTime::ZERO, |clock| clock.mono)
     }
@@ -157,27 +148,27 @@ impl Tape {
     pub(super) fn rewind(&mut self, Recording { log, samples }: Recording) {
         (self.log, self.samples) = (log, samples);
         self.bad_reported = 0;
-        self.start = self.clock.map(|clock| clock.stamp.after(Duration::from_millis(1)));
+        self.start = self.clock.map(|clock| clock.wall.after(Duration::from_millis(1)));
     }
 
     /// Reads the next input, which replaces the previous one.
     pub(super) fn read_next(&mut self) -> io::Result<()> {
-        self.next = self.held.take().map(|(input, now)| (RecordedInput::Can(input), now));
-        if self.next.is_some() {
-            return Ok(());
-        }
-        loop {
+        self.next = self.held.take();
+        while self.next.is_none() {
             if let Some(sample) = self.next_sample()? {
                 self.counts.samples += 1;
                 let (_, now) = self.advance(sample.logged);
                 self.next = Some((RecordedInput::Sample(sample), now));
-                return Ok(());
+                break;
             }
             let read = self.next_record();
             // Borrowed, since copying a record costs as much as the rest of this function.
             let record = match &read {
                 Ok(Some(record)) => record,
-                Ok(None) => break,
+                Ok(None) => {
+                    self.next = self.new_bad_lines().map(RecordedInput::Can).zip(self.clock);
+                    break;
+                }
                 Err(_) => return read.map(drop),
             };
             self.counts.records += 1;
@@ -192,20 +183,12 @@ impl Tape {
                 }
             }
             let (stamp, now) = self.advance(record.stamp);
-            let input = self.input(record, stamp);
-            self.counts.foreign += u64::from(input.is_none());
+            self.next = self.input(record, stamp).map(|input| (RecordedInput::Can(input), now));
+            self.counts.foreign += u64::from(self.next.is_none());
             if let Some(bad) = self.new_bad_lines() {
-                self.held = input.map(|input| (input, now));
-                self.next = Some((RecordedInput::Can(bad), now));
-                return Ok(());
-            }
-            if let Some(input) = input {
-                self.next = Some((RecordedInput::Can(input), now));
-                return Ok(());
+                self.held = self.next.replace((RecordedInput::Can(bad), now));
             }
         }
-        let last = self.clock.map(|clock| Now { mono: clock.mono, wall: clock.stamp });
-        self.next = self.new_bad_lines().map(RecordedInput::Can).zip(last);
         Ok(())
     }
 
@@ -224,9 +207,8 @@ impl Tape {
                 read => read?,
             };
         }
-        let nanos = |stamp: WallStamp| stamp.as_nanos();
         let is_first = match (&self.record, &self.sample) {
-            (Some(record), Some(sample)) => nanos(sample.logged) < nanos(record.stamp),
+            (Some(record), Some(sample)) => sample.logged.as_nanos() < record.stamp.as_nanos(),
             (record, _) => record.is_none(),
         };
         Ok(self.sample.take_if(|_| is_first))
@@ -260,8 +242,8 @@ impl Tape {
             self.shift = start.as_nanos().saturating_sub(recorded.as_nanos());
         }
         let stamp = WallStamp::from_nanos(recorded.as_nanos().saturating_add(self.shift));
-        let clock = self.clock.get_or_insert(TapeClock { mono: MonoTime::ZERO, stamp });
-        let nanos = stamp.as_nanos().saturating_sub(clock.stamp.as_nanos());
+        let clock = self.clock.get_or_insert(Now { mono: MonoTime::ZERO, wall: stamp });
+        let nanos = stamp.as_nanos().saturating_sub(clock.wall.as_nanos());
         let size = Duration::from_nanos(nanos.unsigned_abs());
         if nanos >= 0 {
             if size > MAX_SILENCE {
@@ -271,14 +253,14 @@ impl Tape {
                 self.counts.longest_gap = self.counts.longest_gap.max(size);
             }
             clock.mono = clock.mono.after(size.min(MAX_SILENCE));
-            clock.stamp = stamp;
+            clock.wall = stamp;
         } else if size < LATE_LINE {
             self.counts.backwards += 1;
         } else {
             self.counts.jumps += 1;
-            clock.stamp = stamp;
+            clock.wall = stamp;
         }
-        (stamp, Now { mono: clock.mono, wall: clock.stamp })
+        (stamp, *clock)
     }
 }
 

@@ -4,24 +4,20 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::text::escaped;
+use super::text::{escaped, wrapped};
 use gateway_core::provenance::ProvenanceSummary;
 use vehicle_bringup::car_model::{CarModel, DimensionRange, ModelProfile, ModelSearch, ModelVerdict};
 
 /// Contents of a shipped profile, and how much of it is verified.
 #[derive(Debug, Serialize)]
-pub struct ProfileSummary {
-    /// Name of the profile.
+pub(crate) struct ProfileSummary {
     pub profile: String,
-    /// Name of its vehicle.
     pub vehicle: String,
     /// Observations that it requires before it reports, as texts.
     pub requires: Vec<String>,
-    /// Names of its buses.
     pub buses: Vec<String>,
     /// Parts of the vehicle that it describes, as words.
     pub describes: Vec<&'static str>,
-    /// Number of its facts.
     pub facts: usize,
     /// Numbers of facts that have been verified.
     pub verified: ProvenanceSummary,
@@ -29,13 +25,11 @@ pub struct ProfileSummary {
 
 /// Answer to the question whether a car is supported.
 #[derive(Debug, Serialize)]
-pub struct ModelAnswer<'a> {
-    /// Name of the car as entered.
+pub(crate) struct ModelAnswer<'a> {
     pub car: &'a str,
     /// Models that match the search.
     #[serde(flatten)]
     pub search: &'a ModelSearch<'a>,
-    /// The profiles of these models.
     pub profiles: Vec<ProfileSummary>,
 }
 
@@ -44,7 +38,7 @@ const LISTED: usize = 12;
 
 impl ModelAnswer<'_> {
     /// Returns the answer as text: yes or no, the models, their profiles, and what to do next.
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let (car, models) = (escaped(self.car), &self.search.models);
         let mut text = match self.search.verdict {
             ModelVerdict::Supported => format!("yes: a profile reads the {car}\n"),
@@ -60,20 +54,18 @@ impl ModelAnswer<'_> {
         if self.search.verdict == ModelVerdict::Unknown {
             let mut names: Vec<_> = models.iter().map(|model| model.model.as_str()).collect();
             names.dedup();
-            for line in
-                super::text::wrapped(&names.join(", "), Some(96), 0).iter().filter(|line| !line.is_empty())
-            {
+            for line in wrapped(&names.join(", "), Some(96), 0).iter().filter(|line| !line.is_empty()) {
                 let _ = writeln!(text, "  {line}");
             }
         } else {
-            text += "\n";
-            text += &rows(models.iter().take(LISTED).copied());
+            text = text + "\n" + &rows(models.iter().take(LISTED).copied());
             let notes = models.iter().take(LISTED).filter_map(|model| model.note.as_ref());
-            for line in notes.flat_map(|note| super::text::wrapped(note, Some(96), 0)) {
+            for line in notes.flat_map(|note| wrapped(note, Some(96), 0)) {
                 let _ = writeln!(text, "  {line}");
             }
             if let Some(range) = DimensionRange::of(models.iter().copied()) {
-                let (wheel_base, ratio) = (span(range.wheel_base_m()), span(range.steering_ratio()));
+                let [wheel_base, ratio] = [range.wheel_base_m(), range.steering_ratio()]
+                    .map(|(least, greatest)| span(least, greatest));
                 let _ = writeln!(
                     text,
                     "  opendbc lists a wheel base of {wheel_base} m and a steering ratio of {ratio}; neither is proven"
@@ -127,12 +119,12 @@ impl ProfileSummary {
 }
 
 /// Returns a range as text, e.g. `2.6 to 2.8`.
-pub fn span((least, greatest): (f64, f64)) -> String {
+fn span(least: f64, greatest: f64) -> String {
     if least < greatest { format!("{least} to {greatest}") } else { least.to_string() }
 }
 
 /// Returns a line for each model: its name with the years, and its profile and plug or why there is none.
-pub fn rows<'a>(models: impl IntoIterator<Item = &'a CarModel> + Clone) -> String {
+pub(crate) fn rows<'a>(models: impl IntoIterator<Item = &'a CarModel> + Clone) -> String {
     let width = models.clone().into_iter().map(|model| model.name().chars().count()).max().unwrap_or(0);
     let mut text = String::new();
     for model in models {
@@ -149,6 +141,6 @@ pub fn rows<'a>(models: impl IntoIterator<Item = &'a CarModel> + Clone) -> Strin
 }
 
 /// Returns anything as JSON with a line end.
-pub fn json(content: &(impl Serialize + ?Sized)) -> String {
+pub(crate) fn json(content: &(impl Serialize + ?Sized)) -> String {
     serde_json::to_string_pretty(content).unwrap_or_default() + "\n"
 }

@@ -4,11 +4,9 @@ use can_signal::can::BusSnapshot;
 use gateway_core::command::snapshot::FunctionSnapshot;
 use turn_signal::flow::snapshot::DeciderSnapshot;
 
-/// A row of the tables below.
 pub(super) struct Count<T> {
     /// Name of its metric, without prefix and suffix.
     pub(super) metric: &'static str,
-    /// Help of its metric.
     pub(super) help: &'static str,
     /// Its name on the page and in the status text, which show it if it has a name and is not 0.
     pub(super) label: Option<&'static str>,

@@ -83,7 +83,6 @@ fn to_the_micrometre(metres: f64) -> f64 {
     (metres * 1e6).round() / 1e6 + 0.0
 }
 
-/// Returns the basis of the decision as text.
 pub(super) fn basis(decision: &Decision) -> String {
     match &decision.basis {
         Basis::NoInputs => "no inputs".to_owned(),

@@ -65,7 +65,6 @@ pub fn repeats(actions: &[DriverAction]) -> String {
     format!("Not sure about {} yet: once more.\n{why}", names.join(" and "))
 }
 
-/// Maximum number of listed rivals.
 const MAX_RIVALS: usize = 3;
 
 /// Returns the result, in lines.
@@ -75,58 +74,42 @@ pub fn result(findings: &DiscoveryFindings) -> String {
     let mut line = |heading: &str, content: &str| {
         let _ = writeln!(text, "{heading:<9} {content}");
     };
-    let sides = [DriverAction::Left, DriverAction::Right].map(|side| findings.certainty(side));
-    match findings.turn.first() {
-        Some(turn) if findings.is_usable() => {
-            line("turn", &turn.form.to_string());
-            let [left, right] =
-                [DriverAction::Left, DriverAction::Right].map(|side| turn.followed_text(side));
-            line("", &format!("followed {left} requests to the left, {right} to the right"));
-            for rival in findings.turn.iter().skip(1).take(MAX_RIVALS) {
-                line("  rival", &rival.form.to_string());
-                line("", &format!("  not taken: {}", rival.explanation(turn)));
-            }
-        }
-        Some(turn) => {
-            let [left, right] = sides;
+    let sides = [DriverAction::Left, DriverAction::Right];
+    if let Some(turn) = findings.turn.first() {
+        let is_sure = findings.is_usable();
+        if !is_sure {
+            let [left, right] = sides.map(|side| findings.certainty(side));
             line("turn", &format!("NOT SURE (left: {left}, right: {right}). The best candidate is"));
-            line("", &turn.form.to_string());
-            let [left, right] =
-                [DriverAction::Left, DriverAction::Right].map(|side| turn.followed_text(side));
-            let only = if findings.turn_doubt.is_some() { "" } else { "but only " };
-            line("", &format!("{only}followed {left} requests to the left, {right} to the right"));
-            if let Some(doubt) = findings.turn_doubt {
-                line("", &format!("but {doubt}"));
-            }
         }
-        None => line("turn", "NOT FOUND: no signal on this bus follows both sides"),
+        line(if is_sure { "turn" } else { "" }, &turn.form.to_string());
+        let [left, right] = sides.map(|side| turn.followed_text(side));
+        let only = if is_sure || findings.turn_doubt.is_some() { "" } else { "but only " };
+        line("", &format!("{only}followed {left} requests to the left, {right} to the right"));
+        for rival in findings.turn.iter().filter(|_| is_sure).skip(1).take(MAX_RIVALS) {
+            line("  rival", &rival.form.to_string());
+            line("", &format!("  not taken: {}", rival.explanation(turn)));
+        }
+        if let Some(doubt) = findings.turn_doubt.filter(|_| !is_sure) {
+            line("", &format!("but {doubt}"));
+        }
+    } else {
+        line("turn", "NOT FOUND: no signal on this bus follows both sides");
     }
     if let Some(form) = findings.moved_at_rest {
         line("", &format!("{form} followed both sides, but it changed during HANDS OFF as well."));
         line("", "Was the lever moved then? Repeat the session, and touch nothing during HANDS OFF");
     }
-    match findings.hazard.first() {
-        Some(hazard) if findings.certainty(DriverAction::Hazard) == Certainty::Sure => {
-            line("hazard", &hazard.form.to_string());
-            line("", &format!("followed {} requests", hazard.followed_text(DriverAction::Hazard)));
+    let certainty = findings.certainty(DriverAction::Hazard);
+    if let Some(hazard) = findings.hazard.first() {
+        let is_sure = certainty == Certainty::Sure;
+        let (doubtful, unseen) = if is_sure { ("", "") } else { ("NOT SURE: ", "; written as not visible") };
+        line("hazard", &format!("{doubtful}{}", hazard.form));
+        line("", &format!("followed {} requests{unseen}", hazard.followed_text(DriverAction::Hazard)));
+        if let Some(doubt) = findings.hazard_doubt.filter(|_| !is_sure) {
+            line("", &format!("but {doubt}"));
         }
-        Some(hazard) => {
-            line("hazard", &format!("NOT SURE: {}", hazard.form));
-            line(
-                "",
-                &format!(
-                    "followed {} requests; written as not visible",
-                    hazard.followed_text(DriverAction::Hazard)
-                ),
-            );
-            if let Some(doubt) = findings.hazard_doubt {
-                line("", &format!("but {doubt}"));
-            }
-        }
-        None => {
-            let certainty = findings.certainty(DriverAction::Hazard);
-            line("hazard", &format!("{certainty}; written as not visible"));
-        }
+    } else {
+        line("hazard", &format!("{certainty}; written as not visible"));
     }
     let turn = findings.turn.first().map(|turn| turn.form.signals()).unwrap_or_default();
     let hazard = findings.hazard.first().and_then(|hazard| hazard.form.signal());
@@ -138,9 +121,8 @@ pub fn result(findings: &DiscoveryFindings) -> String {
         let counter =
             protection.counter.map(|counter| format!("counter {} to {}", counter.first, counter.last));
         let checksum = protection.checksum.as_ref().map(|checksum| format!("checksum {}", checksum.kind));
-        let found: Vec<_> = counter.into_iter().chain(checksum).collect();
-        let found =
-            if found.is_empty() { "neither counter nor known checksum".to_owned() } else { found.join(", ") };
+        let found = counter.into_iter().chain(checksum).reduce(|found, also| found + ", " + &also);
+        let found = found.as_deref().unwrap_or("neither counter nor known checksum");
         line("protected", &format!("0x{}: {found}", message.id));
     }
     text

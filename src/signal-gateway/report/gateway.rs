@@ -17,6 +17,7 @@ use gateway_base::time::MonoTime;
 use gateway_core::command::output::CommandOutput;
 use gateway_core::gateway::event::Output;
 use gateway_core::gateway::history::{Change, ChangeKind};
+use gateway_core::vehicle_status::output::NamedValue;
 use traffic_lights::emission::Emission;
 use traffic_lights::output::TrafficLightOutput;
 use turn_signal::output::TurnSignalOutput;
@@ -62,10 +63,10 @@ impl JsonTimeline {
                 line(at, DECISIONS, decision::fields(decision))
             }
             Output::Command(CommandOutput::Transmit { frame, .. }) => {
-                self.frame((frame.bus(), frame.frame()), true, at)
+                self.frame(frame.bus(), frame.frame(), true, at)
             }
             Output::Command(CommandOutput::WouldTransmit { bus, frame, .. }) => {
-                self.frame((*bus, frame), false, at)
+                self.frame(*bus, frame, false, at)
             }
             Output::Diagnostics { diagnostics, .. } if diagnostics.refresh => None,
             // Meant for viewers on ROS; the lines have sections in the decisions.
@@ -79,19 +80,17 @@ impl JsonTimeline {
     }
 
     fn published(&self, output: &Output, at: MonoTime) -> Option<String> {
-        let lines = publications(output, &self.hardware_id).into_iter().filter_map(|(topic, publication)| {
+        lines(publications(output, &self.hardware_id).into_iter().filter_map(|(topic, publication)| {
             let (Publication::Publish(message), Some(name)) = (publication, self.topics.name(topic)) else {
                 return None;
             };
             // Plain structs of numbers and strings: this cannot fail.
             let [t, topic] = [serde_json::to_string(&seconds(at)).ok()?, serde_json::to_string(name).ok()?];
             Some(format!(r#"{{"t":{t},"topic":{topic},"data":{}}}"#, message.json().ok()?))
-        });
-        let lines: Vec<_> = lines.collect();
-        (!lines.is_empty()).then(|| lines.join("\n"))
+        }))
     }
 
-    fn frame(&self, (bus, frame): (BusIndex, &Frame), sent: bool, at: MonoTime) -> Option<String> {
+    fn frame(&self, bus: BusIndex, frame: &Frame, sent: bool, at: MonoTime) -> Option<String> {
         let bus = self.buses.get(usize::from(bus.0)).map_or("", String::as_str);
         let data: String = frame.data().iter().map(|byte| format!("{byte:02X}")).collect();
         let extended = matches!(frame.id(), CanId::Extended(_));
@@ -104,14 +103,16 @@ impl JsonTimeline {
 
     fn lights(&self, emission: &Emission, at: MonoTime) -> Option<String> {
         let topics = self.topics.lights.iter().filter(|lights_topic| lights_topic.topic == emission.topic);
-        let lines: Vec<_> = topics
-            .flat_map(|lights_topic| {
-                let messages = LightsMessage::of(emission, lights_topic.lights, lights_topic.compat);
-                messages.into_iter().filter_map(|message| line(at, &lights_topic.name, message))
-            })
-            .collect();
-        (!lines.is_empty()).then(|| lines.join("\n"))
+        lines(topics.flat_map(|lights_topic| {
+            let messages = LightsMessage::of(emission, lights_topic.lights, lights_topic.compat);
+            messages.into_iter().filter_map(|message| line(at, &lights_topic.name, message))
+        }))
     }
+}
+
+/// Joins lines; `None` if there are none.
+fn lines(lines: impl Iterator<Item = String>) -> Option<String> {
+    lines.reduce(|lines, line| lines + "\n" + &line)
 }
 
 fn line(at: MonoTime, topic: &str, data: impl Serialize) -> Option<String> {
@@ -119,34 +120,30 @@ fn line(at: MonoTime, topic: &str, data: impl Serialize) -> Option<String> {
     serde_json::to_string(&JsonLine { t: seconds(at), topic, data }).ok()
 }
 
-/// A change of a report or of a status.
+/// A change of a report or of a status, or a new frame to the vehicle.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Event {
-    /// Severity of the status; WARN if a report ends.
-    pub level: Level,
-    /// Subject: `turn_indicators`, `hazard_lights` or an interface.
-    pub task: String,
-    /// `ENABLE_LEFT`, `no longer published`, or the message of a status.
-    pub text: String,
-    /// Kind of the change.
-    pub kind: ChangeKind,
+    /// The change, e.g. of `turn_indicators` to `ENABLE_LEFT`, or to `no longer published`.
+    pub change: Change,
     /// Signals concerned, as named in the status.
     pub signals: Vec<String>,
-    /// Remedy; empty if there is nothing to do.
-    pub remedy: String,
 }
 
 impl Event {
-    /// Returns the message of a status that is not OK; empty for other events.
-    pub fn cause(&self) -> &str {
-        let is_bad = self.kind == ChangeKind::Status && self.level > Level::Ok;
-        if is_bad { &self.text } else { "" }
+    fn new(kind: ChangeKind, level: Level, subject: &str, text: String) -> Self {
+        let change = Change { kind, level, subject: subject.to_owned(), text, remedy: String::new() };
+        Self { change, signals: Vec::new() }
     }
 
-    /// Returns the `MESSAGE_ID` for the journal. There is one per kind, and per level of a status; they never
-    /// change.
+    /// Returns the message of a status that is not OK; empty for other events.
+    pub fn cause(&self) -> &str {
+        let is_bad = self.change.kind == ChangeKind::Status && self.change.level > Level::Ok;
+        if is_bad { &self.change.text } else { "" }
+    }
+
+    /// Returns the `MESSAGE_ID` for the journal: one per kind, and per level of a status. They never change.
     pub fn message_id(&self) -> &'static str {
-        match (self.kind, self.level) {
+        match (self.change.kind, self.change.level) {
             (ChangeKind::ReportPublished, _) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e101",
             (ChangeKind::ReportWithdrawn, _) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e102",
             (ChangeKind::CommandSent, _) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e120",
@@ -155,17 +152,12 @@ impl Event {
             (_, Level::Error) => "4c1e8a4b0f5d4a0e9f0b6a3d7c52e112",
         }
     }
-
-    /// Converts to a change for the history.
-    pub fn change(self) -> Change {
-        let Self { level, task, text, kind, remedy, .. } = self;
-        Change { kind, level, subject: task, text, remedy }
-    }
 }
 
 impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:<5} {:<16} {}", self.level.to_string(), escaped(&self.task), escaped(&self.text))
+        let Change { level, subject, text, .. } = &self.change;
+        write!(f, "{:<5} {:<16} {}", level.to_string(), escaped(subject), escaped(text))
     }
 }
 
@@ -180,45 +172,42 @@ pub struct Changes {
 impl Changes {
     /// Returns the changes in this output.
     pub fn of(&mut self, output: &Output) -> Vec<Event> {
-        match output {
+        let event = match output {
             Output::VehicleLights(output) => {
                 let (report, value) = output.named();
-                self.published(report, value.map(|name| (name.to_owned(), name.to_owned())))
+                let value = value.map(|name| NamedValue { state: name.to_owned(), measured: String::new() });
+                self.published(report, value)
             }
-            Output::VehicleStatus(output) => {
-                let value = output.named().map(|value| (value.to_string(), value.state));
-                self.published(output.report().name(), value)
-            }
+            Output::VehicleStatus(output) => self.published(output.report().name(), output.named()),
             Output::Diagnostics { diagnostics, .. } => {
-                diagnostics.statuses.iter().filter_map(|status| self.status(status)).collect()
+                return diagnostics.statuses.iter().filter_map(|status| self.status(status)).collect();
             }
             // Many per second, whether changed or not. Diagnostics contain the decisions.
-            Output::TrafficLights(_) | Output::TurnSignal(_) => Vec::new(),
+            Output::TrafficLights(_) | Output::TurnSignal(_) => None,
             Output::Command(CommandOutput::Transmit { frame, is_news }) => {
-                commanded(*is_news, "sends", frame.frame())
+                is_news.then(|| commanded("sends", frame.frame()))
             }
             Output::Command(CommandOutput::WouldTransmit { frame, is_news, .. }) => {
-                commanded(*is_news, "would send", frame)
+                is_news.then(|| commanded("would send", frame))
             }
-        }
+        };
+        event.into_iter().collect()
     }
 
-    /// Records the text of a report, and the state whose change is an event; `None` if the report is
-    /// withdrawn.
-    fn published(&mut self, report: &'static str, value: Option<(String, String)>) -> Vec<Event> {
-        let (text, now) = value.unzip();
-        let before = match &now {
-            Some(state) => self.reports.insert(report, state.clone()),
+    /// Records the value of a report, whose change is an event; `None` if the report is withdrawn.
+    fn published(&mut self, report: &'static str, value: Option<NamedValue>) -> Option<Event> {
+        let before = match &value {
+            Some(value) => self.reports.insert(report, value.state.clone()),
             None => self.reports.remove(report),
         };
-        if before == now {
-            return Vec::new();
+        if before.as_ref() == value.as_ref().map(|value| &value.state) {
+            return None;
         }
-        let (level, text, kind) = match text {
-            Some(text) => (Level::Ok, text, ChangeKind::ReportPublished),
+        let (level, text, kind) = match value {
+            Some(value) => (Level::Ok, value.to_string(), ChangeKind::ReportPublished),
             None => (Level::Warn, "no longer published".to_owned(), ChangeKind::ReportWithdrawn),
         };
-        vec![Event { level, task: report.to_owned(), text, kind, signals: Vec::new(), remedy: String::new() }]
+        Some(Event::new(kind, level, report, text))
     }
 
     fn status(&mut self, status: &Status) -> Option<Event> {
@@ -227,27 +216,14 @@ impl Changes {
             return None;
         }
         self.statuses.insert(status.task.clone(), now);
-        Some(Event {
-            level: status.level,
-            task: status.task.clone(),
-            text: status.message.clone(),
-            kind: ChangeKind::Status,
-            signals: status.signals.clone(),
-            remedy: status.remedy.clone(),
-        })
+        let mut event = Event::new(ChangeKind::Status, status.level, &status.task, status.message.clone());
+        (event.change.remedy, event.signals) = (status.remedy.clone(), status.signals.clone());
+        Some(event)
     }
 }
 
-fn commanded(is_news: bool, verb: &str, frame: &Frame) -> Vec<Event> {
-    let event = || Event {
-        level: Level::Ok,
-        task: FRAMES.to_owned(),
-        text: format!("{verb} {frame}"),
-        kind: ChangeKind::CommandSent,
-        signals: Vec::new(),
-        remedy: String::new(),
-    };
-    is_news.then(event).into_iter().collect()
+fn commanded(verb: &str, frame: &Frame) -> Event {
+    Event::new(ChangeKind::CommandSent, Level::Ok, FRAMES, format!("{verb} {frame}"))
 }
 
 #[cfg(test)]
@@ -335,7 +311,7 @@ mod tests {
         for is_news in [false, true] {
             assert_eq!(timeline.line(&output(is_news), MonoTime::ZERO).unwrap(), line);
             let events = Changes::default().of(&output(is_news));
-            let texts: Vec<_> = events.into_iter().map(|event| event.text).collect();
+            let texts: Vec<_> = events.into_iter().map(|event| event.change.text).collect();
             assert_eq!(texts, vec!["would send 00000130#01FF"; usize::from(is_news)]);
         }
     }
@@ -343,9 +319,9 @@ mod tests {
     #[test]
     fn only_changes_are_lines_for_people() {
         let mut changes = Changes::default();
-        assert_eq!(changes.of(&left())[0].text, "ENABLE_LEFT");
+        assert_eq!(changes.of(&left())[0].change.text, "ENABLE_LEFT");
         assert!(changes.of(&left()).is_empty());
-        assert_eq!(changes.of(&WITHDRAW)[0].text, "no longer published");
+        assert_eq!(changes.of(&WITHDRAW)[0].change.text, "no longer published");
         assert!(changes.of(&WITHDRAW).is_empty());
         assert_eq!(changes.of(&status(Level::Error, false)).len(), 1);
         assert!(changes.of(&status(Level::Error, true)).is_empty());

@@ -6,14 +6,13 @@ use std::collections::BTreeSet;
 use std::fmt;
 
 use prometheus_client::collector::Collector;
-use prometheus_client::encoding::{DescriptorEncoder, NoLabelSet, text};
+use prometheus_client::encoding::{DescriptorEncoder, MetricEncoder, NoLabelSet, text};
 use prometheus_client::metrics::MetricType;
 use prometheus_client::registry::{Registry, Unit};
 
 use super::counts::{self, Count};
 use crate::process_status::snapshot::{ProcessSnapshot, Snapshot};
 use can_signal::can::{BusSnapshot, LinkState};
-use gateway_base::diagnostics::Level;
 use gateway_base::names::variant_name;
 use gateway_core::control_mode::ControlMode;
 use gateway_core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
@@ -39,8 +38,7 @@ pub fn openmetrics(snapshot: &Snapshot) -> String {
     written
 }
 
-/// Returns the metrics in the text format before `OpenMetrics`, where a counter's name ends in `_total`
-/// everywhere.
+/// Returns the metrics in the older text format, where a counter's name ends in `_total` everywhere.
 pub fn classic(snapshot: &Snapshot) -> String {
     let written = openmetrics(snapshot);
     let suffixes = |kind: &'static str, suffix: &'static str| {
@@ -78,10 +76,8 @@ impl Collector for Metrics {
         writer.buses(&snapshot.buses)?;
         writer.commands(snapshot)?;
         writer.lights_and_decider(snapshot)?;
-        let levels = snapshot
-            .diagnostics
-            .iter()
-            .map(|status| ([("task", status.task.as_str())], number(status.level)));
+        let statuses = snapshot.diagnostics.iter();
+        let levels = statuses.map(|status| ([("task", status.task.as_str())], f64::from(status.level as u8)));
         writer.gauges("status_level", "Level of a diagnostic status: 0 OK, 1 WARN, 2 ERROR", levels)?;
         let remedies = snapshot.diagnostics.iter().filter_map(|status| {
             let (remedy, document) = (status.remedy.as_deref()?, status.document.as_deref()?);
@@ -115,12 +111,9 @@ impl Writer<'_> {
         unit: Option<&Unit>,
         samples: impl IntoIterator<Item = Sample<'a, N, f64>>,
     ) -> fmt::Result {
-        let mut samples = samples.into_iter().peekable();
-        if samples.peek().is_none() {
-            return Ok(());
-        }
-        let mut metric = self.0.encode_descriptor(name, help, unit, MetricType::Gauge)?;
-        samples.try_for_each(|(labels, value)| metric.encode_family(&labels)?.encode_gauge(&value))
+        self.family(name, help, unit, MetricType::Gauge, samples, |mut sample, value| {
+            sample.encode_gauge(&value)
+        })
     }
 
     fn counters<'a, const N: usize>(
@@ -129,28 +122,41 @@ impl Writer<'_> {
         help: &str,
         samples: impl IntoIterator<Item = Sample<'a, N, u64>>,
     ) -> fmt::Result {
+        self.family(name, help, None, MetricType::Counter, samples, |mut sample, value| {
+            sample.encode_counter::<NoLabelSet, u64, f64>(&value, None)
+        })
+    }
+
+    /// Writes a metric with its samples; nothing without samples.
+    fn family<'a, const N: usize, V>(
+        &mut self,
+        name: &str,
+        help: &str,
+        unit: Option<&Unit>,
+        kind: MetricType,
+        samples: impl IntoIterator<Item = Sample<'a, N, V>>,
+        encode: fn(MetricEncoder<'_>, V) -> fmt::Result,
+    ) -> fmt::Result {
         let mut samples = samples.into_iter().peekable();
         if samples.peek().is_none() {
             return Ok(());
         }
-        let mut metric = self.0.encode_descriptor(name, help, None, MetricType::Counter)?;
-        samples.try_for_each(|(labels, value)| {
-            metric.encode_family(&labels)?.encode_counter::<NoLabelSet, u64, f64>(&value, None)
-        })
+        let mut metric = self.0.encode_descriptor(name, help, unit, kind)?;
+        samples.try_for_each(|(labels, value)| encode(metric.encode_family(&labels)?, value))
     }
 
     fn reports(&mut self, snapshot: &Snapshot) -> fmt::Result {
-        let turn = snapshot.turn_indicators.as_ref();
+        let (turn, hazard) = (&snapshot.turn_indicators, &snapshot.hazard_lights);
         let turn = turn
+            .iter()
             .map(|report| ("turn_indicators", report.published.map(TurnIndicators::name), report.failures));
-        let hazard = snapshot.hazard_lights.as_ref();
-        let hazard =
-            hazard.map(|report| ("hazard_lights", report.published.map(HazardLights::name), report.failures));
+        let hazard = hazard
+            .iter()
+            .map(|report| ("hazard_lights", report.published.map(HazardLights::name), report.failures));
         let status = snapshot.vehicle_status.reports();
         let status =
             status.iter().map(|(name, report)| (name.name(), report.published.as_deref(), report.failures));
-        let reports: Vec<(&str, Option<&str>, FailureCounts)> =
-            turn.into_iter().chain(hazard).chain(status).collect();
+        let reports: Vec<(&str, Option<&str>, FailureCounts)> = turn.chain(hazard).chain(status).collect();
         let published = reports.iter().map(|(name, value, _)| ([("report", *name)], flag(value.is_some())));
         self.gauges("report_published", "1 while a report is published, 0 while it is withheld", published)?;
         let states = reports.iter().flat_map(|(name, value, _)| {
@@ -162,9 +168,8 @@ impl Writer<'_> {
                 // Measured values and doors have no sample here.
                 _ => Vec::new(),
             };
-            states
-                .into_iter()
-                .map(move |state| ([("report", *name), ("state", state)], flag(*value == Some(state))))
+            let states = states.into_iter();
+            states.map(move |state| ([("report", *name), ("state", state)], flag(*value == Some(state))))
         });
         self.gauges("report_state", "1 for the state that a report has, 0 for every other one", states)?;
         let failures = reports.iter().flat_map(|(name, _, failures)| {
@@ -229,13 +234,8 @@ impl Writer<'_> {
     }
 
     fn buses(&mut self, buses: &[BusSnapshot]) -> fmt::Result {
-        let labels = |bus: &BusSnapshot| (bus.name.clone(), bus.interface.clone());
-        let labels: Vec<_> = buses.iter().map(labels).collect();
         let each = || {
-            let labels = labels
-                .iter()
-                .map(|(bus, interface)| [("bus", bus.as_str()), ("interface", interface.as_str())]);
-            labels.zip(buses)
+            buses.iter().map(|bus| ([("bus", bus.name.as_str()), ("interface", bus.interface.as_str())], bus))
         };
         let up = each().map(|(labels, bus)| (labels, flag(bus.link == LinkState::Up)));
         self.gauges("bus_link_up", "1 while the link of a bus is up", up)?;
@@ -257,29 +257,25 @@ impl Writer<'_> {
             let samples = functions.map(|(name, function)| ([("function", name)], value(function)));
             self.counters(metric, help, samples)?;
         }
-        let sent = commands
-            .messages
-            .iter()
-            .map(|message| ([("message", message.name.as_str())], message.counts.sent));
+        let messages = || {
+            commands.messages.iter().map(|message| ([("message", message.name.as_str())], &message.counts))
+        };
+        let sent = messages().map(|(labels, counts)| (labels, counts.sent));
         self.counters("command_sent_frames", "Frames sent to the vehicle", sent)?;
-        let failed = commands.messages.iter();
-        let failed = failed.map(|message| {
-            ([("message", message.name.as_str())], message.counts.queue_full + message.counts.refused)
-        });
+        let failed = messages().map(|(labels, counts)| (labels, counts.queue_full + counts.refused));
         self.counters("command_failed_frames", "Frames to the vehicle that could not be sent", failed)
     }
 
     fn lights_and_decider(&mut self, snapshot: &Snapshot) -> fmt::Result {
-        let channels = || snapshot.traffic_lights.iter().flat_map(|lights| &lights.channels);
-        let lights =
-            channels().map(|channel| ([("channel", channel.channel.name())], f64::from(channel.lights)));
+        let channels = || {
+            let channels = snapshot.traffic_lights.iter().flat_map(|lights| &lights.channels);
+            channels.map(|channel| ([("channel", channel.channel.name())], channel))
+        };
+        let lights = channels().map(|(labels, channel)| (labels, f64::from(channel.lights)));
         self.gauges("traffic_lights", "Traffic lights with a known state", lights)?;
-        let rejected = channels().map(|channel| ([("channel", channel.channel.name())], channel.rejected));
-        self.counters(
-            "traffic_light_rejected_inputs",
-            "Inputs of traffic lights that were rejected",
-            rejected,
-        )?;
+        let rejected = channels().map(|(labels, channel)| (labels, channel.rejected));
+        let help = "Inputs of traffic lights that were rejected";
+        self.counters("traffic_light_rejected_inputs", help, rejected)?;
         for Count { metric, help, value, .. } in counts::DECIDER {
             self.counters(metric, help, snapshot.decider.as_ref().map(|decider| ([], value(decider))))?;
         }
@@ -300,11 +296,8 @@ impl Writer<'_> {
         self.measures("uptime", "Time since the start of the gateway", Some(&Unit::Seconds), uptime)?;
         if let Some(black_box) = &process.black_box {
             self.counters("black_box_written", "Black-box recordings written", [([], black_box.written)])?;
-            self.counters(
-                "black_box_failures",
-                "Black-box recordings that failed",
-                [([], black_box.failures)],
-            )?;
+            let failures = [([], black_box.failures)];
+            self.counters("black_box_failures", "Black-box recordings that failed", failures)?;
         }
         if let Some(log) = &process.log {
             self.counters("log_suppressed_lines", "Log lines left out", [([], log.suppressed)])?;
@@ -316,27 +309,17 @@ impl Writer<'_> {
         self.counters("ros_write_errors", "Samples that could not be written", [([], ros.write_errors)])?;
         let memory = ros.memory_bytes.map(|bytes| ([], float(bytes)));
         self.measures("ros_memory", "Memory of the network process", Some(&Unit::Bytes), memory)?;
-        let topics = ros
-            .written
-            .iter()
-            .map(|topic| (topic, "written"))
-            .chain(ros.read.iter().map(|topic| (topic, "read")));
-        let peers = topics.map(|(topic, direction)| {
+        let peers = [("written", &ros.written), ("read", &ros.read)].into_iter();
+        let peers = peers.flat_map(|(direction, topics)| topics.iter().map(move |topic| (direction, topic)));
+        let peers = peers.map(|(direction, topic)| {
             ([("topic", topic.name.as_str()), ("direction", direction)], float(topic.peers))
         });
-        self.gauges(
-            "ros_topic_peers",
-            "Readers of a topic that is written, writers of one that is read",
-            peers,
-        )?;
+        let help = "Readers of a topic that is written, writers of one that is read";
+        self.gauges("ros_topic_peers", help, peers)?;
         let others =
             ros.written.iter().map(|topic| ([("topic", topic.name.as_str())], float(topic.other_writers)));
         self.gauges("ros_topic_other_writers", "Writers of other nodes on a topic that is written", others)
     }
-}
-
-fn number(level: Level) -> f64 {
-    f64::from(level as u8)
 }
 
 fn flag(is_on: bool) -> f64 {

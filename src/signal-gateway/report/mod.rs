@@ -1,33 +1,10 @@
 //! Results as text for users, as JSON for programs, and as charts.
 //!
-//! | module | results |
-//! |---|---|
-//! | [`gateway`] | outputs of the gateway: messages, statuses, frames |
-//! | [`car_models`] | cars by make and model, and whether a profile reads one |
-//! | [`decision`] | a decision of the turn signal decider |
-//! | [`discovery`] | requests to the driver, and what was found |
-//! | [`drive`] | the decisions of a drive |
-//! | [`lights`] | a scenario of traffic lights |
-//! | [`vehicle`] | events and frames of a simulated vehicle |
-//! | [`view`] | what happens while a command runs: lines, log records, or the next one |
-//! | [`gateway_view`] | everything that a person is shown of the present state |
-//! | [`terminal`] | that on a terminal |
-//! | [`live_page`] | that in a browser |
-//! | [`status`] | that as text |
-//! | [`metrics`] | the present state for Prometheus |
-//! | [`schema`] | JSON Schemas of the status and of the page's feed |
-//! | [`story`] | captions and the summary of the demo |
-//! | [`timeline`] | a recording: states over time, each with the frame behind it |
-//! | [`refusal`] | problems of a configuration, with pictures of their places |
-//! | [`text`] | counts, names and paths in texts |
-//! | [`chart`] | the chart of a drive or a scenario |
-//! | [`palette`] | colours by meaning, for all of them |
-//!
 //! Text and JSON are lines, written as events occur. An event is an [`Entry`], with text and fields; a state
-//! is a [`chart::Bar`] in a chart for its duration.
+//! is a `chart::Bar` in a chart for its duration.
 
-pub mod car_models;
-pub mod chart;
+pub(crate) mod car_models;
+pub(crate) mod chart;
 mod counts;
 pub mod decision;
 pub mod discovery;
@@ -35,20 +12,20 @@ pub mod drive;
 pub mod gateway;
 pub mod gateway_view;
 pub mod history;
-pub mod lights;
-pub mod live_page;
+pub(crate) mod lights;
+pub(crate) mod live_page;
 pub mod metrics;
-pub mod page;
+pub(crate) mod page;
 pub mod palette;
-pub mod refusal;
+pub(crate) mod refusal;
 pub mod schema;
 pub mod status;
 pub mod story;
 pub mod terminal;
 pub mod text;
-pub mod timeline;
+pub(crate) mod timeline;
 pub mod vehicle;
-pub mod view;
+pub(crate) mod view;
 
 use serde_json::Value;
 
@@ -88,7 +65,7 @@ impl Entry {
 }
 
 /// Returns an object with the fields of both.
-fn joined(mut object: Value, more: Value) -> Value {
+pub(crate) fn joined(mut object: Value, more: Value) -> Value {
     if let (Value::Object(fields), Value::Object(more)) = (&mut object, more) {
         fields.extend(more);
     }

@@ -1,5 +1,4 @@
-//! Problems of a configuration as text: each with its line of the file, a caret below its position, and the
-//! remedy.
+//! Problems of a configuration as text, each with its line of the file, a caret and the remedy.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -7,9 +6,9 @@ use std::path::{Path, PathBuf};
 use annotate_snippets::{AnnotationKind, Element, Group, Level, Renderer, Snippet};
 
 use super::text::{Layout, escaped, wrapped};
-use crate::config::Problem;
 use crate::config::built_in::display;
 use crate::config::files::Files;
+use crate::config::{Position, Problem};
 
 /// Maximum length of a line that is shown as an excerpt, bytes.
 const MAX_LINE: usize = 1 << 14;
@@ -17,7 +16,7 @@ const MAX_LINE: usize = 1 << 14;
 const WIDTH: usize = 140;
 
 /// Formats at most `most` problems, one below the other, with the lines of their `files`.
-pub fn refusals(files: &dyn Files, problems: &[Problem], most: usize, layout: Layout) -> String {
+pub(crate) fn refusals(files: &dyn Files, problems: &[Problem], most: usize, layout: Layout) -> String {
     let mut source = Source::default();
     let mut blocks = Vec::new();
     let mut before = "";
@@ -25,21 +24,21 @@ pub fn refusals(files: &dyn Files, problems: &[Problem], most: usize, layout: La
         // Avoids repeating e.g. a list of all keys.
         let remedy = if problem.remedy == before { "" } else { &problem.remedy };
         before = &problem.remedy;
-        blocks.push(match problem.position.and_then(|place| source.line(files, &problem.file, place)) {
-            Some(excerpt) => {
-                // The path of an element is long, and its line is more informative.
-                let is_element = problem.key.contains('/');
-                let key = if is_element { String::new() } else { key(problem) };
-                let title = format!("{key}{}", problem.reason);
-                message(Level::ERROR, &title, Some(excerpt), remedy, layout)
-            }
-            None => {
-                let place =
-                    problem.position.map_or(String::new(), |(line, column)| format!(":{line}:{column}"));
-                let title = format!("{}{place}: {}{}", display(&problem.file), key(problem), problem.reason);
-                message(Level::ERROR, &title, None, remedy, layout)
-            }
-        });
+        let excerpt = problem.position.and_then(|place| source.line(files, &problem.file, place));
+        let is_element = problem.key.contains('/');
+        let key = match &*problem.key {
+            "" => String::new(),
+            // The path of an element is long, and its line is more informative.
+            _ if is_element && excerpt.is_some() => String::new(),
+            key => format!("{key}: "),
+        };
+        let place = match (&excerpt, problem.position) {
+            (Some(_), _) => String::new(),
+            (None, Some(position)) => format!("{}:{position}: ", display(&problem.file)),
+            (None, None) => format!("{}: ", display(&problem.file)),
+        };
+        let title = format!("{place}{key}{}", problem.reason);
+        blocks.push(message(Level::ERROR, &title, excerpt, remedy, layout));
     }
     let more = problems.len().saturating_sub(most);
     if more > 0 {
@@ -50,15 +49,10 @@ pub fn refusals(files: &dyn Files, problems: &[Problem], most: usize, layout: La
 }
 
 /// Formats a message without a position in a file; its remedy may be empty.
-pub fn plain(level: Level<'_>, text: &str, remedy: &str, layout: Layout) -> String {
+pub(crate) fn plain(level: Level<'_>, text: &str, remedy: &str, layout: Layout) -> String {
     message(level, text, None, remedy, layout)
 }
 
-fn key(problem: &Problem) -> String {
-    if problem.key.is_empty() { String::new() } else { format!("{}: ", problem.key) }
-}
-
-/// One line of a file, with a position on it.
 struct Excerpt<'a> {
     path: String,
     text: &'a str,
@@ -104,7 +98,7 @@ impl Source {
         &mut self,
         files: &dyn Files,
         file: &Path,
-        (line, column): (usize, usize),
+        Position { line, column }: Position,
     ) -> Option<Excerpt<'_>> {
         if self.file != file || self.text.is_none() {
             file.clone_into(&mut self.file);
@@ -151,10 +145,10 @@ mod tests {
         [("car.toml", text)]
     }
 
-    fn problem(file: &str, position: Option<(usize, usize)>, reason: &str, remedy: &str) -> Problem {
+    fn problem(file: &str, position: Option<[usize; 2]>, reason: &str, remedy: &str) -> Problem {
         Problem {
             file: file.into(),
-            position,
+            position: position.map(|[line, column]| Position { line, column }),
             key: "turn.lefft".into(),
             reason: reason.to_owned(),
             remedy: remedy.to_owned(),
@@ -169,7 +163,7 @@ mod tests {
     #[test]
     fn a_problem_is_shown_with_its_line_and_a_caret_below_its_word() {
         let text = "\u{FEFF}[turn]\r\nä = 1, lefft = \"a\\u0041\" # \u{1b}[31m\r\n";
-        let unknown = problem("car.toml", Some((2, 8)), "unknown key \"lefft\"", "did you mean left?");
+        let unknown = problem("car.toml", Some([2, 8]), "unknown key \"lefft\"", "did you mean left?");
         let expected = "\
 error: turn.lefft: unknown key \"lefft\"
  --> car.toml:2:8
@@ -179,20 +173,20 @@ error: turn.lefft: unknown key \"lefft\"
   |
   = help: did you mean left?";
         assert_eq!(shown(text, &[unknown], 10), expected);
-        let value = problem("car.toml", Some((2, 16)), "wrong", "");
+        let value = problem("car.toml", Some([2, 16]), "wrong", "");
         assert!(shown(text, &[value], 10).ends_with("\n  |                ^^^^^^^^^"));
-        let end = problem("car.toml", Some((3, 1)), "it ends", "");
+        let end = problem("car.toml", Some([3, 1]), "it ends", "");
         assert!(
             shown(text, &[end], 10).contains("3 |\n  | ^"),
             "{}",
-            shown(text, &[problem("car.toml", Some((3, 1)), "it ends", "")], 10)
+            shown(text, &[problem("car.toml", Some([3, 1]), "it ends", "")], 10)
         );
     }
 
     #[test]
     fn without_its_line_a_problem_has_its_place_in_front() {
-        let far = problem("car.toml", Some((9, 1)), "wrong", "mend it");
-        let gone = problem("gone\u{1b}.toml", Some((1, 2)), "wrong", "mend it");
+        let far = problem("car.toml", Some([9, 1]), "wrong", "mend it");
+        let gone = problem("gone\u{1b}.toml", Some([1, 2]), "wrong", "mend it");
         let whole = Problem::whole_file(Path::new("gone.toml"), "there is no such file", "");
         let expected = "\
 error: car.toml:9:1: turn.lefft: wrong
@@ -217,7 +211,7 @@ error: gone.toml: there is no such file";
     fn long_texts_are_wrapped_and_colours_are_wanted() {
         let reason = "a reason of many words, each of them short, that does not fit on one line";
         let layout = Layout { has_color: false, width: Some(40) };
-        let problems = [problem("car.toml", Some((1, 1)), reason, reason)];
+        let problems = [problem("car.toml", Some([1, 1]), reason, reason)];
         let text = refusals(
             &TestFiles(&car("lefft = 1 # a comment that is longer than the terminal is wide")),
             &problems,

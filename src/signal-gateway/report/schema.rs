@@ -4,26 +4,8 @@ use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema};
 use serde_json::Value;
 
-use super::gateway_view::GatewayView;
-use crate::process_status::snapshot::Snapshot;
-use gateway_core::gateway::history::HistoryEntry;
-
-/// Returns the schema of a line of `status --json`.
-pub fn status() -> Value {
-    schema::<Snapshot>()
-}
-
-/// Returns the schema of an event of the live page.
-pub fn feed() -> Value {
-    schema::<GatewayView>()
-}
-
-/// Returns the schema of a line of `status --history --json`.
-pub fn history() -> Value {
-    schema::<HistoryEntry>()
-}
-
-fn schema<T: JsonSchema>() -> Value {
+/// Returns the schema of a type as it is serialised.
+pub fn schema<T: JsonSchema>() -> Value {
     let settings = SchemaSettings::draft2020_12().for_serialize();
     let mut schema = Schema::to_value(settings.into_generator().into_root_schema_for::<T>());
     rewrite_descriptions(&mut schema);

@@ -90,6 +90,10 @@ impl Text {
 
     fn section(&mut self, title: &str, facts: &[Fact]) {
         self.line(title);
+        self.facts(facts);
+    }
+
+    fn facts(&mut self, facts: &[Fact]) {
         for fact in facts {
             self.row(&fact.name, &fact.text);
         }
@@ -127,9 +131,7 @@ impl Text {
                 self.row(&format!("  {}", light.name), &light.text);
             }
         }
-        for controller in &lights.controllers {
-            self.row(&controller.name, &controller.text);
-        }
+        self.facts(&lights.controllers);
     }
 
     fn decider(&mut self, decider: &DeciderView) {
@@ -144,15 +146,13 @@ impl Text {
         for text in &decider.remarks {
             self.row("", text);
         }
-        for fact in &decider.facts {
-            self.row(&fact.name, &fact.text);
-        }
+        self.facts(&decider.facts);
     }
 
     fn diagnostics(&mut self, view: &GatewayView) {
-        let (all, bad) =
-            (&view.diagnostics, view.diagnostics.iter().filter(|status| status.level > Level::Ok));
-        self.line(&format!("diagnostics ({} of {} OK)", all.len() - bad.clone().count(), all.len()));
+        let bad = view.diagnostics.iter().filter(|status| status.level > Level::Ok);
+        let all = view.diagnostics.len();
+        self.line(&format!("diagnostics ({} of {all} OK)", all - bad.clone().count()));
         for status in bad {
             self.row(&status.task, &format!("{} {}", status.level, status.message));
             for text in [&status.remedy, &status.document].into_iter().flatten() {

@@ -54,6 +54,14 @@ pub fn wrapped(text: &str, width: Option<usize>, used: usize) -> Vec<String> {
     lines
 }
 
+/// Shortens a text to `width` characters, with an ellipsis.
+pub(super) fn cut(text: &str, width: usize) -> String {
+    if text.chars().count() <= width {
+        return text.to_owned();
+    }
+    text.chars().take(width.saturating_sub(1)).chain(['…']).collect()
+}
+
 /// Formats a time since the start as on a clock: `0:07`, `12:34`, `1:02:03`.
 pub fn clock_text(since_start: Duration) -> String {
     let seconds = since_start.as_secs();

@@ -1,6 +1,5 @@
 //! Output of `run`, `demo` and `replay` while they run: lines, log records, or the live view.
 
-use std::fmt::Write as _;
 use std::io::{self, Write as _};
 use std::time::Duration;
 
@@ -25,25 +24,25 @@ pub struct View {
     /// Events of the current moment, which are one record in the journal, and otherwise one warning.
     moment: Vec<Event>,
     /// Captions, and the text at the end; `None` without a story.
-    story: Option<(Teller, Ending)>,
+    story: Option<ToldStory>,
     last_at: MonoTime,
 }
 
-/// The text at the end: summary and commands to try next, with their width.
-struct Ending {
+/// Captions, and the text at the end: summary and commands to try next, with their width.
+struct ToldStory {
+    teller: Teller,
     summary: Summary,
     try_next: TryNext,
     width: Option<usize>,
 }
 
-enum Destination {
+/// Where a view writes.
+pub enum Destination {
     /// One line per event, with its time, on standard output.
     Lines(OutputQueue),
-    /// Lines of JSON on standard output.
     Json(Box<JsonTimeline>),
     /// The journal adds the time: one log record for the events of a moment.
     Journal,
-    /// The live view.
     Terminal(TerminalView),
 }
 
@@ -52,42 +51,21 @@ const LAST_TEXT: Duration = Duration::from_millis(300);
 
 impl View {
     /// Creates a view with one line per event.
-    ///
-    /// # Errors
-    /// Fails if standard output cannot be used.
     pub fn lines() -> io::Result<Self> {
         Ok(Self::new(Destination::Lines(OutputQueue::start("view", &io::stdout())?)))
     }
 
-    /// Creates a view with lines of JSON, without a story.
-    pub fn json(timeline: JsonTimeline) -> Self {
-        Self::new(Destination::Json(Box::new(timeline)))
-    }
-
-    /// Creates a view with one log record per moment.
-    pub fn journal() -> Self {
-        Self::new(Destination::Journal)
-    }
-
-    /// Creates the live view.
-    pub fn terminal(view: TerminalView) -> Self {
-        Self::new(Destination::Terminal(view))
-    }
-
-    fn new(destination: Destination) -> Self {
-        Self {
-            destination,
-            changes: Changes::default(),
-            moment: Vec::new(),
-            story: None,
-            last_at: MonoTime::ZERO,
-        }
+    /// Creates a view without a story.
+    pub fn new(destination: Destination) -> Self {
+        let (changes, moment) = (Changes::default(), Vec::new());
+        Self { destination, changes, moment, story: None, last_at: MonoTime::ZERO }
     }
 
     /// Adds captions, and at the end a summary followed by `try_next`, both wrapped at `width`.
     #[must_use]
     pub fn with_story(mut self, story: Story, try_next: TryNext, width: Option<usize>) -> Self {
-        self.story = Some((Teller::new(story), Ending { summary: Summary::default(), try_next, width }));
+        let (teller, summary) = (Teller::new(story), Summary::default());
+        self.story = Some(ToldStory { teller, summary, try_next, width });
         self
     }
 
@@ -98,60 +76,49 @@ impl View {
         }
     }
 
-    /// Shows the changes in an output.
-    ///
-    /// # Errors
-    /// Fails if standard output is closed.
+    /// Shows the changes in an output. Fails if standard output is closed.
     pub fn show(&mut self, output: &Output, at: MonoTime) -> io::Result<()> {
         if let Destination::Json(timeline) = &self.destination {
             return timeline.line(output, at).map_or(Ok(()), |line| writeln!(io::stdout().lock(), "{line}"));
         }
         self.tell(at)?;
         let events = self.changes.of(output);
-        if let Some((_, ending)) = &mut self.story {
-            for event in &events {
-                ending.summary.count(event);
+        for event in &events {
+            if let Some(story) = &mut self.story {
+                story.summary.count(&event.change);
             }
-        }
-        match &self.destination {
-            Destination::Journal | Destination::Json(_) => {}
-            Destination::Terminal(view) => {
-                for event in &events {
-                    view.line(event.level, at, &event.to_string());
-                }
-            }
-            Destination::Lines(_) if events.is_empty() => {}
-            Destination::Lines(out) => {
-                let mut text = String::new();
-                for event in &events {
-                    // Writing to a String cannot fail.
-                    let _ = writeln!(text, "{} {event}", time_text(at));
-                }
-                write(out, &text)?;
-            }
+            self.line(event.change.level, at, &event.to_string())?;
         }
         self.moment.extend(events);
         Ok(())
     }
 
-    /// Ends a moment: logs its events.
-    ///
-    /// # Errors
-    /// Fails if standard output is closed.
+    fn line(&self, level: Level, at: MonoTime, text: &str) -> io::Result<()> {
+        match &self.destination {
+            Destination::Journal | Destination::Json(_) => Ok(()),
+            Destination::Terminal(view) => {
+                view.line(level, at, text);
+                Ok(())
+            }
+            Destination::Lines(out) => write(out, &format!("{} {text}\n", time_text(at))),
+        }
+    }
+
+    /// Ends a moment: logs its events. Fails if standard output is closed.
     pub fn end_moment(&mut self, at: MonoTime) -> io::Result<()> {
         self.log_moment();
         self.tell(at)
     }
 
-    /// Logs the events of this moment as one record with the worst level, since simultaneous events have one
-    /// cause.
+    /// Logs the events of this moment, which have one cause, as one record with the worst level.
     fn log_moment(&mut self) {
         let events = std::mem::take(&mut self.moment);
-        let Some(worst) = events.iter().max_by_key(|event| event.level) else { return };
-        let texts: Vec<_> = events.iter().map(|Event { task, text, .. }| format!("{task}: {text}")).collect();
+        let changes = || events.iter().map(|event| &event.change);
+        let Some(worst) = events.iter().max_by_key(|event| event.change.level) else { return };
+        let texts: Vec<_> = changes().map(|change| format!("{}: {}", change.subject, change.text)).collect();
         let text = escaped(&texts.join("; ")).into_owned();
-        let subject = events.first().map_or("", |event| event.task.as_str());
-        let level = match worst.level {
+        let subject = changes().next().map_or("", |change| &change.subject);
+        let level = match worst.change.level {
             Level::Ok => tracing::Level::INFO,
             Level::Warn | Level::Stale => tracing::Level::WARN,
             Level::Error => tracing::Level::ERROR,
@@ -164,7 +131,7 @@ impl View {
         let field = |name, text| JournalField { name, text };
         let mut fields = vec![field("MESSAGE_ID", worst.message_id()), field("CAUSE", worst.cause())];
         for event in &events {
-            fields.push(field("TASK", &event.task));
+            fields.push(field("TASK", &event.change.subject));
             fields.extend(event.signals.iter().map(|signal| field("SIGNAL", signal)));
         }
         process_log::record(level, subject, &text, &fields);
@@ -182,38 +149,28 @@ impl View {
         }
     }
 
-    /// Begins the story again.
     pub fn begin_again(&mut self, at: MonoTime) {
-        if let Some((teller, _)) = &mut self.story {
-            teller.restart(at);
+        if let Some(story) = &mut self.story {
+            story.teller.restart(at);
         }
     }
 
     /// Checks the current caption against the state if that is due, and shows changed traffic lights.
-    ///
-    /// # Errors
-    /// Fails if a caption does not hold.
     pub fn check(&mut self, at: MonoTime, snapshot: impl FnOnce() -> Snapshot) -> Result<(), WrongCaption> {
-        let Some((teller, _)) = &mut self.story else { return Ok(()) };
-        if !teller.is_check_due(at) {
+        let Some(story) = self.story.as_mut().filter(|story| story.teller.is_check_due(at)) else {
             return Ok(());
-        }
-        for (light, bulbs) in teller.check(&snapshot(), at)? {
+        };
+        for (light, bulbs) in story.teller.check(&snapshot(), at)? {
             let text = format!("{:<5} traffic light {light}: {bulbs}", Level::Ok.to_string());
-            match &self.destination {
-                Destination::Journal | Destination::Json(_) => {}
-                Destination::Terminal(view) => view.line(Level::Ok, at, &text),
-                // The next event shows whether the reader is gone.
-                Destination::Lines(out) => out.push(format!("{} {text}\n", time_text(at)).as_bytes()),
-            }
+            // The next event shows whether the reader is gone.
+            let _ = self.line(Level::Ok, at, &text);
         }
         Ok(())
     }
 
-    /// Shows the due captions.
     fn tell(&mut self, at: MonoTime) -> io::Result<()> {
         self.last_at = at;
-        let Some((teller, _)) = &mut self.story else { return Ok(()) };
+        let Some(ToldStory { teller, .. }) = &mut self.story else { return Ok(()) };
         while let Some(caption) = teller.next_caption(at) {
             match &self.destination {
                 Destination::Journal | Destination::Json(_) => {}
@@ -249,9 +206,8 @@ impl Drop for View {
             }
         };
         let Some(out) = out else { return };
-        if let Some((_, Ending { summary, try_next, width })) = &self.story {
-            let (try_next, width) = (*try_next, *width);
-            let text = summary.text(self.last_at, width) + &try_next_text(try_next, width);
+        if let Some(ToldStory { summary, try_next, width, .. }) = &self.story {
+            let text = summary.text(self.last_at, *width) + &try_next_text(try_next, *width);
             out.push(text.as_bytes());
         }
         out.flush(LAST_TEXT);
@@ -259,7 +215,7 @@ impl Drop for View {
 }
 
 /// Formats seconds with three decimals, right-aligned.
-pub fn time_text(at: MonoTime) -> String {
+pub(crate) fn time_text(at: MonoTime) -> String {
     let millis = at.as_nanos() / 1_000_000;
     format!("{:>8}.{:03}", millis / 1000, millis % 1000)
 }

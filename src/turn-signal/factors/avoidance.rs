@@ -71,7 +71,7 @@ pub(super) fn along(
 /// Returns the line of a batch with one line, otherwise the lines that the path shows.
 fn ramps(path_offsets: &PathOffsets, interval: &FactorInterval, threshold_m: f64) -> Vec<Ramp> {
     if interval.shift_m().abs() < threshold_m {
-        let mut ramps = path_offsets.own_ramps(interval.start(), interval.end(), threshold_m);
+        let mut ramps = path_offsets.own_ramps(interval.start.pose, interval.end.pose, threshold_m);
         // The factor has the exact start of the first line and end of the last; the path shows them late and
         // early. Near the vehicle the path may lack the first line, and far ahead the last; the outer ramp
         // then keeps its own ends.
@@ -80,13 +80,14 @@ fn ramps(path_offsets: &PathOffsets, interval: &FactorInterval, threshold_m: f64
             (shift_m.abs() >= threshold_m).then_some(shift_m > 0.0)
         };
         if let Some(first) = ramps.first_mut() {
-            let given = Ramp { start: interval.start(), before_m: interval.start.shift_length_m, ..*first };
+            let given =
+                Ramp { start: interval.start.pose, before_m: interval.start.shift_length_m, ..*first };
             if shifts(&given) == shifts(first) {
                 *first = given;
             }
         }
         if let Some(last) = ramps.last_mut() {
-            let given = Ramp { end: interval.end(), after_m: interval.end.shift_length_m, ..*last };
+            let given = Ramp { end: interval.end.pose, after_m: interval.end.shift_length_m, ..*last };
             if shifts(&given) == shifts(last) {
                 *last = given;
             }

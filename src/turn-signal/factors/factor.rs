@@ -95,18 +95,10 @@ impl PlanningFactor {
 }
 
 impl FactorInterval {
-    pub(super) fn start(&self) -> Pose {
-        self.start.pose
-    }
-
-    pub(super) fn end(&self) -> Pose {
-        self.end.pose
-    }
-
     pub(super) fn ramp(&self) -> Ramp {
         Ramp {
-            start: self.start(),
-            end: self.end(),
+            start: self.start.pose,
+            end: self.end.pose,
             before_m: self.start.shift_length_m,
             after_m: self.end.shift_length_m,
         }

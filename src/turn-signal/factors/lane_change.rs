@@ -24,7 +24,7 @@ pub(super) fn sideways(
     let side = side(topic, factor, &interval).ok_or(FactorFlaw::NoSide)?;
     let crossing = path_offsets.zip(context.path).and_then(|(path_offsets, path)| {
         let index = |pose| path_offsets.nearest_index(pose);
-        crossing(context.road, path, index(interval.start())..=index(interval.end()))
+        crossing(context.road, path, index(interval.start.pose)..=index(interval.end.pose))
     });
     let phase = match (crossing, topic) {
         (Some(_), _) => LaneChangePhase::Running,
@@ -35,11 +35,11 @@ pub(super) fn sideways(
     Ok(Some(Manoeuvre::LaneChange(LaneChange {
         side,
         phase,
-        start: Some(interval.start()),
+        start: Some(interval.start.pose),
         crossing,
-        end: Some(interval.end()),
+        end: Some(interval.end.pose),
         previous_path: path_offsets.map(|path_offsets| path_offsets.poses.clone()).unwrap_or_default(),
-        minimum_length_m: interval.start().position.distance_m(interval.end().position),
+        minimum_length_m: interval.start.pose.position.distance_m(interval.end.pose.position),
     })))
 }
 

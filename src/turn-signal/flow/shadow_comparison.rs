@@ -16,7 +16,7 @@ pub(super) struct CommandDisagreement<T> {
 }
 
 /// Counts of the cycles compared so far.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct ShadowComparison<T> {
     pub(super) agreed: u64,
     /// Cycles with different commands, within the tolerated time.
@@ -26,12 +26,6 @@ pub(super) struct ShadowComparison<T> {
     /// Cycles without two commands to compare.
     pub(super) skipped: u64,
     pub(super) present: Option<CommandDisagreement<T>>,
-}
-
-impl<T> Default for ShadowComparison<T> {
-    fn default() -> Self {
-        Self { agreed: 0, tolerated: 0, disagreed: 0, skipped: 0, present: None }
-    }
 }
 
 /// A command to show or hide a light.

@@ -1,7 +1,7 @@
 //! Objections from the road to signalling a shift: hatched sides, bounds not crossed, bounds near
 //! (docs/spec/turn-signal-decider.md, "Shift rule", steps 8 to 11).
 
-use super::{Offsets, Shift};
+use super::shifted_path::{Offsets, Shift};
 use crate::decision_context::DecisionContext;
 use crate::parameters::VehicleInfo;
 use crate::side::Side;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use derive_more::Display;
+use derive_more::{Add, Display};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -76,7 +76,7 @@ pub enum JudgedKind {
 display_by_name!(JudgedKind);
 
 /// The number of verdicts of each kind.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema, Add)]
 #[allow(missing_docs)] // as those of `VerdictKind`
 pub struct VerdictCounts {
     pub agree: u64,
@@ -172,11 +172,7 @@ impl VerdictCounts {
 impl JudgedCounts {
     /// Returns the verdicts on all kinds of manoeuvres together.
     pub fn total(&self) -> VerdictCounts {
-        let mut total = VerdictCounts::default();
-        for kind in VerdictKind::ALL {
-            *total.of_mut(kind) = self.by_kind.values().map(|counts| counts.of(kind)).sum();
-        }
-        total
+        self.by_kind.values().fold(VerdictCounts::default(), |total, counts| total + *counts)
     }
 
     pub(super) fn add(&mut self, kind: JudgedKind, verdict: VerdictKind) {

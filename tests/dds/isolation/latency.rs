@@ -92,9 +92,7 @@ fn the_boundary_of_the_process_adds_little_to_a_message() {
     let meet = || {
         wait_until("the sessions to find each other", || {
             receiver.status().incoming.iter().all(|topic| topic.writers == 1)
-                && senders
-                    .iter()
-                    .all(|sender| sender.status().outgoing.iter().any(|topic| topic.readers == 1))
+                && senders.iter().all(|sender| sender.status().outgoing.iter().any(|topic| topic.peers == 1))
         });
     };
     meet();

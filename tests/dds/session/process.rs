@@ -39,11 +39,7 @@ fn session_process() {
     let Ok(role) = std::env::var(ROLE) else { return };
     let role: Value = serde_json::from_str(&role).unwrap();
     let (topics, subscriptions) = match role["topics"].as_str() {
-        Some("lights") => {
-            let mut topics = Topics::default();
-            topics.lights = lights::outlets();
-            (topics, lights::subscriptions())
-        }
+        Some("lights") => (light_topics(), lights::subscriptions()),
         Some("autoware") => (autoware_topics::topics(), autoware_topics::subscriptions()),
         Some("vehicle_status") => (vehicle_status_topics(), vec![]),
         Some(_) | None => (Topics::default(), vec![]),
@@ -187,6 +183,12 @@ const REPORTS: [&str; 4] = [
     "/diagnostics",
     "/rosout",
 ];
+
+fn light_topics() -> Topics {
+    let mut topics = Topics::default();
+    topics.lights = lights::outlets();
+    topics
+}
 
 fn vehicle_status_topics() -> Topics {
     [OutgoingTopic::VelocityReport, OutgoingTopic::GearReport]

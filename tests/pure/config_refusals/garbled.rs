@@ -66,7 +66,7 @@ fn damaged_configurations_are_refused_in_words_over(cases: u32) {
             prop_assert!(!problems.is_empty());
             for problem in problems {
                 prop_assert!(!problem.reason.is_empty(), "{problem}");
-                prop_assert!(problem.position.is_none_or(|(line, column)| line > 0 && column > 0));
+                prop_assert!(problem.position.is_none_or(|at| at.line > 0 && at.column > 0));
                 prop_assert!(!problem.to_string().contains('\n'), "{problem}");
             }
         }

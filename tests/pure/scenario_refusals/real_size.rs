@@ -18,7 +18,7 @@ fn parts_without_lights_are_listed_with_their_locations() {
     let listed: Vec<_> = file
         .not_interpreted
         .iter()
-        .map(|part| format!("{} {}: {}", part.location.position.0, part.location.key, part.what))
+        .map(|part| format!("{} {}: {}", part.location.position.line, part.location.key, part.what))
         .collect();
     let act = "OpenSCENARIO/Storyboard/Story/Act";
     let event = format!("{act}/ManeuverGroup/Maneuver/Event");

@@ -77,7 +77,7 @@ fn ids_that_the_map_lacks_are_named_with_their_locations() {
     let map = LightMap::new([], &[GroupEntry::new(100, [11, 12])]);
     assert_eq!(file.check_against(&map, Compat::Upstream), []);
     let problems = file.check_against(&map, Compat::Improved);
-    let lines: Vec<_> = problems.iter().map(|problem| problem.position.unwrap().0).collect();
+    let lines: Vec<_> = problems.iter().map(|problem| problem.position.unwrap().line).collect();
     let line_of = |text: &str| XOSC.lines().position(|line| line.contains(text)).unwrap() + 1;
     let walk = line_of("trafficSignalId=\"200\" state=\"green\"");
     let expected = [

@@ -155,7 +155,7 @@ impl IntegrityChecker {
 
     /// Returns the state of the message as a whole; `None` without a window.
     pub fn e2e_state(&self) -> Option<E2eState> {
-        self.rules.window.is_some().then(|| self.window.state)
+        self.rules.window.is_some().then_some(self.window.state)
     }
 
     /// Returns the rules that the frames of the message must satisfy.

@@ -1,7 +1,7 @@
 //! Checks the traffic of the bus: frames at this bit rate, errors, the messages of the vehicle.
 
 use super::facts::{Facts, InterfaceFacts, Known};
-use super::{CheckRow, FindingRow, Outcome};
+use super::row::{CheckRow, FindingRow, Outcome};
 use crate::report::text::counted;
 use can_signal::can::bus_survey::BusSurvey;
 use can_signal::can::interface_state::BitTiming;

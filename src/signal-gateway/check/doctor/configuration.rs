@@ -1,7 +1,7 @@
 //! Checks whether the configuration can be used.
 
 use super::facts::{ConfigurationProblem, Facts};
-use super::{CheckRow, FindingRow, Outcome};
+use super::row::{CheckRow, FindingRow, Outcome};
 use gateway_base::diagnostics::Level;
 
 const START: &str = "docs/troubleshooting.md#it-does-not-start";

@@ -1,7 +1,7 @@
 //! Checks the computer: the service, the permissions of its user, the clock.
 
 use super::facts::{Facts, Known, Reach};
-use super::{CheckRow, FindingRow, Outcome};
+use super::row::{CheckRow, FindingRow, Outcome};
 use gateway_base::diagnostics::Level;
 
 const INSTALLATION: &str = "docs/installation.md";

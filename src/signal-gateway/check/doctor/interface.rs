@@ -1,7 +1,7 @@
 //! Checks that the interfaces exist, and that each controller is set up for its use by the configuration.
 
 use super::facts::{Facts, InterfaceFacts};
-use super::{CheckRow, FindingRow, Outcome};
+use super::row::{CheckRow, FindingRow, Outcome};
 use can_signal::can::ControllerState;
 use can_signal::can::interface_state::{BitTiming, ControllerSettings, InterfaceKind};
 use gateway_base::diagnostics::Level;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::facts::{Facts, Known, Reach, RosFacts};
-use super::{CheckRow, FindingRow, Outcome};
+use super::row::{CheckRow, FindingRow, Outcome};
 use crate::io::ros::own_topics::OwnTopic;
 use crate::io::ros::topics::{Durability, Reliability};
 use crate::report::text::counted;
@@ -292,27 +292,19 @@ fn reports_key(topic: &OwnTopic) -> &'static str {
 }
 
 fn readers(ros: &RosFacts, survey: &DomainSurvey) -> String {
-    let count = |topic: &OwnTopic| survey.readers.iter().filter(|reader| reader.topic == topic.name).count();
-    let read: Vec<_> = ros
-        .written
-        .iter()
-        .filter(|topic| count(topic) > 0)
-        .map(|topic| {
-            format!("{} {}", topic.name, counted(u64::try_from(count(topic)).unwrap_or(u64::MAX), "reader"))
-        })
-        .collect();
-    match read.len() {
-        0 => "no topic has another publisher, and none is read yet".to_owned(),
-        length => {
-            let shown = read.iter().take(MAX_TOPICS).cloned().collect::<Vec<_>>().join(", ");
-            let more = if length > MAX_TOPICS {
-                format!(" and {} more", length - MAX_TOPICS)
-            } else {
-                String::new()
-            };
-            format!("no topic has another publisher; {shown}{more}")
-        }
-    }
+    let count = |topic: &OwnTopic| {
+        survey.readers.iter().map(|reader| u64::from(reader.topic == topic.name)).sum::<u64>()
+    };
+    let read = ros.written.iter().map(|topic| (&topic.name, count(topic))).filter(|(_, count)| *count > 0);
+    let text = |(name, count)| format!("{name} {}", counted(count, "reader"));
+    let read: Vec<_> = read.map(text).collect();
+    let more = match read.len() {
+        0 => return "no topic has another publisher, and none is read yet".to_owned(),
+        length if length > MAX_TOPICS => format!(" and {} more", length - MAX_TOPICS),
+        _ => String::new(),
+    };
+    let shown = read[..read.len().min(MAX_TOPICS)].join(", ");
+    format!("no topic has another publisher; {shown}{more}")
 }
 
 /// Judges the ROS 2 side; reports it as not checked if there is none.

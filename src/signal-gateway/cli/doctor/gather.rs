@@ -12,13 +12,14 @@ use super::super::arguments::{DEFAULT_CONFIG, settings_in};
 use super::super::failure::Failure;
 use super::super::progress::ProgressDisplay;
 use super::super::status::SOCKET;
-use super::DoctorArgs;
+use super::arguments::DoctorArgs;
 use crate::check::doctor::facts::{
     ConfigurationFacts, ConfigurationProblem, Facts, FolderFacts, InterfaceFacts, Known, PermissionFacts,
     Reach, RosFacts, RunningFacts, VARIABLES,
 };
 use crate::check::hiding_folder;
 use crate::config::files::ListedDisk;
+use crate::config::ros_names::RosOverrides;
 use crate::config::{Refused, Settings};
 use crate::daemon::bus_survey;
 use crate::daemon::publisher::ros_settings;
@@ -33,10 +34,11 @@ use crate::io::ros::settings::RosSettings;
 use crate::io::service_state::service_state;
 use crate::io::service_user::unreadable_for_service;
 use crate::io::snapshots::client::{ClientError, StatusClient};
-use can_signal::can::BusIndex;
-use can_signal::can::IdMatch;
+use crate::process_status::configuration::ReloadPlan;
 use can_signal::can::bus_survey::BusSurvey;
 use can_signal::can::interface_state::{InterfaceKind, InterfaceState};
+use can_signal::can::{BusIndex, IdMatch};
+use gateway_base::time::millis;
 use ros_transport::settings::Transport;
 use ros_transport::survey::DomainSurvey;
 use ros_transport::survey_domain;
@@ -50,8 +52,7 @@ struct Examined {
     profile: Option<Vec<IdMatch>>,
 }
 
-/// Gathers all facts, which takes the listening time chosen by the user; returns `None` if a signal ended it
-/// early.
+/// Gathers all facts, for as long as the user wants to listen; `None` if a signal ended it early.
 pub(super) fn gather(args: &DoctorArgs) -> Result<Option<Facts>, Failure> {
     let files = ListedDisk::default();
     let (configuration, settings) = configuration(args, &files);
@@ -64,10 +65,9 @@ pub(super) fn gather(args: &DoctorArgs) -> Result<Option<Facts>, Failure> {
     let _progress = ProgressDisplay::spinner("listening");
     let Some(heard) = listen(&examined, args.seconds)? else { return Ok(None) };
     if let (Some(ros), Some([own, shell])) = (&mut ros, surveys) {
-        ros.survey = own.map_or(Known::No("this shell has no domain".to_owned()), joined);
-        ros.shell_survey = shell
-            .map(joined)
-            .and_then(|shell| if let Known::Yes(shell) = shell { Some(shell) } else { None });
+        let survey = own.map_or_else(|| Err("this shell has no domain".to_owned()), joined);
+        ros.survey = survey.map_or_else(Known::No, Known::Yes);
+        ros.shell_survey = shell.and_then(|shell| joined(shell).ok());
     }
     let clock = clock.state();
     let running = running(args, settings);
@@ -80,7 +80,7 @@ pub(super) fn gather(args: &DoctorArgs) -> Result<Option<Facts>, Failure> {
         survey,
     });
     Ok(Some(Facts {
-        listened_ms: u64::try_from(args.seconds.as_millis()).unwrap_or(u64::MAX),
+        listened_ms: millis(args.seconds),
         configuration,
         interfaces: interfaces.collect(),
         known_interfaces: can_interfaces(),
@@ -103,13 +103,12 @@ fn configuration(args: &DoctorArgs, files: &ListedDisk) -> (Option<Configuration
     let named = args.config.config.as_deref().or(args.config.profile.as_deref());
     let path = named.unwrap_or(default);
     let facts = ConfigurationFacts { path: path.display().to_string(), ..ConfigurationFacts::default() };
-    match settings_in(files, &args.config) {
+    match settings_in(files, &args.config, &RosOverrides::default()) {
         Ok(settings) => {
             (Some(ConfigurationFacts { vehicle: settings.vehicle.clone(), ..facts }), Some(settings))
         }
         Err(failure) => {
-            let opened = File::open(path).map_err(|error| error.kind());
-            let problem = match opened {
+            let problem = match File::open(path).map_err(|error| error.kind()) {
                 Err(io::ErrorKind::NotFound) if args.config.config.is_some() => ConfigurationProblem::Missing,
                 Err(io::ErrorKind::PermissionDenied) => ConfigurationProblem::Denied,
                 Ok(_) | Err(_) => ConfigurationProblem::Refused(first_reason(&failure)),
@@ -159,10 +158,8 @@ fn listen(examined: &[Examined], time: Duration) -> Result<Option<Vec<Known<BusS
     let states: Vec<_> = examined.iter().map(|examined| interface_state(&examined.name)).collect();
     let is_heard = |state: &InterfaceState| state.kind == InterfaceKind::Can && state.is_up;
     let pairs = || examined.iter().zip(&states);
-    let heard: Vec<_> = pairs()
-        .filter(|(_, state)| is_heard(state))
-        .map(|(examined, _)| (examined.name.clone(), examined.profile.clone()))
-        .collect();
+    let heard = pairs().filter(|(_, state)| is_heard(state)).map(|(examined, _)| examined);
+    let heard: Vec<_> = heard.map(|examined| (examined.name.clone(), examined.profile.clone())).collect();
     if heard.is_empty() {
         // The domain is still observed for this time.
         sleep(time);
@@ -182,12 +179,10 @@ fn not_heard(state: &InterfaceState) -> Known<BusSurvey> {
     Known::No(if is_down { "it is down" } else { "it cannot be used" }.to_owned())
 }
 
-/// A survey of a domain, in its own thread.
 type Survey = JoinHandle<Result<DomainSurvey, String>>;
 
-fn joined(survey: Survey) -> Known<DomainSurvey> {
-    let failed = || Err("the survey of the domain has failed".to_owned());
-    survey.join().unwrap_or_else(|_panic| failed()).map_or_else(Known::No, Known::Yes)
+fn joined(survey: Survey) -> Result<DomainSurvey, String> {
+    survey.join().unwrap_or_else(|_panic| Err("the survey of the domain has failed".to_owned()))
 }
 
 /// Returns the ROS 2 side of the configuration, and starts surveys of its domain and the shell's domain.
@@ -197,11 +192,8 @@ fn ros(
     time: Duration,
 ) -> (Option<RosFacts>, Option<[Option<Survey>; 2]>) {
     let Some(settings) = settings else { return (None, None) };
-    let facts = RosFacts {
-        enabled: settings.ros.enabled,
-        is_domain_configured: settings.ros.domain_id.is_some(),
-        ..RosFacts::default()
-    };
+    let (enabled, is_domain_configured) = (settings.ros.enabled, settings.ros.domain_id.is_some());
+    let facts = RosFacts { enabled, is_domain_configured, ..RosFacts::default() };
     let ros = match ros_settings(settings) {
         Ok(ros) => ros,
         Err(error) => return (Some(RosFacts { problem: Some(error.to_string()), ..facts }), None),
@@ -254,14 +246,12 @@ fn running(args: &DoctorArgs, settings: Option<&Settings>) -> RunningFacts {
     };
     let ros = snapshot.process.as_ref().and_then(|process| process.ros.as_ref());
     let plan = settings.and_then(|settings| plan_for(settings, &snapshot));
-    let differences =
-        plan.map(|plan| plan.restart.into_iter().chain(plan.reloadable).map(|change| change.part).collect());
+    let parts = |plan: ReloadPlan| plan.restart.into_iter().chain(plan.reloadable).map(|change| change.part);
+    let differences = plan.map(|plan| parts(plan).collect());
     RunningFacts {
         reach: Reach::Served,
         domain_id: ros.map(|ros| ros.domain_id),
-        written: ros
-            .map(|ros| ros.written.iter().map(|topic| topic.name.clone()).collect())
-            .unwrap_or_default(),
+        written: ros.iter().flat_map(|ros| &ros.written).map(|topic| topic.name.clone()).collect(),
         differences,
         ..facts
     }
@@ -278,26 +268,19 @@ fn permissions(
             [("[black_box] folder", &settings.black_box.folder), ("[mcap] folder", &settings.mcap.folder)];
         keys.into_iter().filter_map(|(key, folder)| Some(folder_facts(key, folder.as_ref()?))).collect()
     });
-    let read = if configuration.is_some_and(|configuration| configuration.path == DEFAULT_CONFIG) {
-        files.paths()
-    } else {
-        Vec::new()
-    };
+    let is_of_service = configuration.is_some_and(|configuration| configuration.path == DEFAULT_CONFIG);
+    let read = if is_of_service { files.paths() } else { Vec::new() };
+    let names = examined.iter().map(|examined| &examined.name);
     let shown = |path: &PathBuf| path.display().to_string();
     let (hidden, visible): (Vec<_>, Vec<_>) =
         read.into_iter().partition(|path| hiding_folder(path).is_some());
-    let unreadable = Some(&visible).filter(|paths| !paths.is_empty());
-    let unreadable = unreadable.and_then(|paths| unreadable_for_service(paths));
+    let unreadable = if visible.is_empty() { None } else { unreadable_for_service(&visible) };
     PermissionFacts {
         can_socket_errno: check_can_sockets().err().map(|error| error.raw_os_error().unwrap_or(libc::EIO)),
         folders,
         hidden_from_service: hidden.iter().map(shown).collect(),
         unreadable_for_service: unreadable.map(|paths| paths.iter().map(shown).collect()),
-        locked_interfaces: examined
-            .iter()
-            .filter(|examined| is_locked(&examined.name))
-            .map(|examined| examined.name.clone())
-            .collect(),
+        locked_interfaces: names.filter(|name| is_locked(name)).cloned().collect(),
     }
 }
 

@@ -1,21 +1,19 @@
 //! `doctor`: examines a set-up and names the remedy for each problem.
 
+mod arguments;
 mod gather;
 mod scan;
 
 use std::io::{self, Write as _};
-use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::Duration;
 
-use clap::Args;
+pub(super) use arguments::DoctorArgs;
 
-use super::arguments::ConfigArgs;
 use super::failure::Failure;
 use super::messages;
+use super::status::exit_code;
 use crate::check::doctor::examine;
 use crate::io::process_log::LogForm;
-use gateway_base::diagnostics::Level;
 
 pub(super) const HELP: &str = "\
 Examples:
@@ -42,35 +40,6 @@ Exit codes:
   4  warnings, or --scan has not found the bit rate for certain
   7  errors";
 
-const WARNINGS: u8 = 4;
-const ERRORS: u8 = 7;
-
-#[derive(Debug, Args)]
-pub(super) struct DoctorArgs {
-    #[command(flatten)]
-    config: ConfigArgs,
-    /// Examine this interface without a configuration; repeatable
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["config", "profile"])]
-    interface: Vec<String>,
-    /// Find the bit rate of this interface instead; needs root, and the interface to be down
-    #[arg(long, value_name = "INTERFACE", conflicts_with_all = ["config", "profile", "interface", "socket"])]
-    scan: Option<String>,
-    /// Time to listen, s; for --scan at each bit rate
-    #[arg(long, value_name = "S", default_value = "3", value_parser = seconds)]
-    seconds: Duration,
-    /// Status socket of the running gateway; default: the one of the configuration, else of the service
-    #[arg(long, value_name = "PATH")]
-    socket: Option<PathBuf>,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
-}
-
-fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds: Option<f64> = text.parse().ok().filter(|seconds| (0.1..=60.0).contains(seconds));
-    seconds.map(Duration::from_secs_f64).ok_or_else(|| "give seconds from 0.1 to 60".to_owned())
-}
-
 pub(super) fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
     messages::start_log("error", LogForm::Messages)?;
     if let Some(interface) = &args.scan {
@@ -87,9 +56,5 @@ pub(super) fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
         diagnosis.text(messages::layout(&io::stdout()), messages::options().quiet)
     };
     io::stdout().lock().write_all(text.as_bytes())?;
-    Ok(match diagnosis.level {
-        Level::Ok => ExitCode::SUCCESS,
-        Level::Warn | Level::Stale => ExitCode::from(WARNINGS),
-        Level::Error => ExitCode::from(ERRORS),
-    })
+    Ok(exit_code(diagnosis.level))
 }

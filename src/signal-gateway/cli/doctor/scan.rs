@@ -6,11 +6,12 @@ use std::time::Duration;
 
 use super::super::failure::Failure;
 use super::super::messages;
-use super::WARNINGS;
+use super::super::status::exit_code;
 use crate::check::doctor::scan_text::{json, remedy, text};
 use crate::daemon::bus_survey;
 use crate::io::can::interface_settings::{InterfaceBackup, interface_state};
 use can_signal::can::bit_rate_scan::{BitRateScan, ScanStep, ScanVerdict};
+use gateway_base::diagnostics::Level;
 
 pub(super) fn run(interface: &str, listen: Duration, as_json: bool) -> Result<ExitCode, Failure> {
     let mut scan = match BitRateScan::new(&interface_state(interface), listen) {
@@ -32,7 +33,7 @@ pub(super) fn run(interface: &str, listen: Duration, as_json: bool) -> Result<Ex
     Ok(match result.verdict {
         _ if result.not_restored.is_some() => ExitCode::FAILURE,
         ScanVerdict::Found(_) => ExitCode::SUCCESS,
-        ScanVerdict::Likely(_) | ScanVerdict::NoRate | ScanVerdict::Silent => ExitCode::from(WARNINGS),
+        ScanVerdict::Likely(_) | ScanVerdict::NoRate | ScanVerdict::Silent => exit_code(Level::Warn),
         ScanVerdict::Interrupted | ScanVerdict::Refused(_) => ExitCode::FAILURE,
     })
 }

@@ -5,7 +5,6 @@ use std::fmt::Write as _;
 use can_signal::can::CanId;
 use can_signal::dbc::codec::{ByteOrder, Layout};
 
-/// A message of the DBC.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct DraftMessage {
     pub(super) id: CanId,
@@ -16,21 +15,13 @@ pub(super) struct DraftMessage {
     pub(super) signals: Vec<DraftSignal>,
 }
 
-/// A signal of the DBC.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct DraftSignal {
     pub(super) name: &'static str,
     pub(super) layout: Layout,
-    /// Names of raw values.
     pub(super) values: Vec<(u64, &'static str)>,
 }
 
-/// Returns a name for a message without a name.
-pub(super) fn message_name(id: CanId) -> String {
-    format!("MSG_{id}")
-}
-
-/// Returns the text of the DBC.
 pub(super) fn dbc_text(messages: &[DraftMessage]) -> String {
     let mut text = "VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: Vehicle\n".to_owned();
     // Writing to a String cannot fail.

@@ -2,13 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::dbc::{DraftMessage, dbc_text};
+use super::dbc::dbc_text;
 use super::gateway::{BusInterface, gateway_toml};
-use super::profile;
-use super::vehicle::VehicleDraft;
-use can_signal::can::BusIndex;
+use super::profile::{DraftBus, profile_toml};
+use super::vehicle::{DraftMessages, VehicleDraft};
 use vehicle_bringup::discovery::candidate::HazardForm;
-use vehicle_bringup::discovery::capture::MessageKey;
 
 /// Names and texts of files; the configuration is `gateway.toml`.
 pub type VehicleFiles = Vec<(String, String)>;
@@ -18,37 +16,33 @@ impl VehicleDraft<'_> {
     pub fn files(&self) -> Option<VehicleFiles> {
         let turn = self.findings.turn.first().filter(|_| self.findings.is_usable())?;
         let hazard = self.findings.sure_hazard();
-        let mut messages: BTreeMap<MessageKey, DraftMessage> = BTreeMap::new();
-        self.add_turn(&mut messages, &turn.form);
+        let mut messages = DraftMessages { vehicle: self, messages: BTreeMap::new() };
+        messages.add_turn(&turn.form);
         if let Some(HazardForm::Signal(switch) | HazardForm::Button(switch)) = hazard.map(|found| &found.form)
         {
-            self.add(&mut messages, *switch, "HAZARD", ["off", "on"]);
+            messages.add_switch(*switch, "HAZARD");
         }
-        self.add_protection(&mut messages);
-        let heartbeats = self.add_heartbeats(&mut messages);
-        let mut buses: Vec<_> = messages.keys().map(|key| key.bus).collect();
-        buses.dedup();
+        messages.add_protection();
+        let mut heartbeats = messages.add_heartbeats();
+        let mut indices: Vec<_> = messages.messages.keys().map(|key| key.bus).collect();
+        indices.dedup();
         let stem = file_stem(self.name);
-        let is_only = buses.len() == 1;
-        let dbc_file = |bus: BusIndex| {
-            if is_only { format!("{stem}.dbc") } else { format!("{stem}_{}.dbc", self.interface(bus)) }
-        };
-        let mut files = Vec::new();
-        for bus in &buses {
-            let of_bus = messages.iter().filter(|(key, _)| key.bus == *bus);
+        let (mut files, mut buses, mut interfaces) = (Vec::new(), Vec::new(), Vec::new());
+        for index in &indices {
+            let interface = self.interface(*index);
+            let dbc = match indices.len() {
+                1 => format!("{stem}.dbc"),
+                _ => format!("{stem}_{interface}.dbc"),
+            };
+            let of_bus = messages.messages.iter().filter(|(key, _)| key.bus == *index);
             let of_bus: Vec<_> = of_bus.map(|(_, message)| message.clone()).collect();
-            files.push((dbc_file(*bus), dbc_text(&of_bus)));
+            files.push((dbc.clone(), dbc_text(&of_bus)));
+            interfaces.push(BusInterface { bus: interface.clone(), interface: interface.clone() });
+            buses.push(DraftBus { name: interface, dbc, heartbeat: heartbeats.remove(index) });
         }
-        let dbcs: Vec<_> = buses.iter().map(|bus| (self.interface(*bus), dbc_file(*bus))).collect();
         let profile_file = format!("{stem}.toml");
-        let profile = profile::profile_toml(self, turn, hazard, &messages, &dbcs, &heartbeats);
-        files.push((profile_file.clone(), profile));
-        let bus = |bus: &BusIndex| {
-            let interface = self.interface(*bus);
-            BusInterface { bus: interface.clone(), interface }
-        };
-        let buses: Vec<_> = buses.iter().map(bus).collect();
-        files.push(("gateway.toml".to_owned(), gateway_toml(&profile_file, &buses, None)));
+        files.push((profile_file.clone(), profile_toml(&messages, turn, hazard, &buses)));
+        files.push(("gateway.toml".to_owned(), gateway_toml(&profile_file, &interfaces, None)));
         Some(files)
     }
 }

@@ -98,7 +98,6 @@ pub(super) fn schema(kind: &str) -> String {
     format!("#:schema /usr/share/signal-gateway/schema/{kind}.schema.json\n")
 }
 
-/// Returns a text as a TOML string.
 pub(super) fn quoted(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()
 }

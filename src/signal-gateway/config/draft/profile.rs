@@ -1,63 +1,65 @@
 //! The profile of a discovered vehicle.
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::dbc::DraftMessage;
 use super::gateway::{key, quoted, schema};
-use super::vehicle::{Timing, VehicleDraft};
-use can_signal::can::BusIndex;
+use super::vehicle::{DraftMessages, Timing, VehicleDraft};
 use can_signal::validation::integrity::search::{FoundChecksum, FoundCounter, RuleParameter};
 use vehicle_bringup::discovery::candidate::{FoundSignal, HazardForm, SignalCandidate, Switch, TurnForm};
 use vehicle_bringup::discovery::capture::MessageKey;
-use vehicle_bringup::discovery::findings::{Certainty, DiscoveryFindings};
+use vehicle_bringup::discovery::findings::Certainty;
 use vehicle_bringup::discovery::timeline::DriverAction;
 
-/// Maximum number of rivals listed in a profile.
 const MAX_RIVALS: usize = 3;
 /// Maximum period of cyclic frames in which a flashing lamp is visible, ms.
 const MAX_LAMP_PERIOD_MS: u32 = 200;
 
+pub(super) struct DraftBus {
+    pub(super) name: String,
+    pub(super) dbc: String,
+    /// The message that proves that the bus is alive, if its other messages do not.
+    pub(super) heartbeat: Option<String>,
+}
+
 /// Returns the text of the profile. Writing to a String cannot fail.
 pub(super) fn profile_toml(
-    draft: &VehicleDraft<'_>,
+    messages: &DraftMessages<'_>,
     turn: &SignalCandidate<TurnForm>,
     hazard: Option<&SignalCandidate<HazardForm>>,
-    messages: &BTreeMap<MessageKey, DraftMessage>,
-    dbcs: &[(String, String)],
-    heartbeats: &BTreeMap<BusIndex, String>,
+    buses: &[DraftBus],
 ) -> String {
-    let mut text = schema("profile") + &heading(draft.name, draft.findings, turn, hazard);
-    let _ = writeln!(text, "name = {}", quoted(draft.name));
-    for (bus, dbc) in dbcs {
-        let _ = write!(text, "\n[bus.{}]\ndbc = {}\n", key(bus), quoted(dbc));
-        let heartbeat = heartbeats.iter().find(|(index, _)| draft.interface(**index) == *bus);
-        if let Some((_, heartbeat)) = heartbeat {
+    let vehicle = messages.vehicle;
+    let mut text = schema("profile") + &heading(vehicle, turn, hazard);
+    let _ = writeln!(text, "name = {}", quoted(vehicle.name));
+    for DraftBus { name, dbc, heartbeat } in buses {
+        let _ = write!(text, "\n[bus.{}]\ndbc = {}\n", key(name), quoted(dbc));
+        if let Some(heartbeat) = heartbeat {
             let _ = writeln!(text, "heartbeat_messages = [{}]", quoted(heartbeat));
         }
     }
-    for (key, message) in messages.iter().filter(|(_, message)| !message.signals.is_empty()) {
-        message_section(&mut text, draft, *key, message);
+    for (key, message) in messages.messages.iter().filter(|(_, message)| !message.signals.is_empty()) {
+        message_section(&mut text, vehicle, *key, message);
     }
-    let period = |signal: FoundSignal| match draft.timing(signal.message) {
-        Timing::Cyclic { period_ms, .. } => Some(period_ms).filter(|period| *period <= MAX_LAMP_PERIOD_MS),
-        Timing::Event => None,
-    };
     text += "\n[turn]\n";
-    turn_section(&mut text, draft, &turn.form, messages, period);
+    turn_section(&mut text, messages, &turn.form);
     text += "\n[hazard]\n";
-    match hazard.map(|hazard| &hazard.form) {
-        None => text += "from = \"not_visible\"\n",
-        Some(HazardForm::BothSides) => text += "from = \"both_sides\"\n",
-        Some(HazardForm::Signal(switch)) => switch_keys(&mut text, "signal", *switch, messages, draft),
-        Some(HazardForm::Button(switch)) => switch_keys(&mut text, "button", *switch, messages, draft),
+    let (from, switch) = match hazard.map(|hazard| &hazard.form) {
+        None => ("not_visible", None),
+        Some(HazardForm::BothSides) => ("both_sides", None),
+        Some(HazardForm::Signal(switch)) => ("signal", Some(switch)),
+        Some(HazardForm::Button(switch)) => ("button", Some(switch)),
+    };
+    let _ = writeln!(text, "from = \"{from}\"");
+    if let Some(Switch { signal, off, on }) = switch {
+        let signal = signal_name(messages, *signal, "HAZARD");
+        let _ = write!(text, "signal = {signal}\non = [{on}]\noff = [{off}]\n");
     }
     text
 }
 
 fn heading(
-    name: &str,
-    findings: &DiscoveryFindings,
+    VehicleDraft { name, findings, .. }: &VehicleDraft<'_>,
     turn: &SignalCandidate<TurnForm>,
     hazard: Option<&SignalCandidate<HazardForm>>,
 ) -> String {
@@ -130,23 +132,16 @@ pub(super) fn counter_toml(counter: FoundCounter, signal: &str) -> String {
         let _ = write!(text, ", last = {}", counter.last);
     }
     // Three lost frames are tolerated if the range allows distinguishing them from a step back.
-    let step = (counter.last - counter.first).min(4).max(counter.max_step);
-    if counter.last - counter.first >= 7 {
-        let _ = write!(text, ", max_step = {step}");
-    } else if counter.max_step > 1 {
-        let _ = write!(text, ", max_step = {}", counter.max_step);
+    let steps = counter.last - counter.first;
+    let max_step = if steps >= 7 { counter.max_step.max(4) } else { counter.max_step };
+    if max_step > 1 {
+        let _ = write!(text, ", max_step = {max_step}");
     }
     text + " }"
 }
 
-fn turn_section(
-    text: &mut String,
-    draft: &VehicleDraft<'_>,
-    form: &TurnForm,
-    messages: &BTreeMap<MessageKey, DraftMessage>,
-    lamp_period: impl Fn(FoundSignal) -> Option<u32>,
-) {
-    let name = |signal: FoundSignal, name| signal_name(draft, messages, signal, name);
+fn turn_section(text: &mut String, messages: &DraftMessages<'_>, form: &TurnForm) {
+    let name = |signal: FoundSignal, name| signal_name(messages, signal, name);
     match *form {
         TurnForm::Enumerated { signal, off, left, right, both } => {
             let _ = write!(
@@ -170,9 +165,13 @@ fn turn_section(
             let both = if shows_hazard { "hazard" } else { "undefined" };
             let _ = writeln!(text, "both_on = \"{both}\"");
             if lamps {
-                let _ = match lamp_period(left.signal) {
-                    Some(period) => writeln!(text, "lamp = {{ period_ms = {period} }}"),
-                    None => writeln!(text, "lamp = {{ sent = \"on_change\" }}"),
+                let _ = match messages.vehicle.timing(left.signal.message) {
+                    Timing::Cyclic { period_ms, .. } if period_ms <= MAX_LAMP_PERIOD_MS => {
+                        writeln!(text, "lamp = {{ period_ms = {period_ms} }}")
+                    }
+                    Timing::Cyclic { .. } | Timing::Event => {
+                        writeln!(text, "lamp = {{ sent = \"on_change\" }}")
+                    }
                 };
             }
         }
@@ -194,25 +193,8 @@ fn turn_section(
     }
 }
 
-fn switch_keys(
-    text: &mut String,
-    from: &str,
-    switch: Switch,
-    messages: &BTreeMap<MessageKey, DraftMessage>,
-    draft: &VehicleDraft<'_>,
-) {
-    let signal = signal_name(draft, messages, switch.signal, "HAZARD");
-    let Switch { off, on, .. } = switch;
-    let _ = write!(text, "from = \"{from}\"\nsignal = {signal}\non = [{on}]\noff = [{off}]\n");
-}
-
 /// Returns `BUS:MESSAGE.SIGNAL` as a TOML string.
-fn signal_name(
-    draft: &VehicleDraft<'_>,
-    messages: &BTreeMap<MessageKey, DraftMessage>,
-    signal: FoundSignal,
-    name: &str,
-) -> String {
-    let message = messages.get(&signal.message).map_or("", |message| message.name.as_str());
-    quoted(&format!("{}:{message}.{name}", draft.interface(signal.message.bus)))
+fn signal_name(messages: &DraftMessages<'_>, signal: FoundSignal, name: &str) -> String {
+    let message = messages.messages.get(&signal.message).map_or("", |message| message.name.as_str());
+    quoted(&format!("{}:{message}.{name}", messages.vehicle.interface(signal.message.bus)))
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use super::dbc::{DraftMessage, DraftSignal, message_name};
+use super::dbc::{DraftMessage, DraftSignal};
 use can_signal::can::BusIndex;
 use can_signal::dbc::codec::Layout;
 use vehicle_bringup::discovery::candidate::{Switch, TurnForm};
@@ -25,10 +25,8 @@ pub struct VehicleDraft<'a> {
 
 /// Maximum silence of a message that counts as cyclic.
 const MAX_CYCLIC: Duration = Duration::from_secs(3);
-/// Minimum timeout of a message.
 const MIN_TIMEOUT: Duration = Duration::from_millis(200);
 
-/// When a message is sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Timing {
     /// Regularly, with this timeout in ms.
@@ -42,106 +40,6 @@ impl VehicleDraft<'_> {
         self.interfaces.get(usize::from(bus.0)).cloned().unwrap_or_else(|| format!("can{}", bus.0))
     }
 
-    pub(super) fn add_turn(&self, messages: &mut BTreeMap<MessageKey, DraftMessage>, form: &TurnForm) {
-        match *form {
-            TurnForm::Enumerated { signal, off, left, right, both } => {
-                let mut values = vec![(off, "off"), (left, "left"), (right, "right")];
-                values.extend(both.map(|both| (both, "hazard")));
-                self.add_signal(messages, signal.message, "TURN", signal.layout, values);
-            }
-            TurnForm::Stalk { signal, idle, left, right, half, .. } => {
-                let mut values = vec![(idle, "rest"), (left, "left"), (right, "right")];
-                let names = half.into_iter().zip(["left half", "right half"]);
-                values.extend(names.filter_map(|(value, name)| Some((value?, name))));
-                self.add_signal(messages, signal.message, "STALK", signal.layout, values);
-            }
-            TurnForm::Pair { left, right, .. } => {
-                self.add(messages, left, "LEFT", ["off", "on"]);
-                self.add(messages, right, "RIGHT", ["off", "on"]);
-            }
-        }
-    }
-
-    pub(super) fn add(
-        &self,
-        messages: &mut BTreeMap<MessageKey, DraftMessage>,
-        switch: Switch,
-        name: &'static str,
-        [off, on]: [&'static str; 2],
-    ) {
-        let values = vec![(switch.off, off), (switch.on, on)];
-        self.add_signal(messages, switch.signal.message, name, switch.signal.layout, values);
-    }
-
-    fn add_signal(
-        &self,
-        messages: &mut BTreeMap<MessageKey, DraftMessage>,
-        key: MessageKey,
-        name: &'static str,
-        layout: Layout,
-        mut values: Vec<(u64, &'static str)>,
-    ) {
-        values.sort_unstable();
-        let signals = &mut self.message(messages, key).signals;
-        signals.push(DraftSignal { name, layout, values });
-    }
-
-    pub(super) fn add_protection(&self, messages: &mut BTreeMap<MessageKey, DraftMessage>) {
-        let keys: Vec<_> = messages.keys().copied().collect();
-        for key in keys {
-            let Some(protection) = self.findings.protection.get(&key) else { continue };
-            let counter = protection.counter.map(|counter| ("COUNTER", counter.layout));
-            let checksum = protection.checksum.as_ref().map(|checksum| ("CHECKSUM", checksum.layout));
-            for (name, layout) in [counter, checksum].into_iter().flatten() {
-                self.add_signal(messages, key, name, layout, Vec::new());
-            }
-        }
-    }
-
-    /// Adds the most regular message of each bus that has a message sent on change: it proves that the bus is
-    /// alive.
-    pub(super) fn add_heartbeats(
-        &self,
-        messages: &mut BTreeMap<MessageKey, DraftMessage>,
-    ) -> BTreeMap<BusIndex, String> {
-        let is_event = |key: &&MessageKey| self.timing(**key) == Timing::Event;
-        let buses: Vec<_> = messages.keys().filter(is_event).map(|key| key.bus).collect();
-        let mut heartbeats = BTreeMap::new();
-        for bus in buses {
-            let of_bus = self.capture.tracks().filter(|(key, _)| key.bus == bus);
-            // A message that has stopped for good has no long gap, but no longer proves anything.
-            let (_, end) = self.capture.span().unwrap_or_default();
-            let silence = |track: &FrameTrack| track.times().last().map(|last| end.since(*last));
-            let regular = of_bus.filter_map(|(key, track)| {
-                let (gaps, silence) = (track.gaps()?, silence(track)?);
-                Some((gaps.longest.max(silence), gaps.usual.max(silence), key))
-            });
-            let regular = regular.filter(|(_, usual, _)| *usual < MAX_CYCLIC);
-            if let Some((_, _, key)) = regular.min() {
-                let name = self.message(messages, key).name.clone();
-                heartbeats.insert(bus, name);
-            }
-        }
-        heartbeats
-    }
-
-    fn message<'m>(
-        &self,
-        messages: &'m mut BTreeMap<MessageKey, DraftMessage>,
-        key: MessageKey,
-    ) -> &'m mut DraftMessage {
-        messages.entry(key).or_insert_with(|| DraftMessage {
-            id: key.id,
-            name: message_name(key.id),
-            length: self.capture.track(key).map_or(8, |track| track.length().unwrap_or(track.shortest())),
-            cycle_ms: match self.timing(key) {
-                Timing::Cyclic { period_ms, .. } => Some(period_ms),
-                Timing::Event => None,
-            },
-            signals: Vec::new(),
-        })
-    }
-
     pub(super) fn timing(&self, key: MessageKey) -> Timing {
         let gaps = self.capture.track(key).and_then(FrameTrack::gaps);
         match gaps {
@@ -152,5 +50,98 @@ impl VehicleDraft<'_> {
             }
             Some(_) | None => Timing::Event,
         }
+    }
+}
+
+/// The messages of the files, as they are collected.
+pub(super) struct DraftMessages<'a> {
+    pub(super) vehicle: &'a VehicleDraft<'a>,
+    pub(super) messages: BTreeMap<MessageKey, DraftMessage>,
+}
+
+impl DraftMessages<'_> {
+    pub(super) fn add_turn(&mut self, form: &TurnForm) {
+        match *form {
+            TurnForm::Enumerated { signal, off, left, right, both } => {
+                let mut values = vec![(off, "off"), (left, "left"), (right, "right")];
+                values.extend(both.map(|both| (both, "hazard")));
+                self.add_signal(signal.message, "TURN", signal.layout, values);
+            }
+            TurnForm::Stalk { signal, idle, left, right, half, .. } => {
+                let mut values = vec![(idle, "rest"), (left, "left"), (right, "right")];
+                let names = half.into_iter().zip(["left half", "right half"]);
+                values.extend(names.filter_map(|(value, name)| Some((value?, name))));
+                self.add_signal(signal.message, "STALK", signal.layout, values);
+            }
+            TurnForm::Pair { left, right, .. } => {
+                self.add_switch(left, "LEFT");
+                self.add_switch(right, "RIGHT");
+            }
+        }
+    }
+
+    pub(super) fn add_switch(&mut self, Switch { signal, off, on }: Switch, name: &'static str) {
+        self.add_signal(signal.message, name, signal.layout, vec![(off, "off"), (on, "on")]);
+    }
+
+    fn add_signal(
+        &mut self,
+        key: MessageKey,
+        name: &'static str,
+        layout: Layout,
+        mut values: Vec<(u64, &'static str)>,
+    ) {
+        values.sort_unstable();
+        self.message(key).signals.push(DraftSignal { name, layout, values });
+    }
+
+    pub(super) fn add_protection(&mut self) {
+        let keys: Vec<_> = self.messages.keys().copied().collect();
+        for key in keys {
+            let Some(protection) = self.vehicle.findings.protection.get(&key) else { continue };
+            let counter = protection.counter.map(|counter| ("COUNTER", counter.layout));
+            let checksum = protection.checksum.as_ref().map(|checksum| ("CHECKSUM", checksum.layout));
+            for (name, layout) in [counter, checksum].into_iter().flatten() {
+                self.add_signal(key, name, layout, Vec::new());
+            }
+        }
+    }
+
+    /// Adds the most regular message of each bus that has a message sent on change: it proves that the bus is
+    /// alive.
+    pub(super) fn add_heartbeats(&mut self) -> BTreeMap<BusIndex, String> {
+        let VehicleDraft { capture, .. } = self.vehicle;
+        let is_event = |key: &&MessageKey| self.vehicle.timing(**key) == Timing::Event;
+        let buses: Vec<_> = self.messages.keys().filter(is_event).map(|key| key.bus).collect();
+        let mut heartbeats = BTreeMap::new();
+        for bus in buses {
+            let of_bus = capture.tracks().filter(|(key, _)| key.bus == bus);
+            // A message that has stopped for good has no long gap, but no longer proves anything.
+            let (_, end) = capture.span().unwrap_or_default();
+            let silence = |track: &FrameTrack| track.times().last().map(|last| end.since(*last));
+            let regular = of_bus.filter_map(|(key, track)| {
+                let (gaps, silence) = (track.gaps()?, silence(track)?);
+                Some((gaps.longest.max(silence), gaps.usual.max(silence), key))
+            });
+            let regular = regular.filter(|(_, usual, _)| *usual < MAX_CYCLIC);
+            if let Some((_, _, key)) = regular.min() {
+                heartbeats.insert(bus, self.message(key).name.clone());
+            }
+        }
+        heartbeats
+    }
+
+    fn message(&mut self, key: MessageKey) -> &mut DraftMessage {
+        let VehicleDraft { capture, .. } = self.vehicle;
+        self.messages.entry(key).or_insert_with(|| DraftMessage {
+            id: key.id,
+            name: format!("MSG_{}", key.id),
+            length: capture.track(key).map_or(8, |track| track.length().unwrap_or(track.shortest())),
+            cycle_ms: match self.vehicle.timing(key) {
+                Timing::Cyclic { period_ms, .. } => Some(period_ms),
+                Timing::Event => None,
+            },
+            signals: Vec::new(),
+        })
     }
 }

@@ -44,22 +44,21 @@ const GAPS: Keywords<GapKind> = &[
     ("not_lane_driving", GapKind::NotLaneDriving),
 ];
 
-pub(super) fn disturbances(lanes: &NamedLanelets, top: &Fields<'_>) -> Vec<Disturbance> {
-    top.tables("disturbance").filter_map(|fields| disturbance(lanes, fields)).collect()
-}
-
-fn disturbance(lanes: &NamedLanelets, fields: Fields<'_>) -> Option<Disturbance> {
-    let name = fields.required_text("kind")?;
-    let at = required_moment(&fields, ["at_m", "at_s"]);
+pub(super) fn disturbance(lanes: &NamedLanelets, fields: &Fields<'_>) -> Option<Disturbance> {
+    let Some(name) = fields.required_text("kind") else {
+        fields.accept_rest();
+        return None;
+    };
+    let at = required_moment(fields, ["at_m", "at_s"]);
     let gap = GAPS.iter().find(|(known, _)| *known == name.text);
     let kind = match (name.text.as_str(), gap) {
         (_, Some((_, gap))) => {
-            required_seconds(&fields, "for_s").map(|for_s| DisturbanceKind::Gap(*gap, for_s))
+            required_seconds(fields, "for_s").map(|for_s| DisturbanceKind::Gap(*gap, for_s))
         }
         ("time_jump", None) => {
             fields.required_number("by_s", -MAX_S..=MAX_S, "s").map(DisturbanceKind::TimeJump)
         }
-        ("reroute", None) => plan(lanes, &fields).map(DisturbanceKind::Reroute),
+        ("reroute", None) => plan(lanes, fields).map(DisturbanceKind::Reroute),
         _ => {
             let gaps: Vec<_> = GAPS.iter().map(|(known, _)| *known).collect();
             let remedy = format!("give one of {}, time_jump, reroute", gaps.join(", "));
@@ -68,6 +67,5 @@ fn disturbance(lanes: &NamedLanelets, fields: Fields<'_>) -> Option<Disturbance>
             None
         }
     };
-    fields.done();
     Some(Disturbance { at: at?, kind: kind? })
 }

@@ -80,18 +80,15 @@ const WINNERS: Keywords<Option<CandidateSource>> = &[
     ("manoeuvre", Some(CandidateSource::Manoeuvre)),
     ("none", None),
 ];
-pub(super) fn expectations(top: &Fields<'_>) -> Vec<Expectation> {
-    top.tables("expect").filter_map(expectation).collect()
-}
 
-fn expectation(fields: Fields<'_>) -> Option<Expectation> {
-    let compats = compats(&fields);
-    let interval = interval(&fields);
+pub(super) fn expectation(fields: &Fields<'_>) -> Option<Expectation> {
+    let compats = compats(fields);
+    let interval = interval(fields);
     let decision = ExpectedDecision {
-        command: named(&fields, "command", TurnCommand::ALL),
-        hazard: named(&fields, "hazard", HazardCommand::ALL),
+        command: named(fields, "command", TurnCommand::ALL),
+        hazard: named(fields, "hazard", HazardCommand::ALL),
         winner: fields.keyword("winner", WINNERS),
-        case: named(&fields, "case", &Case::ALL),
+        case: named(fields, "case", &Case::ALL),
         finding: fields.string("finding").map(|given| given.text),
     };
     if !["command", "hazard", "winner", "case", "finding"].iter().any(|key| fields.has(key)) {
@@ -99,7 +96,6 @@ fn expectation(fields: Fields<'_>) -> Option<Expectation> {
         fields.checker.refuse(fields.location(), "nothing is expected", remedy);
     }
     let location = fields.checker.source_location(fields.location());
-    fields.done();
     Some(Expectation { compats, interval: interval?, decision, location })
 }
 
@@ -128,8 +124,7 @@ fn interval(fields: &Fields<'_>) -> Option<ExpectedInterval> {
         let reason =
             format!("from {from} to {to} {unit} nothing is left but the tolerance of {tolerance} {unit}");
         let remedy = format!("give a longer stretch, or less {tolerance_key}");
-        fields.checker.refuse(fields.location(), reason, &remedy);
-        return None;
+        return fields.checker.refused(fields.location(), reason, &remedy);
     }
     Some(ExpectedInterval { unit, from, to, tolerance })
 }

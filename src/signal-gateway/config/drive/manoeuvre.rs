@@ -102,40 +102,28 @@ const KINDS: Keywords<fn(&Fields<'_>) -> Option<PlanKind>> = &[
     ("side_shift", side_shift),
 ];
 
-pub(super) fn plans(lanes: &NamedLanelets, top: &Fields<'_>) -> Vec<ManoeuvrePlan> {
-    top.tables("manoeuvre").filter_map(|fields| plan(lanes, fields)).collect()
-}
-
-fn plan(lanes: &NamedLanelets, fields: Fields<'_>) -> Option<ManoeuvrePlan> {
+pub(super) fn plan(lanes: &NamedLanelets, fields: &Fields<'_>) -> Option<ManoeuvrePlan> {
     fields.require(&["kind"], "");
-    let kind = fields.keyword("kind", KINDS)?(&fields);
-    let known_from = moment(&fields, ["known_from_m", "known_from_s"]);
-    let known_to = moment(&fields, ["known_to_m", "known_to_s"]);
-    let approved_from = moment(&fields, ["approved_from_m", "approved_from_s"]);
-    let lanes = lanes.lanes(&fields);
+    let kind = fields.form("kind", KINDS)?(fields);
+    let known_from = moment(fields, ["known_from_m", "known_from_s"]);
+    let known_to = moment(fields, ["known_to_m", "known_to_s"]);
+    let approved_from = moment(fields, ["approved_from_m", "approved_from_s"]);
+    let lanes = lanes.lanes(fields);
     let location = fields.checker.source_location(fields.location());
-    fields.done();
     Some(ManoeuvrePlan { kind: kind?, known_from, known_to, approved_from, lanes, location })
 }
 
 fn avoidance(fields: &Fields<'_>) -> Option<PlanKind> {
     fields.require(&["lines"], "")?;
-    let given: Vec<_> = fields.tables("lines").map(line).collect();
+    let given: Vec<_> = fields.tables("lines").map(|fields| fields.read_all(shift)).collect();
     let lines: Vec<_> = given.into_iter().collect::<Option<_>>()?;
     let ascends = lines.iter().zip(lines.iter().skip(1)).all(|(one, next)| one.to_m <= next.from_m);
     if lines.is_empty() || !ascends {
         let remedy = "give lines one after the other: [{ from_m = 50, to_m = 80, offset_m = 1.5 }]";
         let reason = "the avoidance has no lines, or its lines overlap";
-        fields.checker.refuse(fields.location(), reason, remedy);
-        return None;
+        return fields.checker.refused(fields.location(), reason, remedy);
     }
     Some(PlanKind::Avoidance(lines))
-}
-
-fn line(fields: Fields<'_>) -> Option<PlannedShift> {
-    let shift = shift(&fields);
-    fields.done();
-    shift
 }
 
 fn shift(fields: &Fields<'_>) -> Option<PlannedShift> {

@@ -27,7 +27,7 @@ use crate::config::decider;
 use crate::config::dimensions;
 use crate::config::file_kind::FileKind;
 use crate::config::files::Files;
-use crate::config::map::{read_lane_network, refuse as refuse_map};
+use crate::config::map::{read_lane_network, read_named};
 use crate::config::named_file;
 use crate::config::reading::{Checker, Fields, Problem, Refused, Text, from_toml};
 use lanelet2_map::geometry::Point;
@@ -170,7 +170,7 @@ fn interpret(files: &dyn Files, top: Fields<'_>, road: Option<LaneNetwork>) -> O
     let [name, description] = ["name", "description"].map(|key| top.string(key).map(|given| given.text));
     let map = named_file::path_at(BuiltIn::Map, files, &top, "map");
     let compats = reader::compats(&top);
-    let vehicle = dimensions::vehicle(top.section("vehicle"));
+    let vehicle = top.section("vehicle").read_all(dimensions::vehicle);
     let decider = decider::decider(files, &top, DeciderCompat::Improved, vehicle);
     let planning_hz = top.number("planning_hz", 0.1..=1000.0, "Hz").unwrap_or(10.0);
     let start_m = metres(&top, "start_m").unwrap_or(0.0);
@@ -178,9 +178,9 @@ fn interpret(files: &dyn Files, top: Fields<'_>, road: Option<LaneNetwork>) -> O
     let until_s = top.number("until_s", 0.0..=MAX_S, "s");
     let route = route::route(&lanes, &top);
     let drive = setting::drive(&top);
-    let manoeuvres = manoeuvre::plans(&lanes, &top);
-    let disturbances = disturbance::disturbances(&lanes, &top);
-    let expectations = expectation::expectations(&top);
+    let manoeuvres = top.read_tables("manoeuvre", |fields| manoeuvre::plan(&lanes, fields));
+    let disturbances = top.read_tables("disturbance", |fields| disturbance::disturbance(&lanes, fields));
+    let expectations = top.read_tables("expect", expectation::expectation);
     if until_m.is_some_and(|until_m| until_m <= start_m) {
         top.refuse("until_m", "until_m is not beyond start_m", "the drive goes forward: give more");
     }
@@ -188,9 +188,8 @@ fn interpret(files: &dyn Files, top: Fields<'_>, road: Option<LaneNetwork>) -> O
     top.done();
     let map = map?;
     let remedy = "give the path of a lanelet2 map, relative to this file";
-    let remedy = named_file::remedy(BuiltIn::Map, files, &map, remedy);
-    let road = road.map_or_else(|| read_lane_network(files, &map), Ok);
-    let road = road.map_err(|problem| refuse_map(checker, map_at, problem, &remedy)).ok()?;
+    let read = |files: &dyn Files, path: &Path| road.map_or_else(|| read_lane_network(files, path), Ok);
+    let road = read_named(files, checker, map_at, &map, remedy, read)?;
     lanes.check(checker, &road);
     let (speed, stops, points) = drive?;
     Some(DriveFile {

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::ops::RangeInclusive;
 
-use crate::config::reading::{Checker, Fields, Keywords, SourceLocation, Value};
+use crate::config::reading::{Checker, Fields, Keywords, SourceLocation, Value, joined};
 use lanelet2_map::geometry::Pose;
 use lanelet2_map::lane_network::{LaneId, LaneNetwork};
 use turn_signal::compat::DeciderCompat;
@@ -12,7 +12,6 @@ use turn_signal::compat::DeciderCompat;
 pub(super) const SEE: &str = "docs/turn-signal-scenarios.md";
 /// Maximum length of a drive, seconds.
 pub(super) const MAX_S: f64 = 86_400.0;
-/// The range of positions, metres.
 const DISTANCES_M: RangeInclusive<f64> = -1e6..=1e6;
 /// Number of lanelets of the map that are named in a refusal.
 const SHOWN: usize = 12;
@@ -36,7 +35,6 @@ const COMPATS: Keywords<&[DeciderCompat]> = &[
 /// The two modes that follow the behavior path planner.
 const BOTH: &[DeciderCompat] = &[DeciderCompat::Improved, DeciderCompat::Upstream];
 
-/// Collects the lanelets named in a file.
 #[derive(Default)]
 pub(super) struct NamedLanelets(RefCell<Vec<(LaneId, SourceLocation)>>);
 
@@ -48,23 +46,14 @@ impl NamedLanelets {
         Some(id)
     }
 
-    /// Reads the key `lanes`: ids of lanelets.
     pub(super) fn lanes(&self, fields: &Fields<'_>) -> Option<Vec<LaneId>> {
         let items = fields.checker.list(fields.value("lanes")?, "give a list of lanelet ids");
         Some(items.iter().filter_map(|item| self.lane(fields.checker, item)).collect())
     }
 
-    /// Refuses every lanelet that is not in the map.
     pub(super) fn check(self, checker: &Checker, road: &LaneNetwork) {
-        let mut known: Vec<_> = road.lanes().take(SHOWN + 1).map(|lane| lane.id.to_string()).collect();
-        if known.len() > SHOWN {
-            known.truncate(SHOWN);
-            known.push("…".to_owned());
-        }
-        let remedy = match known.as_slice() {
-            [] => "it has none".to_owned(),
-            known => format!("it has {}", known.join(", ")),
-        };
+        let known = joined(road.lanes().map(|lane| lane.id.to_string()), SHOWN);
+        let remedy = format!("it has {known}");
         let used = self.0.into_inner().into_iter();
         let unknown = used.filter(|(id, _)| road.lane(*id).is_none());
         let problem = |(id, location): (LaneId, SourceLocation)| {
@@ -106,11 +95,10 @@ pub(super) fn required_moment(fields: &Fields<'_>, keys: [&'static str; 2]) -> O
 }
 
 /// Reads a pose such as `{ x_m = 1, y_m = 2, yaw_deg = 90 }`.
-pub(super) fn pose(fields: Fields<'_>) -> Option<Pose> {
+pub(super) fn pose(fields: &Fields<'_>) -> Option<Pose> {
     fields.require(&["x_m", "y_m", "yaw_deg"], "");
     let [x_m, y_m] = ["x_m", "y_m"].map(|key| fields.number(key, -1e8..=1e8, "m"));
     let yaw_deg = fields.number("yaw_deg", -360.0_f64..=360.0, "degrees");
-    fields.done();
     Some(Pose::new(x_m?, y_m?, yaw_deg?.to_radians()))
 }
 
@@ -119,8 +107,7 @@ pub(super) fn from_to(fields: &Fields<'_>) -> Option<(f64, f64)> {
     let (from_m, to_m) = (from_m?, to_m?);
     if to_m <= from_m {
         let reason = format!("it ends at {to_m} m and begins at {from_m} m");
-        fields.checker.refuse(fields.location(), reason, "to_m must be more than from_m");
-        return None;
+        return fields.checker.refused(fields.location(), reason, "to_m must be more than from_m");
     }
     Some((from_m, to_m))
 }

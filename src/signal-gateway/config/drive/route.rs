@@ -24,12 +24,10 @@ pub struct RoutePlan {
 
 pub(super) fn route(lanes: &NamedLanelets, top: &Fields<'_>) -> Option<RoutePlan> {
     top.require(&["route"], "");
-    let fields = top.table("route")?;
-    let start = fields.table("start").and_then(pose);
-    let goal = fields.table("goal").and_then(pose);
-    let route = plan(lanes, &fields);
-    fields.done();
-    Some(RoutePlan { start, goal, ..route? })
+    top.read_table("route", |fields| {
+        let [start, goal] = ["start", "goal"].map(|key| fields.read_table(key, pose));
+        Some(RoutePlan { start, goal, ..plan(lanes, fields)? })
+    })
 }
 
 /// Reads the keys `segments` and `id` of any table.

@@ -28,14 +28,14 @@ pub struct Stop {
 /// Reads the table `drive`: speed, stops, and the points of a line other than the route's lanelets.
 pub(super) fn drive(top: &Fields<'_>) -> Option<(SpeedProfile, Vec<Stop>, Vec<Point>)> {
     top.require(&["drive"], "");
-    let fields = top.table("drive")?;
-    fields.require(&["speed"], "");
-    let speed = speed(&fields);
-    let mut stops: Vec<Stop> = fields.tables("stops").filter_map(stop).collect();
-    stops.sort_by(|one, other| one.at_m.total_cmp(&other.at_m));
-    let points = if fields.has("points") { points(&fields) } else { Vec::new() };
-    fields.done();
-    Some((speed?, stops, points))
+    top.read_table("drive", |fields| {
+        fields.require(&["speed"], "");
+        let speed = speed(fields);
+        let mut stops = fields.read_tables("stops", stop);
+        stops.sort_by(|one, other| one.at_m.total_cmp(&other.at_m));
+        let points = if fields.has("points") { points(fields) } else { Vec::new() };
+        Some((speed?, stops, points))
+    })
 }
 
 fn speed(fields: &Fields<'_>) -> Option<SpeedProfile> {
@@ -61,20 +61,13 @@ fn speed(fields: &Fields<'_>) -> Option<SpeedProfile> {
     match (by_position.is_empty(), by_time.is_empty()) {
         (false, true) => Some(SpeedProfile::ByPosition(by_position)),
         (true, false) => Some(SpeedProfile::ByTime(by_time)),
-        (true, true) => {
-            fields.refuse("speed", "no speed at all", "give a step: [{ at_m = 0, mps = 10 }]");
-            None
-        }
-        (false, false) => {
-            fields.refuse("speed", "steps by position and by time", "keep at_m or at_s");
-            None
-        }
+        (true, true) => fields.refused("speed", "no speed at all", "give a step: [{ at_m = 0, mps = 10 }]"),
+        (false, false) => fields.refused("speed", "steps by position and by time", "keep at_m or at_s"),
     }
 }
 
-fn stop(fields: Fields<'_>) -> Option<Stop> {
-    let (at_m, for_s) = (required_metres(&fields, "at_m"), required_seconds(&fields, "for_s"));
-    fields.done();
+fn stop(fields: &Fields<'_>) -> Option<Stop> {
+    let (at_m, for_s) = (required_metres(fields, "at_m"), required_seconds(fields, "for_s"));
     Some(Stop { at_m: at_m?, for_s: for_s? })
 }
 

@@ -26,14 +26,11 @@ pub struct BlackBoxConfig {
     pub keep: usize,
 }
 
-/// Reads the section; absent keys have their defaults.
-pub(super) fn black_box(fields: Fields<'_>) -> BlackBoxConfig {
-    let config = BlackBoxConfig {
+pub(super) fn black_box(fields: &Fields<'_>) -> BlackBoxConfig {
+    BlackBoxConfig {
         folder: fields.given(&FOLDER),
         before: fields.read(&BEFORE_S),
         after: fields.read(&AFTER_S),
         keep: fields.read(&KEEP),
-    };
-    fields.done();
-    config
+    }
 }

@@ -1,6 +1,6 @@
 //! `[can.*]`: the interface of each bus.
 
-use crate::config::reading::{Fields, key_rows, text, whole};
+use crate::config::reading::{Fields, Refusal, key_rows, text, whole};
 use gateway_base::near_miss::did_you_mean;
 
 const DEFAULT_RECEIVE_BUFFER: u32 = 4 << 20;
@@ -69,8 +69,8 @@ fn can(fields: &Fields<'_>) -> Option<CanConfig> {
     let interface = fields.given(&INTERFACE);
     fields.require(&[INTERFACE.name], "")?;
     let interface = interface?;
-    if let Err((reason, remedy)) = interface_name(&interface) {
-        fields.refuse("interface", reason, remedy);
+    if let Err(Refusal { reason, remedy }) = interface_name(&interface) {
+        fields.refuse("interface", reason, &remedy);
     }
     Some(CanConfig { interface, receive_buffer })
 }
@@ -78,15 +78,13 @@ fn can(fields: &Fields<'_>) -> Option<CanConfig> {
 /// Checks the name of an interface by the rule of the kernel's `dev_valid_name`.
 ///
 /// # Errors
-/// Returns the problem and the remedy.
-pub fn interface_name(name: &str) -> Result<(), (String, &'static str)> {
+/// Fails for an invalid name.
+pub fn interface_name(name: &str) -> Result<(), Refusal> {
     let is_valid = (1..=15).contains(&name.len())
         && name != "."
         && name != ".."
         && name.chars().all(|char| char.is_ascii_graphic() && char != '/' && char != ':');
-    let refused = || {
-        let remedy = "give 1 to 15 characters without spaces and slashes, e.g. can0";
-        (format!("{name:?} is not an interface name"), remedy)
-    };
+    let remedy = "give 1 to 15 characters without spaces and slashes, e.g. can0";
+    let refused = || Refusal::new(format!("{name:?} is not an interface name"), remedy);
     if is_valid { Ok(()) } else { Err(refused()) }
 }

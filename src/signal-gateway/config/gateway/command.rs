@@ -61,7 +61,6 @@ key_rows! {
     ERROR_AFTER_MS: Duration = limit("error_after_ms").or_time(ERROR_AFTER).restart().doc("the report differs for longer: ERROR; {range}, not less than warn_after_ms");
 }
 
-/// The topics of commands and of the control mode.
 pub(super) static TOPICS: [ConfigKey<String>; 3] = [
     topic("turn_indicators_cmd", "/control/command/turn_indicators_cmd")
         .doc("TurnIndicatorsCommand; not read when the decider is the source"),
@@ -73,7 +72,7 @@ pub(super) static TOPICS: [ConfigKey<String>; 3] = [
 /// Reads the section. `vehicle` is `None` if its profile was refused; `decides` is true if the decider
 /// publishes commands; `written_mode` is the topic on which the gateway itself would report the control mode.
 pub(super) fn command(
-    fields: Fields<'_>,
+    fields: &Fields<'_>,
     vehicle: Option<&Vehicle>,
     decides: bool,
     written_mode: &str,
@@ -99,13 +98,13 @@ pub(super) fn command(
     let transmit = fields.read(&TX);
     let consent = fields.read(&CONSENT);
     if let Some(vehicle) = vehicle {
-        check_consent(&fields, vehicle, transmit, &consent);
+        check_consent(fields, vehicle, transmit, &consent);
     }
     let reports_mode = vehicle.map(|vehicle| vehicle.status.control_mode.is_some());
     let settings = CommandSettings {
         source,
         transmit,
-        mode_from: mode_from(&fields, reports_mode),
+        mode_from: mode_from(fields, reports_mode),
         turn_timeout: fields.read(&TURN_TIMEOUT_MS),
         hazard_timeout: fields.read(&HAZARD_TIMEOUT_MS),
         rules: ArbitrationRules {
@@ -115,9 +114,7 @@ pub(super) fn command(
         },
         limits: FeedbackLimits { warn, error },
     };
-    let section = fields.section("topics");
-    let topics = TopicNames::read(&section, &TOPICS);
-    section.done();
+    let topics = fields.section("topics").read_all(|section| TopicNames::read(section, &TOPICS));
     let reads_mode = matches!(settings.mode_from, ModeFrom::Topic { .. });
     if reports_mode == Some(true) && reads_mode && topics.name("control_mode") == written_mode {
         let reason = format!(
@@ -126,7 +123,6 @@ pub(super) fn command(
         let remedy = "use \"signal\", or [ros.topics] control_mode_status = \"\" if another node publishes the control mode";
         fields.refuse("control_mode", reason, remedy);
     }
-    fields.done();
     Some(CommandConfig { settings, binding: binding?.clone(), topics })
 }
 
@@ -154,12 +150,9 @@ fn mode_from(fields: &Fields<'_>, is_bound: Option<bool>) -> ModeFrom {
         return ModeFrom::Topic { timeout };
     }
     if fields.has("control_mode_timeout_ms") {
+        let reason = "a control mode from signals has the timeouts of their messages";
         let remedy = "remove it, or use control_mode = \"topic\"";
-        fields.refuse(
-            "control_mode_timeout_ms",
-            "a control mode from signals has the timeouts of their messages",
-            remedy,
-        );
+        fields.refuse("control_mode_timeout_ms", reason, remedy);
     }
     if is_bound == Some(false) {
         let reason = "the vehicle profile binds no signal for the control mode";

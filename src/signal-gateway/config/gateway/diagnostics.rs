@@ -11,12 +11,11 @@ key_rows! {
 }
 
 /// Reads the section: the refresh period, and `DiagnosticStatus.hardware_id`.
-pub(super) fn diagnostics(fields: Fields<'_>) -> (Duration, String) {
+pub(super) fn diagnostics(fields: &Fields<'_>) -> (Duration, String) {
     let (period, hardware_id) = (fields.read(&PERIOD_MS), fields.read(&HARDWARE_ID));
     if hardware_id.is_empty() {
         let reason = "ROS tools warn about an empty hardware_id";
         fields.refuse(HARDWARE_ID.name, reason, "use \"none\" or leave it out");
     }
-    fields.done();
     (period, hardware_id)
 }

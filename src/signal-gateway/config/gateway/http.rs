@@ -55,14 +55,11 @@ impl Default for HttpConfig {
     }
 }
 
-/// Reads the section; absent keys have their defaults.
-pub(super) fn http(fields: Fields<'_>) -> HttpConfig {
-    let config = HttpConfig {
+pub(super) fn http(fields: &Fields<'_>) -> HttpConfig {
+    HttpConfig {
         address: fields.given(&ADDRESS),
         hosts: fields.read(&HOSTS),
         page: fields.read(&PAGE),
         opens_browser: false,
-    };
-    fields.done();
-    config
+    }
 }

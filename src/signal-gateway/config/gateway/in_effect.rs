@@ -9,7 +9,7 @@ use std::rc::Rc;
 
 use crate::config::built_in::{display, full_path, project_path};
 use crate::config::files::Files;
-use crate::config::reading::{KeyEffect, RecordedKey};
+use crate::config::reading::{KeyEffect, RecordedKey, WrittenKey};
 use crate::config::ros_names::Remapping;
 use crate::process_status::configuration::EffectiveConfiguration;
 use gateway_core::gateway::GatewaySettings;
@@ -23,7 +23,7 @@ pub(super) fn in_effect(
     files: &DigestedFiles<'_>,
     gateway: &GatewaySettings,
     remappings: &[Remapping],
-    profile: &[(String, String)],
+    profile: Vec<WrittenKey>,
 ) -> EffectiveConfiguration {
     let mut parts = EffectiveConfiguration::default();
     for RecordedKey { section, row, value } in recorded {
@@ -40,12 +40,12 @@ pub(super) fn in_effect(
         let path = full_path(path).filter(|_| !is_built_in).unwrap_or_else(|| path.clone());
         parts.reloadable.insert(format!("file {}", display(&path)), format!("#{:016x}", digest.get()));
     }
-    for (key, value) in profile {
+    for WrittenKey { name, value } in profile {
         // The machine that sends frames to the vehicle never changes while it runs: they carry counters and
         // obey its rules.
-        let is_fixed = gateway.command.is_some() && key.contains("[command");
+        let is_fixed = gateway.command.is_some() && name.contains("[command");
         let parts = if is_fixed { &mut parts.fixed } else { &mut parts.reloadable };
-        parts.insert(format!("vehicle profile {key}"), value.clone());
+        parts.insert(format!("vehicle profile {name}"), value);
     }
     let mut fix = |part: &str, value: String| parts.fixed.insert(part.to_owned(), value);
     let buses: Vec<_> = gateway.buses.iter().map(|bus| bus.name.as_str()).collect();

@@ -28,14 +28,11 @@ pub struct McapConfig {
     pub total_bytes: u64,
 }
 
-/// Reads the section; absent keys have their defaults.
-pub(super) fn mcap(fields: Fields<'_>) -> McapConfig {
-    let config = McapConfig {
+pub(super) fn mcap(fields: &Fields<'_>) -> McapConfig {
+    McapConfig {
         file_duration: fields.read(&FILE_S),
         folder: fields.given(&FOLDER),
         file_bytes: fields.read(&FILE_MB).saturating_mul(MEGABYTE),
         total_bytes: fields.read(&TOTAL_MB).saturating_mul(MEGABYTE),
-    };
-    fields.done();
-    config
+    }
 }

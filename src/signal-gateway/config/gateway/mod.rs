@@ -39,14 +39,14 @@ use super::built_in::{BuiltIn, display};
 use super::file_kind::FileKind;
 use super::files::Files;
 use super::named_file::{find, find_here};
-use super::reading::checker::Checker;
-use super::reading::fields::Fields;
-use super::reading::location::{Location, SourceLocation, Text};
-use super::reading::problem::{Problem, Refused, cannot_read, remedy_of};
-use super::reading::toml_text::from_toml;
+use super::reading::{
+    Checker, Fields, Location, Problem, Refused, SourceLocation, Text, WrittenKey, cannot_read, from_toml,
+    remedy_of,
+};
 use super::ros_names::RosOverrides;
 use super::vehicle::{self, SEE, Vehicle};
 use crate::process_status::configuration::EffectiveConfiguration;
+use ::traffic_lights::flow::LightsFlowSettings;
 use can::{CanConfig, cans};
 use can_log::standard_input;
 use command::CommandConfig;
@@ -206,7 +206,7 @@ fn resolve(
         let recorded = checker.recorded();
         let parameters = parameters::parameters(&root);
         let in_effect =
-            in_effect(recorded, &files, &settings.gateway, &settings.ros.remappings, &profile_keys);
+            in_effect(recorded, &files, &settings.gateway, &settings.ros.remappings, profile_keys);
         Settings { parameters, in_effect, ..settings }
     });
     checker.finish(settings).map_err(Refused)
@@ -222,13 +222,12 @@ fn vehicle(
     let (named, inline) = (top.given(&PROFILE), top.table("vehicle"));
     if let ProfileChoice::Chosen(path) | ProfileChoice::Alone(path) = profile {
         let missing = BuiltIn::Profile.did_you_mean(path, MISSING_PROFILE);
-        let unreadable = |error| Problem::unreadable(path, &error, &missing);
         top.record(&PROFILE, display(path));
         let bytes = files.plain().read(path).map_err(|error| {
-            top.checker.adopt(vec![unreadable(error)]);
+            top.checker.adopt(vec![Problem::unreadable(path, &error, &missing)]);
             None
         })?;
-        return compiled(files, top, path, bytes);
+        return vehicle::read(files, path, bytes, |problems| top.checker.adopt(problems));
     }
     match (named, inline) {
         (None, Some(inline)) => {
@@ -237,7 +236,7 @@ fn vehicle(
         }
         (Some(named), None) => {
             let path = find(BuiltIn::Profile, files, &named, top.checker.beside(&named));
-            read_profile(files, top, &path, top.at(PROFILE.name))
+            read_profile(files, top.checker, &path, top.at(PROFILE.name))
         }
         (Some(_), Some(_)) => {
             top.refuse("profile", "both a profile and a [vehicle] are given", "keep one of them");
@@ -253,34 +252,59 @@ fn vehicle(
     }
 }
 
-/// Reads a profile that is named at a location.
 fn read_profile(
     files: &DigestedFiles<'_>,
-    top: &Fields<'_>,
+    checker: &Checker,
     path: &Path,
     at: &Location,
 ) -> Result<Vehicle, Option<Vec<String>>> {
-    let checker = top.checker;
     let bytes = files.plain().read(path).map_err(|error| {
         let missing = BuiltIn::Profile.did_you_mean(path, MISSING_NAMED_PROFILE);
         let reason = format!("{}: {}", display(path), cannot_read(&error));
-        checker.refuse(at, reason, remedy_of(&error, &missing));
-        None
+        checker.refused(at, reason, remedy_of(&error, &missing))
     });
-    compiled(files, top, path, bytes?)
+    vehicle::read(files, path, bytes?, |problems| checker.adopt(problems))
 }
 
-/// Compiles a profile from the bytes of its file.
-fn compiled(
-    files: &dyn Files,
+/// Reads the traffic lights, and compares the ids of a V2X unit with their map.
+fn lights(
+    files: &DigestedFiles<'_>,
     top: &Fields<'_>,
-    path: &Path,
-    bytes: Vec<u8>,
-) -> Result<Vehicle, Option<Vec<String>>> {
-    vehicle::read(files, path, bytes).map_err(|refused| {
-        top.checker.adopt(refused.problems);
-        refused.buses
-    })
+    overrides: &RosOverrides,
+    vehicle: Option<&Vehicle>,
+) -> Option<(LightsFlowSettings, LightTopics)> {
+    let lights = traffic_lights(files, top.table("traffic_lights")?, overrides.use_sim_time);
+    if let (Some((flow, _)), Some(vehicle)) = (&lights, vehicle) {
+        top.checker.adopt(check_ids(&vehicle.v2i_ids, &vehicle.v2i, &flow.lights.map));
+    }
+    lights
+}
+
+/// Reads the interfaces of the vehicle's buses.
+fn interfaces(
+    top: &Fields<'_>,
+    vehicle: &Result<Vehicle, Option<Vec<String>>>,
+    profile: ProfileChoice<'_>,
+) -> Vec<CanConfig> {
+    match (vehicle, profile) {
+        (Ok(vehicle), ProfileChoice::Alone(_)) => (0..vehicle.buses.len()).map(CanConfig::numbered).collect(),
+        (Err(_), ProfileChoice::Alone(_)) => Vec::new(),
+        (Ok(vehicle), ProfileChoice::Named | ProfileChoice::Chosen(_)) => {
+            let buses: Vec<_> = vehicle.buses.iter().map(|bus| bus.name.clone()).collect();
+            cans(top, Some(&buses))
+        }
+        // Even a refused profile has names for its buses.
+        (Err(buses), ProfileChoice::Named | ProfileChoice::Chosen(_)) => cans(top, buses.as_deref()),
+    }
+}
+
+/// Reads the recording, which `source` may need.
+fn read_recording(top: &Fields<'_>, source: SourceKind) -> Option<Recording> {
+    if source == SourceKind::Recording && !top.has("recording") {
+        let reason = "source = \"recording\" without a recording";
+        top.checker.refuse(top.location(), reason, "add [recording] file = \"….log\"");
+    }
+    top.read_table("recording", recording::recording)
 }
 
 /// Reads the settings, and the keys of the vehicle profile.
@@ -289,7 +313,7 @@ fn settings(
     top: Fields<'_>,
     profile: ProfileChoice<'_>,
     overrides: &RosOverrides,
-) -> Option<(Settings, Vec<(String, String)>)> {
+) -> Option<(Settings, Vec<WrittenKey>)> {
     let mut vehicle = vehicle(files, &top, profile);
     let source = top.read(&SOURCE);
     let (hazard, gear) = match &mut vehicle {
@@ -297,46 +321,29 @@ fn settings(
         Err(_) => (None, None),
     };
     let ReportSettings { publish, durability, min_period, gear_source } =
-        reports::reports(top.section("reports"), hazard, gear);
-    let dimensions = vehicle_geometry(files, top.section("vehicle_geometry"));
-    let (diagnostics_period, hardware_id) = diagnostics::diagnostics(top.section("diagnostics"));
-    let (node, ros) = ros::ros(files.plain(), top.section("ros"), durability, overrides);
-    let black_box = black_box::black_box(top.section("black_box"));
-    let status = status::status(top.section("status"));
-    let http = http::http(top.section("http"));
-    let mcap = mcap::mcap(top.section("mcap"));
-    let recording = top.table("recording").and_then(recording::recording);
-    if source == SourceKind::Recording && !top.has("recording") {
-        let reason = "source = \"recording\" without a recording";
-        top.checker.refuse(top.location(), reason, "add [recording] file = \"….log\"");
-    }
-    let lights = top
-        .table("traffic_lights")
-        .and_then(|section| traffic_lights(files, section, overrides.use_sim_time));
-    let decides = top.table("turn_signal").is_some_and(|section| section.flag("enabled") == Some(true));
+        top.section("reports").read_all(|section| reports::reports(section, hazard, gear));
+    let dimensions = top.section("vehicle_geometry").read_all(|section| vehicle_geometry(files, section));
+    let (diagnostics_period, hardware_id) = top.section("diagnostics").read_all(diagnostics::diagnostics);
+    let (node, ros) =
+        top.section("ros").read_all(|section| ros::ros(files.plain(), section, durability, overrides));
+    let black_box = top.section("black_box").read_all(black_box::black_box);
+    let status = top.section("status").read_all(status::status);
+    let http = top.section("http").read_all(http::http);
+    let mcap = top.section("mcap").read_all(mcap::mcap);
+    let recording = read_recording(&top, source);
     let known = vehicle.as_ref().ok();
-    if let (Some((flow, _)), Some(vehicle)) = (&lights, known) {
-        top.checker.adopt(check_ids(&vehicle.v2i_ids, &vehicle.v2i, &flow.lights.map));
-    }
+    let lights = lights(files, &top, overrides, known);
+    let decides = top.table("turn_signal").is_some_and(|section| section.flag("enabled") == Some(true));
     let status_binding = known.map(|vehicle| &vehicle.status);
     let decider = top.table("turn_signal").and_then(|section| {
         let runs = ["enabled", "shadow"].iter().any(|key| section.is(key, "true"));
         // Files of a decider that does not run are not in effect.
         turn_signal(if runs { files } else { files.plain() }, section, dimensions.outline, status_binding)
     });
-    let command = top.table("command").and_then(|section| {
+    let command = top.read_table("command", |section| {
         command::command(section, known, decides, ros.topics.name("control_mode_status"))
     });
-    let cans = match (&vehicle, profile) {
-        (Ok(vehicle), ProfileChoice::Alone(_)) => (0..vehicle.buses.len()).map(CanConfig::numbered).collect(),
-        (Err(_), ProfileChoice::Alone(_)) => Vec::new(),
-        (Ok(vehicle), ProfileChoice::Named | ProfileChoice::Chosen(_)) => {
-            let buses: Vec<_> = vehicle.buses.iter().map(|bus| bus.name.clone()).collect();
-            cans(&top, Some(&buses))
-        }
-        // Even a refused profile has names for its buses.
-        (Err(buses), ProfileChoice::Named | ProfileChoice::Chosen(_)) => cans(&top, buses.as_deref()),
-    };
+    let cans = interfaces(&top, &vehicle, profile);
     top.done();
     let mut vehicle = vehicle.ok()?;
     for (bus, can) in vehicle.buses.iter_mut().zip(&cans) {

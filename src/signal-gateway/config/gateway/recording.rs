@@ -38,13 +38,11 @@ pub struct Recording {
 }
 
 /// Reads the section; returns `None` if it names no file.
-pub(super) fn recording(fields: Fields<'_>) -> Option<Recording> {
+pub(super) fn recording(fields: &Fields<'_>) -> Option<Recording> {
     fields.require(&["file"], "");
     let file = fields.given(&FILE);
     let (speed, repeat, stamps) = (fields.read(&SPEED), fields.read(&REPEAT), fields.read(&STAMPS));
-    let checker = fields.checker;
-    fields.done();
     // A recording in progress keeps its initial settings.
-    checker.keep_recorded(|key| key.section != "recording" || key.row.name() == FILE.name);
+    fields.checker.keep_recorded(|key| key.section != "recording" || key.row.name() == FILE.name);
     Some(Recording { file: file?, speed, repeat, stamps })
 }

@@ -28,16 +28,18 @@ const GEOMETRY: &str = "dimensions of the car, for velocity and steering, and fo
 
 /// Returns all sections in the order of the documented file.
 pub fn sections() -> Vec<KeySection> {
-    let section = |path, doc, keys: Vec<&'static dyn KeyRow>| KeySection {
-        path,
-        shown: "",
-        doc,
-        is_optional: false,
-        keys,
-    };
-    let optional = |path, doc, keys| KeySection { is_optional: true, ..section(path, doc, keys) };
-    let decider_keys =
-        [turn_signal::keys(), country::keys(), decider::keys(), turn_signal::vehicle::keys()].concat();
+    [sections_of_program(), sections_of_ros(), sections_of_flows()].into_iter().flatten().collect()
+}
+
+fn section(path: &'static str, doc: &'static str, keys: Vec<&'static dyn KeyRow>) -> KeySection {
+    KeySection { path, shown: "", doc, is_optional: false, keys }
+}
+
+fn optional(path: &'static str, doc: &'static str, keys: Vec<&'static dyn KeyRow>) -> KeySection {
+    KeySection { is_optional: true, ..section(path, doc, keys) }
+}
+
+fn sections_of_program() -> Vec<KeySection> {
     vec![
         section("", "", top::keys()),
         KeySection {
@@ -76,6 +78,11 @@ pub fn sections() -> Vec<KeySection> {
             "`run` records what is received and published, as MCAP files of rosbag2",
             mcap::keys(),
         ),
+    ]
+}
+
+fn sections_of_ros() -> Vec<KeySection> {
+    vec![
         section("ros", "", ros::keys()),
         section("ros.zenoh", "with transport = \"zenoh\"", ros::zenoh::keys()),
         section(
@@ -83,6 +90,13 @@ pub fn sections() -> Vec<KeySection> {
             "all topics: absolute, relative to the namespace (a/b), or private to the node (~/a)",
             rows(&ros::TOPICS),
         ),
+    ]
+}
+
+fn sections_of_flows() -> Vec<KeySection> {
+    let decider_keys =
+        [turn_signal::keys(), country::keys(), decider::keys(), turn_signal::vehicle::keys()].concat();
+    vec![
         optional(
             "command",
             "commands to the vehicle, see docs/commands.md; without this section: none are followed",

@@ -7,28 +7,19 @@ use gateway_base::near_miss::did_you_mean;
 use gateway_core::vehicle_lights::binding::HazardBinding;
 use gateway_core::vehicle_report::Publish;
 use gateway_core::vehicle_status::gear::GearBinding;
+pub use ros_transport::qos::Durability;
 
 key_rows! {
     PUBLISH: bool = keyword("publish", IS_PERIODIC).or_text("periodic").doc("\"periodic\": at rate_hz and at once on a change; \"on_change\": on a change only");
-    RATE_HZ: Duration = number_as("rate_hz", (0.1, 1000.0), "Hz", |hz| Some(Duration::from_secs_f64(1.0 / hz))).or_number(10.0)
+    RATE_HZ: Duration = number_as("rate_hz", 0.1, 1000.0, "Hz", |hz| Some(Duration::from_secs_f64(1.0 / hz))).or_number(10.0)
         .doc("{range}; not allowed with \"on_change\"");
     DURABILITY: Durability = keyword("durability", DURABILITIES).or_text("transient_local").restart()
         .doc("a late joiner gets the current report; \"volatile\": it waits for the next");
-    MAX_RATE_HZ: Duration = number_as("max_rate_hz", (1.0, 200.0), "Hz", |hz| Some(Duration::from_secs_f64(1.0 / hz))).or_number(50.0)
+    MAX_RATE_HZ: Duration = number_as("max_rate_hz", 1.0, 200.0, "Hz", |hz| Some(Duration::from_secs_f64(1.0 / hz))).or_number(50.0)
         .doc("greatest rate of the reports on velocity and steering, which follow the frames; {range}");
     GEAR_SOURCE: String = text("gear_source").example("\"lever\"").doc("the source of [gear] that the car has, where the profile describes several gearboxes");
     HAZARD_NOT_VISIBLE: bool = keyword("hazard_not_visible", IS_ACKNOWLEDGED).or_text("warn")
         .doc("status of hazard lights that no signal shows and that are never reported; \"acknowledged\": OK");
-}
-
-/// Durability of the reports' topics.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Durability {
-    /// A late joiner receives the current report.
-    #[default]
-    TransientLocal,
-    /// A late joiner waits for the next report.
-    Volatile,
 }
 
 const DURABILITIES: Keywords<Durability> =
@@ -39,7 +30,6 @@ const IS_PERIODIC: Keywords<bool> = &[("periodic", true), ("on_change", false)];
 /// Statuses for hazard lights that are not visible; true if this is acknowledged.
 const IS_ACKNOWLEDGED: Keywords<bool> = &[("warn", false), ("acknowledged", true)];
 
-/// Settings of the reports.
 pub(super) struct ReportSettings {
     /// Publication of reports that change rarely.
     pub(super) publish: Publish,
@@ -54,7 +44,7 @@ pub(super) struct ReportSettings {
 /// Reads the section. `hazard` is the vehicle's binding, `None` if it was refused; a binding without visible
 /// hazard lights is told whether this is acknowledged. `gear` is the binding of its gear, if it has one.
 pub(super) fn reports(
-    fields: Fields<'_>,
+    fields: &Fields<'_>,
     hazard: Option<&mut HazardBinding>,
     gear: Option<&GearBinding>,
 ) -> ReportSettings {
@@ -73,18 +63,13 @@ pub(super) fn reports(
         Publish::Periodic(period)
     } else {
         if fields.has(RATE_HZ.name) {
-            fields.refuse(
-                "rate_hz",
-                "reports on change have no rate",
-                "remove it, or use publish = \"periodic\"",
-            );
+            let remedy = "remove it, or use publish = \"periodic\"";
+            fields.refuse("rate_hz", "reports on change have no rate", remedy);
         }
         Publish::OnChange
     };
     let min_period = fields.read(&MAX_RATE_HZ);
-    let gear_source = gear_source(&fields, gear);
-    fields.done();
-    ReportSettings { publish, durability, min_period, gear_source }
+    ReportSettings { publish, durability, min_period, gear_source: gear_source(fields, gear) }
 }
 
 /// Reads the name of the gear source, which must be in the profile.

@@ -54,14 +54,8 @@ pub(super) mod zenoh {
         TYPE_HASHES: TypeHashes = keyword("type_hashes", super::HASHES).or_text("rihs01").restart()
             .doc("Jazzy and later; \"not_supported\": Humble");
     }
-
-    /// Reads the path of Zenoh's configuration, and the hashes of types.
-    pub(super) fn read(fields: &super::Fields<'_>) -> (Option<PathBuf>, TypeHashes) {
-        (fields.given(&CONFIG), fields.read(&TYPE_HASHES))
-    }
 }
 
-/// The topics of the reports and of the diagnostics.
 pub(super) static TOPICS: LazyLock<Vec<ConfigKey<String>>> = LazyLock::new(|| written("ros.topics"));
 
 /// Settings of the ROS 2 node.
@@ -102,34 +96,28 @@ const HASHES: Keywords<TypeHashes> =
 /// Reads the transport. Without Zenoh its section is checked, but its file is not read.
 fn transport(files: &dyn Files, fields: &Fields<'_>) -> Transport {
     let is_zenoh = fields.read(&TRANSPORT);
-    let section = fields.section("zenoh");
-    let (path, type_hashes) = zenoh::read(&section);
-    let transport = if is_zenoh {
+    fields.section("zenoh").read_all(|section| {
+        let (path, type_hashes) = (section.given(&zenoh::CONFIG), section.read(&zenoh::TYPE_HASHES));
+        if !is_zenoh {
+            // Unused settings are not in effect.
+            section.record(&zenoh::CONFIG, "none");
+            section.record(&zenoh::TYPE_HASHES, "none");
+            return Transport::Dds;
+        }
         if fields.has("only_networks") {
             let reason = "Zenoh has no own addresses to choose from";
-            fields.refuse(
-                "only_networks",
-                reason,
-                "remove it; `listen` and `connect` in the file of [ros.zenoh] config choose",
-            );
+            let remedy = "remove it; `listen` and `connect` in the file of [ros.zenoh] config choose";
+            fields.refuse("only_networks", reason, remedy);
         }
-        let config = path.and_then(|path| zenoh_config(files, &section, &path));
+        let config = path.and_then(|path| zenoh_config(files, section, &path));
         if let Err(error) = zenoh_config::check(config.as_deref()) {
             let key = if config.is_some() { "zenoh" } else { "transport" };
             fields.refuse(key, error.to_string(), error.remedy());
         }
         Transport::Zenoh(ZenohSettings { config, type_hashes })
-    } else {
-        // Unused settings are not in effect.
-        section.record(&zenoh::CONFIG, "none");
-        section.record(&zenoh::TYPE_HASHES, "none");
-        Transport::Dds
-    };
-    section.done();
-    transport
+    })
 }
 
-/// Reads Zenoh's own configuration.
 fn zenoh_config(files: &dyn Files, section: &Fields<'_>, path: &Path) -> Option<String> {
     let text = files.read(path).map_err(|error| cannot_read(&error));
     let text = text.and_then(|bytes| {
@@ -140,21 +128,15 @@ fn zenoh_config(files: &dyn Files, section: &Fields<'_>, path: &Path) -> Option<
         let content = digest(DIGEST_START, text.as_bytes());
         section.record(&zenoh::CONFIG, format!("#{content:016x}"));
     }
-    text.inspect_err(|reason| {
-        let reason = format!("{}: {reason}", path.display());
-        section.refuse(
-            "config",
-            reason,
-            "give the path of a Zenoh configuration in JSON5, relative to this file",
-        );
-    })
-    .ok()
+    let remedy = "give the path of a Zenoh configuration in JSON5, relative to this file";
+    let text = text.map_err(|reason| format!("{}: {reason}", path.display()));
+    section.checker.accept(section.at("config"), text, remedy)
 }
 
 /// Reads the section: the name of the node, and the rest; `durability` is for the two reports.
 pub(super) fn ros(
     files: &dyn Files,
-    fields: Fields<'_>,
+    fields: &Fields<'_>,
     durability: Durability,
     overrides: &RosOverrides,
 ) -> (String, RosConfig) {
@@ -171,9 +153,7 @@ pub(super) fn ros(
     fields.record(&NAMESPACE, &namespace);
     fields.record(&ROSOUT, rosout.to_string());
     let only_networks = fields.read(&ONLY_NETWORKS);
-    let section = fields.section("topics");
-    let topics = TopicNames::read(&section, &TOPICS);
-    section.done();
+    let topics = fields.section("topics").read_all(|section| TopicNames::read(section, &TOPICS));
     let config = RosConfig {
         enabled: fields.read(&ENABLED),
         isolated: true,
@@ -184,11 +164,10 @@ pub(super) fn ros(
         rosout: rosout.then(|| LOG_NAME.to_owned()),
         domain_id: fields.given(&DOMAIN_ID),
         only_networks,
-        transport: transport(files, &fields),
+        transport: transport(files, fields),
         durability,
         topics,
     };
-    fields.done();
     (node, config)
 }
 
@@ -204,11 +183,8 @@ fn addresses(fields: &Fields<'_>, key: &'static str) -> Vec<IpAddr> {
 fn ros_name(fields: &Fields<'_>, key: &'static str) -> Option<String> {
     let name = fields.string(key)?.text;
     if !is_name(&name) {
-        fields.refuse(
-            key,
-            format!("{name:?} is not a ROS name"),
-            "use letters, digits and _, no digit first",
-        );
+        let remedy = "use letters, digits and _, no digit first";
+        fields.refuse(key, format!("{name:?} is not a ROS name"), remedy);
     }
     Some(name)
 }

@@ -19,9 +19,6 @@ pub struct StatusConfig {
     pub socket: Option<PathBuf>,
 }
 
-/// Reads the section; absent keys have their defaults.
-pub(super) fn status(fields: Fields<'_>) -> StatusConfig {
-    let config = StatusConfig { enabled: fields.read(&ENABLED), socket: fields.given(&SOCKET) };
-    fields.done();
-    config
+pub(super) fn status(fields: &Fields<'_>) -> StatusConfig {
+    StatusConfig { enabled: fields.read(&ENABLED), socket: fields.given(&SOCKET) }
 }

@@ -6,12 +6,12 @@ use turn_signal::planner_input::FactorTopic;
 
 /// The names of the topics of a section, with their keys. A topic with an empty name is not used.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct TopicNames(Vec<(&'static str, String)>);
+pub struct TopicNames(pub(crate) Vec<(&'static str, String)>);
 
 impl TopicNames {
     /// Reads the names that the section gives, or their defaults.
     pub(super) fn read(fields: &Fields<'_>, keys: &'static [ConfigKey<String>]) -> Self {
-        keys.iter().map(|key| (key.name, fields.read(key))).collect()
+        Self(keys.iter().map(|key| (key.name, fields.read(key))).collect())
     }
 
     /// Returns the name of the topic with this key; it is empty if there is none.
@@ -19,25 +19,16 @@ impl TopicNames {
         self.iter().find(|(other, _)| *other == key).map_or("", |(_, name)| name)
     }
 
-    /// Returns the keys with their names.
     pub(super) fn iter(&self) -> impl Iterator<Item = (&'static str, &str)> {
         self.0.iter().map(|(key, name)| (*key, name.as_str()))
     }
-}
 
-impl TopicNames {
     /// Returns the default names of the decider's inputs.
     pub fn of_decider() -> Self {
         let kinds = SubscriptionKind::DECIDER.into_iter().chain(SubscriptionKind::OWN_COMMANDS);
         let factors = FactorTopic::ALL.first().copied().map(SubscriptionKind::Factors);
         let rows = kinds.chain(factors).map(SubscriptionKind::row);
-        rows.filter_map(|row| Some((row.key?.key, row.default_name.to_owned()))).collect()
-    }
-}
-
-impl FromIterator<(&'static str, String)> for TopicNames {
-    fn from_iter<T: IntoIterator<Item = (&'static str, String)>>(names: T) -> Self {
-        Self(names.into_iter().collect())
+        Self(rows.filter_map(|row| Some((row.key?.key, row.default_name.to_owned()))).collect())
     }
 }
 
@@ -52,7 +43,6 @@ pub(super) fn written(section: &str) -> Vec<ConfigKey<String>> {
     OUTGOING.iter().filter_map(key).collect()
 }
 
-/// Returns the rows of the documented file for these keys.
 pub(super) fn rows(keys: &'static [ConfigKey<String>]) -> Vec<&'static dyn KeyRow> {
     keys.iter().map(|key| key as &dyn KeyRow).collect()
 }

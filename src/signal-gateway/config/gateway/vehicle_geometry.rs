@@ -51,7 +51,6 @@ const fn metres(name: &'static str) -> ConfigKey<f64> {
     number(name, 0.0, 50.0, "m")
 }
 
-/// The dimensions for the decider and for the reports.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Dimensions {
     /// Dimensions for the decider; Autoware's sample vehicle unless configured.
@@ -60,10 +59,9 @@ pub(super) struct Dimensions {
     pub(super) geometry: VehicleGeometry,
 }
 
-/// Reads the section.
-pub(super) fn vehicle_geometry(files: &dyn Files, fields: Fields<'_>) -> Dimensions {
-    let of_file = fields.given(&FILE).map(|path| VehicleInfoFile::read(files, &fields, path));
-    let from_file = |name| of_file.as_ref().and_then(|file| file.value(&fields, name));
+pub(super) fn vehicle_geometry(files: &dyn Files, fields: &Fields<'_>) -> Dimensions {
+    let of_file = fields.given(&FILE).and_then(|path| VehicleInfoFile::read(files, fields, path));
+    let from_file = |name| of_file.as_ref().and_then(|file| file.value(fields, name));
     let [base, tread, radius] =
         [(&WHEEL_BASE_M, "wheel_base"), (&WHEEL_TREAD_M, "wheel_tread"), (&WHEEL_RADIUS_M, "wheel_radius")]
             .map(|(row, name)| fields.given(row).or_else(|| from_file(name)));
@@ -77,7 +75,7 @@ pub(super) fn vehicle_geometry(files: &dyn Files, fields: Fields<'_>) -> Dimensi
     let max_tire =
         from_file("max_steer_angle").filter(|_| !fields.has(MAX_STEER_ANGLE_RAD.name)).unwrap_or(max_tire);
     let sample = VehicleInfo::SAMPLE;
-    let dimensions = Dimensions {
+    Dimensions {
         outline: VehicleInfo {
             wheel_base_m: base.unwrap_or(sample.wheel_base_m),
             front_overhang_m: front.unwrap_or(sample.front_overhang_m),
@@ -91,13 +89,11 @@ pub(super) fn vehicle_geometry(files: &dyn Files, fields: Fields<'_>) -> Dimensi
             wheel_tread_m: tread.filter(|tread| *tread > 0.0),
             wheel_radius_m: radius.filter(|radius| *radius > 0.0),
             speed_scale: fields.read(&SPEED_SCALE),
-            wheel_to_tire: wheel_to_tire(&fields),
+            wheel_to_tire: wheel_to_tire(fields),
             steering_offset_rad: fields.read(&STEERING_OFFSET_DEG).to_radians(),
             max_tire_rad: max_tire,
         },
-    };
-    fields.done();
-    dimensions
+    }
 }
 
 /// Reads how the front wheels follow the steering wheel, in one of three forms.
@@ -117,8 +113,7 @@ fn wheel_to_tire(fields: &Fields<'_>) -> Option<WheelToTire> {
         let ascends = table.windows(2).all(|pair| pair[0].0 < pair[1].0);
         if table.len() < 2 || !ascends {
             let remedy = "give at least two pairs, by ascending wheel_deg";
-            fields.refuse(STEERING_TABLE.name, "the pairs of the table do not ascend", remedy);
-            return None;
+            return fields.refused(STEERING_TABLE.name, "the pairs of the table do not ascend", remedy);
         }
         return Some(WheelToTire::Table(table));
     }
@@ -127,40 +122,31 @@ fn wheel_to_tire(fields: &Fields<'_>) -> Option<WheelToTire> {
 }
 
 fn table(fields: &Fields<'_>, key: &'static str) -> Vec<(f64, f64)> {
-    let pair = |fields: Fields<'_>| {
+    fields.read_tables(key, |fields| {
         fields.require(&[WHEEL_DEG.name, TIRE_DEG.name], "");
         let (wheel, tire) = (fields.given(&WHEEL_DEG), fields.given(&TIRE_DEG));
-        fields.done();
         Some((wheel?.to_radians(), tire?.to_radians()))
-    };
-    fields.tables(key).filter_map(pair).collect()
+    })
 }
 
 /// Autoware's `vehicle_info.param.yaml`.
 struct VehicleInfoFile {
     path: PathBuf,
-    /// `None` if the file was refused.
-    parameters: Option<Vec<FileParameter>>,
+    parameters: Vec<FileParameter>,
 }
 
 impl VehicleInfoFile {
-    fn read(files: &dyn Files, fields: &Fields<'_>, path: PathBuf) -> Self {
+    /// Reads the file; `None` if it was refused.
+    fn read(files: &dyn Files, fields: &Fields<'_>, path: PathBuf) -> Option<Self> {
         // Autoware passes the file to every node.
         let names = NodeNames { namespace: "/", node: "vehicle_info", remappings: &[] };
-        let parameters = match read_parameters(files, &path, names) {
-            Ok(parameters) => Some(parameters),
-            Err(refused) => {
-                fields.checker.adopt(refused.0);
-                None
-            }
-        };
-        Self { path, parameters }
+        let parameters = read_parameters(files, &path, names);
+        let parameters = parameters.map_err(|refused| fields.checker.adopt(refused.0)).ok()?;
+        Some(Self { path, parameters })
     }
 
-    /// Returns a parameter of the file.
     fn value(&self, fields: &Fields<'_>, name: &str) -> Option<f64> {
-        let parameters = self.parameters.as_ref()?;
-        let given = parameters.iter().rev().find(|parameter| parameter.name == name);
+        let given = self.parameters.iter().rev().find(|parameter| parameter.name == name);
         let number = given.and_then(|parameter| parameter.value.as_ref()?.text.parse::<f64>().ok());
         let number = number.filter(|number| (0.0..=50.0).contains(number));
         if number.is_none() {

@@ -28,7 +28,6 @@ pub(crate) struct LocatedText {
     pub(crate) location: Location,
 }
 
-/// Collects the problems of one file.
 pub(crate) struct Checker {
     file: Arc<Path>,
     /// Document that explains the keys.
@@ -58,20 +57,23 @@ impl Checker {
         self.file.parent().unwrap_or(Path::new(""))
     }
 
-    /// Returns the path for a name in the file.
     pub(crate) fn beside(&self, named: &str) -> PathBuf {
         self.folder().join(named)
     }
 
-    /// Returns the location with the name of the file.
     pub(crate) fn source_location(&self, at: &Location) -> SourceLocation {
         at.in_file(&self.file)
     }
 
-    /// Records a problem at a location.
     pub(crate) fn refuse(&self, at: &Location, reason: impl AsRef<str>, remedy: &str) {
         let problem = self.source_location(at).problem(line(reason.as_ref()), line(remedy));
         self.problems.borrow_mut().push(problem);
+    }
+
+    /// Records a problem, and returns `None` for the caller's convenience.
+    pub(crate) fn refused<T>(&self, at: &Location, reason: impl AsRef<str>, remedy: &str) -> Option<T> {
+        self.refuse(at, reason, remedy);
+        None
     }
 
     /// Records a problem whose remedy is in the document that explains the keys.
@@ -109,7 +111,6 @@ impl Checker {
         self.record.borrow().clone()
     }
 
-    /// Returns the number of problems so far.
     pub(crate) fn count(&self) -> usize {
         self.problems.borrow().len()
     }
@@ -135,7 +136,6 @@ impl Checker {
         }
     }
 
-    /// Reads a single value as text, quoted or not.
     pub(crate) fn text(&self, value: &Value) -> Option<LocatedText> {
         let Some((text, _)) = value.scalar() else {
             self.refuse_kind(value, "a single value");
@@ -144,7 +144,6 @@ impl Checker {
         Some(LocatedText { text: text.to_owned(), location: value.location.clone() })
     }
 
-    /// Reads a text in quotes; anything else is refused.
     pub(crate) fn string(&self, value: &Value) -> Option<LocatedText> {
         match value.scalar() {
             Some((_, true)) => return self.text(value),
@@ -157,7 +156,6 @@ impl Checker {
         None
     }
 
-    /// Reads a number within a range; `unit` is for refusals, empty for a plain number.
     pub(crate) fn number<T: FromStr + Display + PartialOrd>(
         &self,
         value: &Value,
@@ -174,7 +172,6 @@ impl Checker {
         self.number_that(value, |number| range.contains(number), unit, &remedy)
     }
 
-    /// Reads a whole number of any size that fits its type.
     pub(crate) fn whole<T: FromStr>(&self, value: &Value) -> Option<T> {
         self.number_that(value, |_| true, "", "give a whole number")
     }
@@ -203,7 +200,6 @@ impl Checker {
         None
     }
 
-    /// Reads a truth value, `true` or `false`.
     pub(crate) fn flag(&self, value: &Value) -> Option<bool> {
         match value.scalar() {
             Some((text @ ("true" | "false"), true)) => {
@@ -216,7 +212,6 @@ impl Checker {
         None
     }
 
-    /// Returns the value of a keyword; an unknown keyword is refused with the list of known keywords.
     pub(crate) fn keyword<T: Copy>(&self, given: &LocatedText, keywords: &[(&str, T)]) -> Option<T> {
         let found = keywords.iter().find(|(keyword, _)| *keyword == given.text);
         if found.is_none() {

@@ -7,7 +7,6 @@ use std::cell::Cell;
 
 use super::location::Location;
 
-/// An element with its content.
 #[derive(Debug)]
 pub(crate) struct Element {
     /// The name without its namespace.
@@ -15,19 +14,12 @@ pub(crate) struct Element {
     pub(crate) location: Location,
     pub(crate) attributes: Vec<Attribute>,
     pub(crate) children: Vec<Element>,
-    /// Text between the tags, trimmed.
-    pub(crate) content: Content,
-    pub(crate) is_interpreted: Cell<bool>,
-}
-
-/// The text between two tags, which is read separately from the element.
-#[derive(Debug, Default)]
-pub(crate) struct Content {
+    /// Text between the tags, trimmed, which is read separately from the element.
     pub(crate) text: String,
+    pub(crate) is_text_interpreted: Cell<bool>,
     pub(crate) is_interpreted: Cell<bool>,
 }
 
-/// An attribute of an element.
 #[derive(Debug)]
 pub(crate) struct Attribute {
     pub(crate) name: String,
@@ -45,29 +37,25 @@ impl Element {
         Some(found)
     }
 
-    /// Returns all children with a name.
     pub(crate) fn all<'e>(&'e self, name: &'e str) -> impl Iterator<Item = &'e Element> {
         let named = self.children.iter().filter(move |child| child.name == name);
         named.inspect(|child| child.is_interpreted.set(true))
     }
 
-    /// Returns the attribute with a name.
     pub(crate) fn attribute(&self, name: &str) -> Option<&Attribute> {
         let found = self.attributes.iter().find(|attribute| attribute.name == name)?;
         found.is_interpreted.set(true);
         Some(found)
     }
 
-    /// Returns the text between the tags.
     pub(crate) fn text(&self) -> &str {
-        self.content.is_interpreted.set(true);
-        &self.content.text
+        self.is_text_interpreted.set(true);
+        &self.text
     }
 
-    /// Marks the element and everything in it as interpreted.
     pub(crate) fn mark_all_interpreted(&self) {
         self.is_interpreted.set(true);
-        self.content.is_interpreted.set(true);
+        self.is_text_interpreted.set(true);
         self.attributes.iter().for_each(|attribute| attribute.is_interpreted.set(true));
         self.children.iter().for_each(Element::mark_all_interpreted);
     }
@@ -76,17 +64,15 @@ impl Element {
     pub(crate) fn is_all_interpreted(&self) -> bool {
         self.is_empty()
             || self.is_interpreted.get()
-                && (self.content.is_interpreted.get() || self.content.text.is_empty())
+                && (self.is_text_interpreted.get() || self.text.is_empty())
                 && self.attributes.iter().all(|attribute| attribute.is_interpreted.get())
                 && self.children.iter().all(Element::is_all_interpreted)
     }
 
-    /// Returns true if the element has neither attributes nor text nor children.
     pub(crate) fn is_empty(&self) -> bool {
-        self.attributes.is_empty() && self.children.is_empty() && self.content.text.is_empty()
+        self.attributes.is_empty() && self.children.is_empty() && self.text.is_empty()
     }
 
-    /// Returns the number of elements in it, including itself.
     pub(crate) fn count(&self) -> usize {
         1 + self.children.iter().map(Element::count).sum::<usize>()
     }

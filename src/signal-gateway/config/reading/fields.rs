@@ -72,6 +72,11 @@ impl<'c> Fields<'c> {
         self.checker.refuse(self.at(key), reason, remedy);
     }
 
+    /// Refuses like [`Self::refuse`], and returns `None` for the caller's convenience.
+    pub(crate) fn refused<T>(&self, key: &str, reason: impl AsRef<str>, remedy: &str) -> Option<T> {
+        self.checker.refused(self.at(key), reason, remedy)
+    }
+
     /// Returns the value of a key, which is known from now on; `None` if it is absent.
     pub(crate) fn value(&self, key: &'static str) -> Option<&'c Value> {
         let mut known = self.known.borrow_mut();
@@ -91,7 +96,6 @@ impl<'c> Fields<'c> {
         self.entries
     }
 
-    /// Returns true if the key is present, regardless of its value.
     pub(crate) fn has(&self, key: &str) -> bool {
         self.entries.iter().any(|entry| entry.key == key)
     }
@@ -106,18 +110,15 @@ impl<'c> Fields<'c> {
     pub(crate) fn only_one_of(&self, keys: &[&'static str], reason: &str) -> Option<&'static str> {
         let mut given = keys.iter().filter(|key| self.has(key));
         let (Some(key), None) = (given.next(), given.next()) else {
-            self.checker.refuse(self.location, reason, &format!("give one of {}", keys.join(", ")));
-            return None;
+            return self.checker.refused(self.location, reason, &format!("give one of {}", keys.join(", ")));
         };
         Some(key)
     }
 
-    /// Returns the path of the table, even if the table is absent.
     pub(crate) fn table_path(&self) -> String {
         self.path.to_string()
     }
 
-    /// Returns the location of the table itself.
     pub(crate) fn location(&self) -> &'c Location {
         self.location
     }
@@ -159,8 +160,7 @@ impl<'c> Fields<'c> {
         let value = self.value(key)?;
         if let Kind::Scalar { is_quoted: true, .. } = &value.kind {
             let reason = format!("expected a number, found {}", value.described());
-            self.checker.refuse(&value.location, reason, "give a number, without quotes");
-            return None;
+            return self.checker.refused(&value.location, reason, "give a number, without quotes");
         }
         self.checker.text(value)
     }
@@ -213,7 +213,6 @@ impl<'c> Fields<'c> {
         self.millis(key, 1..=MAX_LIMIT_MS)
     }
 
-    /// Reads a truth value, `true` or `false`.
     pub(crate) fn flag(&self, key: &'static str) -> Option<bool> {
         self.checker.flag(self.value(key)?)
     }
@@ -268,6 +267,40 @@ impl<'c> Fields<'c> {
     /// Accepts all unread keys, since the form of the table was refused.
     pub(crate) fn accept_rest(&self) {
         self.is_open.set(true);
+    }
+
+    /// Reads the keyword on which the form of the table depends; without it, all keys are accepted.
+    pub(crate) fn form<T: Copy>(&self, key: &'static str, keywords: &[(&str, T)]) -> Option<T> {
+        let form = self.keyword(key, keywords);
+        if form.is_none() {
+            self.accept_rest();
+        }
+        form
+    }
+
+    /// Reads a table within the table with `read`, and refuses its keys that were not read.
+    pub(crate) fn read_table<T>(
+        &self,
+        key: &'static str,
+        read: impl FnOnce(&Self) -> Option<T>,
+    ) -> Option<T> {
+        self.table(key)?.read_all(read)
+    }
+
+    /// Reads each table of a list like [`Self::read_table`]; refused ones are left out.
+    pub(crate) fn read_tables<T>(
+        &self,
+        key: &'static str,
+        mut read: impl FnMut(&Self) -> Option<T>,
+    ) -> Vec<T> {
+        self.tables(key).filter_map(|fields| fields.read_all(&mut read)).collect()
+    }
+
+    /// Reads the table with `read`, and refuses every key that was not read.
+    pub(crate) fn read_all<T>(self, read: impl FnOnce(&Self) -> T) -> T {
+        let value = read(&self);
+        self.done();
+        value
     }
 
     /// Refuses every key that was not read.

@@ -8,12 +8,11 @@ use std::sync::Arc;
 
 use derive_more::Display;
 
-use super::problem::Problem;
+use super::problem::{Position, Problem};
 use crate::config::built_in::display;
 
 /// Maximum size of a file, bytes.
 pub(crate) const MAX_BYTES: usize = 4 << 20;
-/// Maximum nesting of values, levels.
 pub(crate) const MAX_DEPTH: usize = 64;
 /// Maximum number of elements or values in a file, with aliases expanded.
 pub(crate) const MAX_NODES: usize = 100_000;
@@ -28,12 +27,12 @@ const MAX_REASON: usize = 600;
 
 /// A location in a file, for texts: `file:line:column: key`.
 #[derive(Debug, Clone, PartialEq, Eq, Display)]
-#[display("{}:{}:{}: {key}", display(file), position.0, position.1)]
+#[display("{}:{position}: {key}", display(file))]
 pub struct SourceLocation {
     /// Path of the file, as it was named.
     pub file: Arc<Path>,
-    /// Line and column (characters), both from 1.
-    pub position: (usize, usize),
+    /// Location in the file.
+    pub position: Position,
     /// Path of elements (`OpenSCENARIO/Storyboard/…/@name`) or of keys (`event[2].do[1].set`).
     pub key: String,
 }
@@ -41,14 +40,8 @@ pub struct SourceLocation {
 impl SourceLocation {
     /// Creates a problem at this location.
     pub fn problem(&self, reason: impl Into<String>, remedy: impl Into<String>) -> Problem {
-        Problem {
-            file: self.file.to_path_buf(),
-            position: Some(self.position),
-            key: self.key.as_str().into(),
-            reason: reason.into(),
-            remedy: remedy.into(),
-            missing_timeout: None,
-        }
+        let (position, key) = (Some(self.position), self.key.as_str().into());
+        Problem { position, key, ..Problem::whole_file(&self.file, reason, remedy) }
     }
 }
 
@@ -100,10 +93,9 @@ impl fmt::Display for KeyPath {
     }
 }
 
-/// A location within the file being read.
 #[derive(Debug, Clone)]
 pub(crate) struct Location {
-    pub(crate) position: (usize, usize),
+    pub(crate) position: Position,
     pub(crate) key: Rc<KeyPath>,
 }
 
@@ -141,27 +133,16 @@ impl Text {
     /// # Errors
     /// Fails if there are too many bytes, or they are not UTF-8.
     pub(crate) fn new(path: &Path, bytes: Vec<u8>) -> Result<Self, Problem> {
-        let whole = |reason: String, remedy: &str| Problem {
-            file: path.to_owned(),
-            position: Some((1, 1)),
-            key: Box::default(),
-            reason,
-            remedy: remedy.to_owned(),
-            missing_timeout: None,
-        };
         if bytes.len() > MAX_BYTES {
             let reason = format!("the file is too large: {} bytes", bytes.len());
-            return Err(whole(reason, "split it: at most 4 MiB are read"));
+            let problem = Problem::whole_file(path, reason, "split it: at most 4 MiB are read");
+            return Err(Problem { position: Some(Position::START), ..problem });
         }
         let content = String::from_utf8(bytes).map_err(|error| {
             let good = error.utf8_error().valid_up_to();
             let before = String::from_utf8_lossy(error.as_bytes().get(..good).unwrap_or_default());
             let text = Self::of(path, before.into_owned());
-            let position = text.position(text.content.len());
-            Problem {
-                position: Some(position),
-                ..whole("this is not UTF-8".into(), "save the file as UTF-8")
-            }
+            text.problem(text.position(text.content.len()), "this is not UTF-8", "save the file as UTF-8")
         })?;
         Ok(Self::of(path, content.strip_prefix('\u{FEFF}').map_or(content.clone(), str::to_owned)))
     }
@@ -169,7 +150,7 @@ impl Text {
     /// Returns the same text; a blank text is refused.
     pub(crate) fn not_blank(self) -> Result<Self, Problem> {
         if self.content.trim().is_empty() {
-            return Err(self.problem((1, 1), "the file is empty", "write a scenario into it"));
+            return Err(self.problem(Position::START, "the file is empty", "write a scenario into it"));
         }
         Ok(self)
     }
@@ -186,25 +167,23 @@ impl Text {
         Self { file: path.into(), content, starts, before }
     }
 
-    /// Returns the number of characters before a byte.
     fn characters_before(&self, offset: usize) -> usize {
         let stretch = offset / STRIDE;
         let rest = self.content.as_bytes().get(stretch * STRIDE..offset).unwrap_or_default();
         self.before.get(stretch).copied().unwrap_or(0) + characters(rest)
     }
 
-    /// Returns line and column of a byte.
-    pub(crate) fn position(&self, offset: usize) -> (usize, usize) {
+    pub(crate) fn position(&self, offset: usize) -> Position {
         let line = self.starts.partition_point(|start| *start <= offset).max(1);
         let start = self.starts.get(line - 1).copied().unwrap_or(0);
         let offset = offset.min(self.content.len());
-        (line, self.characters_before(offset) - self.characters_before(start.min(offset)) + 1)
+        let before = self.characters_before(offset) - self.characters_before(start.min(offset));
+        Position { line, column: before + 1 }
     }
 
     /// Creates a problem that does not belong to a key.
-    pub(crate) fn problem(&self, position: (usize, usize), reason: &str, remedy: &str) -> Problem {
-        let location = SourceLocation { file: Arc::clone(&self.file), position, key: String::new() };
-        location.problem(line(reason), remedy)
+    pub(crate) fn problem(&self, position: Position, reason: &str, remedy: &str) -> Problem {
+        Problem { position: Some(position), ..Problem::whole_file(&self.file, line(reason), remedy) }
     }
 }
 
@@ -225,8 +204,8 @@ mod tests {
     #[test]
     fn positions_count_lines_and_characters_from_one() {
         let text = Text::new(Path::new("a"), "\u{FEFF}ä=1\nöb\n".into()).unwrap();
-        let at = |part: &str| text.position(text.content.find(part).unwrap());
-        assert_eq!((at("ä"), at("="), at("ö"), at("b")), ((1, 1), (1, 2), (2, 1), (2, 2)));
+        let at = |part: &str| text.position(text.content.find(part).unwrap()).to_string();
+        assert_eq!(["ä", "=", "ö", "b"].map(at), ["1:1", "1:2", "2:1", "2:2"]);
     }
 
     #[test]
@@ -234,9 +213,9 @@ mod tests {
         let text = Text::new(Path::new("a"), "äb日".repeat(1_000).into()).unwrap();
         for character in [0, 1, 2, 84, 85, 86, 127, 128, 129, 1_500, 2_999] {
             let offset = text.content.char_indices().nth(character).unwrap().0;
-            assert_eq!(text.position(offset), (1, character + 1));
+            assert_eq!(text.position(offset), Position { line: 1, column: character + 1 });
         }
-        assert_eq!(text.position(text.content.len() + 1), (1, 3_001));
+        assert_eq!(text.position(text.content.len() + 1), Position { line: 1, column: 3_001 });
     }
 
     #[test]

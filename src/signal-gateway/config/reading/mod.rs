@@ -24,14 +24,16 @@ pub(super) mod xml_text;
 pub(super) mod yaml_text;
 
 pub(in crate::config) use checker::{Checker, Keywords, LocatedText, RecordedKey};
-pub(in crate::config) use element::{Attribute, Content, Element};
+pub(in crate::config) use element::{Attribute, Element};
 pub(in crate::config) use fields::{Fields, MAX_LIMIT_MS};
 pub(in crate::config) use key::{KeyEffect, KeyRow, ValueShape, description};
 pub(in crate::config) use location::{KeyPath, Location, MAX_BYTES, SourceLocation, Text, line};
-pub(in crate::config) use problem::{MissingTimeout, Problem, Refused, cannot_read, remedy_of};
+pub(in crate::config) use problem::{
+    MissingTimeout, Position, Problem, Refusal, Refused, cannot_read, joined, remedy_of,
+};
 pub(in crate::config) use row::{
-    ConfigKey, any_count, any_whole, collection, flag, key_rows, keyword, limit, millis, number, number_as,
-    optional_topic, other, path, read_topic, seconds, text, topic, whole,
+    ConfigKey, WrittenKey, any_count, any_whole, collection, flag, flattened, key_rows, keyword, limit,
+    millis, number, number_as, optional_topic, other, path, read_topic, seconds, text, topic, whole,
 };
 pub(in crate::config) use toml_text::from_toml;
 pub(in crate::config) use value::{Entry, Kind, Value, items};

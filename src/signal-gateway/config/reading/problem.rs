@@ -4,16 +4,48 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use derive_more::Display;
+
 use crate::config::built_in::display;
 use can_signal::can::IdMatch;
+
+/// A location in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Display)]
+#[display("{line}:{column}")]
+pub struct Position {
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+}
+
+impl Position {
+    pub(crate) const START: Self = Self { line: 1, column: 1 };
+}
+
+/// The reason why something is refused, and the remedy, before its location is known.
+#[derive(Debug, Clone, PartialEq, Eq, Display)]
+#[display("{reason}; {remedy}")]
+pub struct Refusal {
+    /// The problem, in plain text without a full stop.
+    pub reason: String,
+    /// The remedy, in plain text without a full stop.
+    pub remedy: String,
+}
+
+impl Refusal {
+    pub(crate) fn new(reason: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self { reason: reason.into(), remedy: remedy.into() }
+    }
+}
 
 /// One reason to refuse a configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Problem {
     /// Path of the file, as it was named.
     pub file: PathBuf,
-    /// Line and column (characters), both from 1; `None` if the file cannot be read at all.
-    pub position: Option<(usize, usize)>,
+    /// Location in the file; `None` if the file cannot be read at all.
+    pub position: Option<Position>,
     /// Path of the key, e.g. `turn.left` or `event[2].do[1].set`; empty for the whole file.
     pub key: Box<str>,
     /// The problem, in plain text without a full stop.
@@ -79,14 +111,24 @@ pub(crate) fn remedy_of<'a>(error: &io::Error, missing: &'a str) -> &'a str {
     }
 }
 
+/// Returns at most `max` names joined by `, `; `none` if there are none.
+pub(crate) fn joined(names: impl Iterator<Item = String>, max: usize) -> String {
+    let mut names: Vec<_> = names.take(max + 1).collect();
+    if names.len() > max {
+        names.truncate(max);
+        names.push("…".to_owned());
+    }
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}
+
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // The parts that come from the file itself have no control characters; its path may.
         for char in display(&self.file).chars() {
             if char.is_control() { write!(f, "{}", char.escape_default())? } else { write!(f, "{char}")? }
         }
-        if let Some((line, column)) = self.position {
-            write!(f, ":{line}:{column}")?;
+        if let Some(position) = self.position {
+            write!(f, ":{position}")?;
         }
         write!(f, ": ")?;
         if !self.key.is_empty() {

@@ -34,12 +34,10 @@ enum KeyType<T: 'static> {
     Other(fn() -> ValueShape, fn(&Fields<'_>, &'static str) -> Option<T>, fn(&str) -> Option<T>),
 }
 
-/// Default of a key.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum KeyDefault {
     /// No default: the key stays absent, or the default depends on other keys or the environment.
     Absent,
-    /// The default is `true` or `false`.
     Flag(bool),
     /// A whole number in the unit of the key.
     Whole(i64),
@@ -74,7 +72,6 @@ pub(crate) const fn whole<T: TryFrom<i64>>(
     row(name, KeyType::Whole(min, max, unit, |number| number.try_into().ok()))
 }
 
-/// Returns a row for a whole number of any size.
 pub(crate) const fn any_whole(name: &'static str) -> ConfigKey<i64> {
     other(name, || ValueShape::Whole(i64::MIN, i64::MAX, ""), read_whole, |text| text.parse().ok())
 }
@@ -84,7 +81,6 @@ pub(crate) const fn any_count(name: &'static str) -> ConfigKey<u64> {
     other(name, || ValueShape::Whole(0, i64::MAX, ""), read_whole, |text| text.parse().ok())
 }
 
-/// Returns a row for a number within a range.
 pub(crate) const fn number(name: &'static str, min: f64, max: f64, unit: &'static str) -> ConfigKey<f64> {
     row(name, KeyType::Number(min, max, unit, Some))
 }
@@ -92,14 +88,14 @@ pub(crate) const fn number(name: &'static str, min: f64, max: f64, unit: &'stati
 /// Returns a row for a number within a range that becomes a value of another type.
 pub(crate) const fn number_as<T>(
     name: &'static str,
-    (min, max): (f64, f64),
+    min: f64,
+    max: f64,
     unit: &'static str,
     make: fn(f64) -> Option<T>,
 ) -> ConfigKey<T> {
     row(name, KeyType::Number(min, max, unit, make))
 }
 
-/// Returns a row for a time in whole milliseconds.
 pub(crate) const fn millis(name: &'static str, min: i64, max: i64) -> ConfigKey<Duration> {
     row(name, KeyType::Whole(min, max, "ms", |ms| Some(Duration::from_millis(ms.try_into().ok()?))))
 }
@@ -109,32 +105,26 @@ pub(crate) const fn limit(name: &'static str) -> ConfigKey<Duration> {
     millis(name, 1, 3_600_000)
 }
 
-/// Returns a row for a time in whole seconds.
 pub(crate) const fn seconds(name: &'static str, min: i64, max: i64) -> ConfigKey<Duration> {
     row(name, KeyType::Whole(min, max, "s", |s| Some(Duration::from_secs(s.try_into().ok()?))))
 }
 
-/// Returns a row for `true` or `false`.
 pub(crate) const fn flag(name: &'static str, default: bool) -> ConfigKey<bool> {
     ConfigKey { default: KeyDefault::Flag(default), ..row(name, KeyType::Flag(|flag| flag)) }
 }
 
-/// Returns a row for one of several texts.
 pub(crate) const fn keyword<T: Copy>(name: &'static str, keywords: Keywords<T>) -> ConfigKey<T> {
     row(name, KeyType::Keyword(keywords, |value| *value))
 }
 
-/// Returns a row for a text in quotes.
 pub(crate) const fn text(name: &'static str) -> ConfigKey<String> {
     other(name, || ValueShape::Text, |fields, name| Some(fields.string(name)?.text), owned)
 }
 
-/// Returns a row for a path, relative to the file.
 pub(crate) const fn path(name: &'static str) -> ConfigKey<PathBuf> {
     other(name, || ValueShape::Path, read_path, |_| None)
 }
 
-/// Returns a row for a topic.
 pub(crate) const fn topic(name: &'static str, default: &'static str) -> ConfigKey<String> {
     other(name, || ValueShape::Text, read_topic, owned).or_text(default).restart()
 }
@@ -274,7 +264,14 @@ impl<T: Sync> KeyRow for ConfigKey<T> {
     }
 
     fn default_toml(&self) -> Option<String> {
-        self.default.toml()
+        match self.default {
+            KeyDefault::Absent => None,
+            KeyDefault::Flag(flag) => Some(flag.to_string()),
+            KeyDefault::Whole(number) => Some(number.to_string()),
+            KeyDefault::Number(number) => Some(format!("{number:?}")),
+            KeyDefault::Millis(time) => Some(time.as_millis().to_string()),
+            KeyDefault::Text(text) => Some(format!("{text:?}")),
+        }
     }
 
     fn example(&self) -> &'static str {
@@ -287,20 +284,6 @@ impl<T: Sync> KeyRow for ConfigKey<T> {
 
     fn effect(&self) -> KeyEffect {
         self.effect
-    }
-}
-
-impl KeyDefault {
-    /// Returns the value as TOML; `None` without a default.
-    fn toml(self) -> Option<String> {
-        match self {
-            Self::Absent => None,
-            Self::Flag(flag) => Some(flag.to_string()),
-            Self::Whole(number) => Some(number.to_string()),
-            Self::Number(number) => Some(format!("{number:?}")),
-            Self::Millis(time) => Some(time.as_millis().to_string()),
-            Self::Text(text) => Some(format!("{text:?}")),
-        }
     }
 }
 
@@ -333,14 +316,22 @@ impl Fields<'_> {
     }
 }
 
-/// Returns every key of a table with its value as written by a user: `[turn] off`, `[turn.source.1] name`.
-pub(crate) fn flattened(fields: &Fields<'_>) -> Vec<(String, String)> {
+/// A key with its value as written by a user.
+#[derive(Debug)]
+pub(crate) struct WrittenKey {
+    /// Section and name, such as `[turn] off`, `[turn.source.1] name`.
+    pub(crate) name: String,
+    pub(crate) value: String,
+}
+
+/// Returns every key of a table.
+pub(crate) fn flattened(fields: &Fields<'_>) -> Vec<WrittenKey> {
     let mut keys = Vec::new();
     flatten("", fields.all(), &mut keys);
     keys
 }
 
-fn flatten(section: &str, entries: &[Entry], keys: &mut Vec<(String, String)>) {
+fn flatten(section: &str, entries: &[Entry], keys: &mut Vec<WrittenKey>) {
     for Entry { key, value, .. } in entries {
         let below = if section.is_empty() { key.clone() } else { format!("{section}.{key}") };
         match &value.kind {
@@ -354,13 +345,12 @@ fn flatten(section: &str, entries: &[Entry], keys: &mut Vec<(String, String)>) {
             }
             Kind::Null | Kind::Scalar { .. } | Kind::List(_) => {
                 let name = if section.is_empty() { key.clone() } else { format!("[{section}] {key}") };
-                keys.push((name, shown(value)));
+                keys.push(WrittenKey { name, value: shown(value) });
             }
         }
     }
 }
 
-/// Returns true for an empty list or table.
 fn is_empty(value: &Value) -> bool {
     match &value.kind {
         Kind::List(items) => items.is_empty(),

@@ -7,7 +7,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::location::{KeyPath, Location, MAX_DEPTH, Text};
-use super::problem::Problem;
+use super::problem::{Position, Problem};
 use super::value::{Entry, Kind, Value};
 
 /// Maximum number of tokens in a document, counted by the characters that begin or end them.
@@ -30,7 +30,7 @@ pub(crate) fn from_toml(text: &Text, see: &str) -> Result<Value, Problem> {
     })?;
     let key = KeyPath::root();
     let kind = map(text, table.get_ref(), &key, 1)?;
-    Ok(Value { location: Location { position: (1, 1), key }, kind })
+    Ok(Value { location: Location { position: Position::START, key }, kind })
 }
 
 /// Returns the byte of the first token beyond the limit; the parser uses a few hundred bytes of memory for
@@ -48,7 +48,7 @@ fn breach(text: &Text, message: &str, span: Range<usize>) -> (String, Option<&'s
     if message == "duplicate key" {
         let name = text.content.get(span.clone()).unwrap_or_default();
         let line_of = |line: &str| line.split(['=', '#']).next().unwrap_or_default().trim().to_owned();
-        let (line, _) = text.position(span.start);
+        let line = text.position(span.start).line;
         let lines: Vec<_> = text.content.lines().take(line).map(line_of).collect();
         let same =
             lines.split_last().and_then(|(last, before)| before.iter().rposition(|other| other == last));
@@ -58,17 +58,14 @@ fn breach(text: &Text, message: &str, span: Range<usize>) -> (String, Option<&'s
     if let Some(word) = unquoted(text, span.clone()) {
         return (format!("expected a value, found {word}"), Some("write a text in quotes: \"…\""));
     }
-    let remedy = if message.contains("must be quoted") {
-        Some("write it in quotes: \"…\"")
-    } else if message.contains("basic string") || message.contains("literal string") {
-        Some("close the text with a quote on the same line")
-    } else if message.contains("expected `=`") {
-        Some("write KEY = VALUE, and a table as [NAME]")
-    } else if message.contains("invalid boolean") {
-        Some("write true or false, in small letters")
-    } else {
-        None
-    };
+    let known = [
+        ("must be quoted", "write it in quotes: \"…\""),
+        ("basic string", "close the text with a quote on the same line"),
+        ("literal string", "close the text with a quote on the same line"),
+        ("expected `=`", "write KEY = VALUE, and a table as [NAME]"),
+        ("invalid boolean", "write true or false, in small letters"),
+    ];
+    let remedy = known.into_iter().find(|(part, _)| message.contains(part)).map(|(_, remedy)| remedy);
     (message.to_owned(), remedy)
 }
 
@@ -154,7 +151,8 @@ mod tests {
         let Kind::List(items) = &entries[2].value.kind else { panic!() };
         let Kind::Map(second) = &items[1].kind else { panic!() };
         assert_eq!(second[0].location.key.to_string(), "c[2].d");
-        assert_eq!((second[0].location.position, second[0].value.location.position), ((6, 1), (6, 5)));
+        let positions = [second[0].location.position, second[0].value.location.position];
+        assert_eq!(positions.map(|position| position.to_string()), ["6:1", "6:5"]);
     }
 
     #[test]
@@ -170,21 +168,21 @@ mod tests {
         let refused = |text: &str| {
             from_toml(&Text::new(Path::new("a"), text.as_bytes().to_vec()).unwrap(), "b").unwrap_err()
         };
-        assert_eq!(refused("a = 1\nb = = 2\n").position.map(|(line, _)| line), Some(2));
+        assert_eq!(refused("a = 1\nb = = 2\n").position.map(|position| position.line), Some(2));
         let twice = refused("[a]\nb = 1\n[c]\nb = 1\n[a] # again\n").to_string();
         assert_eq!(twice, "a:5:2: a is given twice, first on line 1; put both together, or remove one");
         for word in ["b.c", "ford_falcon_fg", "nissan_leaf_aze0", "toyota", "hyundai_kia"] {
             let bare = refused(&format!("z = 1\na = {word} # a word\n"));
             assert_eq!(bare.reason, format!("expected a value, found {word}"));
             assert_eq!(
-                (bare.position.map(|(line, _)| line), bare.remedy.as_str()),
+                (bare.position.map(|position| position.line), bare.remedy.as_str()),
                 (Some(2), "write a text in quotes: \"…\"")
             );
         }
         let crowded = refused(&format!("a = 1\nb = [{}]", "1,".repeat(600_000)));
         assert_eq!(crowded.reason, "more than 600000 lines, values and tables");
         assert_eq!(
-            (crowded.position.map(|(line, _)| line), crowded.remedy.as_str()),
+            (crowded.position.map(|position| position.line), crowded.remedy.as_str()),
             (Some(2), "split the file")
         );
         assert_eq!(refused(&"a.".repeat(1_200_001)).reason, crowded.reason);

@@ -2,14 +2,12 @@
 
 use super::location::Location;
 
-/// A value with its location in the file.
 #[derive(Debug, Clone)]
 pub(crate) struct Value {
     pub(crate) location: Location,
     pub(crate) kind: Kind,
 }
 
-/// The kind of a value, with its content.
 #[derive(Debug, Clone)]
 pub(crate) enum Kind {
     /// A key without a value, in YAML only.
@@ -25,7 +23,6 @@ pub(crate) enum Kind {
     Map(Vec<Entry>),
 }
 
-/// A key of a table with its value.
 #[derive(Debug, Clone)]
 pub(crate) struct Entry {
     pub(crate) key: String,

@@ -7,9 +7,9 @@ use std::rc::Rc;
 
 use roxmltree::{Document, Error, Node, ParsingOptions};
 
-use super::element::{Attribute, Content, Element};
+use super::element::{Attribute, Element};
 use super::location::{KeyPath, Location, MAX_DEPTH, MAX_NODES, Text};
-use super::problem::Problem;
+use super::problem::{Position, Problem};
 
 /// Reads an XML document.
 ///
@@ -24,14 +24,16 @@ pub(crate) fn from_xml(text: &Text) -> Result<Element, Problem> {
     }
     let content = without_doctype(&text.content);
     let document = Document::parse_with_options(&content, options).map_err(|error| {
-        let position = if matches!(error, Error::DtdDetected) {
+        if matches!(error, Error::DtdDetected) {
             // The parser has no position for it.
-            text.position(content.find(DOCTYPE).unwrap_or_default())
-        } else {
-            (error.pos().row as usize, error.pos().col as usize)
-        };
-        let (reason, remedy) = describe(&error);
-        text.problem(position, &reason, remedy)
+            let position = text.position(content.find(DOCTYPE).unwrap_or_default());
+            let reason = "declarations of a document type cannot be read here";
+            return text.problem(position, reason, "remove the <!DOCTYPE …>");
+        }
+        // Some of the parser's texts lack the position.
+        let reason = error.to_string().replacen(&format!(" at {}", error.pos()), "", 1);
+        let position = Position { line: error.pos().row as usize, column: error.pos().col as usize };
+        text.problem(position, &reason, "correct the XML")
     })?;
     let root = document.root_element();
     element(text, root, KeyPath::below(&KeyPath::root(), "/", root.tag_name().name()), 1)
@@ -100,16 +102,6 @@ fn has_element(text: &str) -> bool {
     text.split('<').skip(1).any(|after| !after.starts_with(['?', '!']))
 }
 
-/// Returns the parser's text without the position, which some of its errors lack, and a remedy.
-fn describe(error: &Error) -> (String, &'static str) {
-    if matches!(error, Error::DtdDetected) {
-        return ("declarations of a document type cannot be read here".to_owned(), "remove the <!DOCTYPE …>");
-    }
-    let text = error.to_string();
-    let position = format!(" at {}", error.pos());
-    (text.replacen(&position, "", 1), "correct the XML")
-}
-
 fn element(text: &Text, node: Node<'_, '_>, key: Rc<KeyPath>, depth: usize) -> Result<Element, Problem> {
     let position = text.position(node.range().start);
     if depth > MAX_DEPTH {
@@ -141,8 +133,9 @@ fn element(text: &Text, node: Node<'_, '_>, key: Rc<KeyPath>, depth: usize) -> R
         location: Location { position, key },
         attributes,
         children,
-        content: Content { text: content.trim().to_owned(), is_interpreted: Cell::new(false) },
-        is_interpreted: Cell::new(false),
+        text: content.trim().to_owned(),
+        is_text_interpreted: Cell::default(),
+        is_interpreted: Cell::default(),
     })
 }
 
@@ -160,9 +153,10 @@ mod tests {
         let root = read("<o:A xmlns:o='u'>\n <B o:c='1' d='2'/><B d='3'> x <!-- y -->z</B></o:A>").unwrap();
         assert_eq!((root.name.as_str(), root.children.len()), ("A", 2));
         let second = &root.children[1];
-        assert_eq!((second.location.key.to_string(), second.location.position), ("A/B[2]".into(), (2, 20)));
+        assert_eq!(second.location.key.to_string(), "A/B[2]");
         assert_eq!(second.attributes[0].location.key.to_string(), "A/B[2]/@d");
-        assert_eq!(second.attributes[0].location.position, (2, 26));
+        let positions = [second.location.position, second.attributes[0].location.position];
+        assert_eq!(positions.map(|position| position.to_string()), ["2:20", "2:26"]);
         assert_eq!(second.text(), "x z");
         assert_eq!(root.children[0].attributes.len(), 1);
     }
@@ -170,7 +164,7 @@ mod tests {
     #[test]
     fn a_document_type_that_declares_nothing_has_no_effect() {
         let root = read("<?xml version='1.0'?>\n<!DOCTYPE A\n SYSTEM 'ä.dtd'>\n<A b='1'/>").unwrap();
-        assert_eq!((root.name.as_str(), root.location.position), ("A", (4, 1)));
+        assert_eq!((root.name.as_str(), root.location.position), ("A", Position { line: 4, column: 1 }));
         let kept = read("<A><!-- <!DOCTYPE A> --><b>x</b></A>").unwrap();
         assert_eq!(kept.children.len(), 1);
     }

@@ -3,10 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-use saphyr_parser::{Event, Parser, ScalarStyle, Span};
+use saphyr_parser::{Event, Marker, Parser, ScalarStyle};
 
 use super::location::{KeyPath, Location, MAX_DEPTH, MAX_NODES, Text};
-use super::problem::Problem;
+use super::problem::{Position, Problem};
 use super::value::{Entry, Kind, Value};
 
 /// The key whose value is a table, or a list of tables, with further entries.
@@ -17,7 +17,6 @@ const MAX_KEPT: usize = 4 * MAX_NODES;
 /// Maximum number of commas and opening brackets, including those in texts.
 const MAX_MARKS: usize = 4 * MAX_NODES;
 
-/// The variant of YAML that is accepted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum YamlForm {
     /// Plain data: no tags, and each key of a table once.
@@ -32,7 +31,7 @@ enum YamlForm {
 /// Fails for the first violation of YAML, anything but plain data, too deep nesting, or too many values.
 pub(crate) fn from_yaml(text: &Text) -> Result<Value, Problem> {
     let root = document(text, YamlForm::Strict)?;
-    root.ok_or_else(|| text.problem((1, 1), "the file is empty", "write a scenario into it"))
+    root.ok_or_else(|| text.problem(Position::START, "the file is empty", "write a scenario into it"))
 }
 
 /// Reads a YAML text with a single document like the libraries of ROS 2, with tags and repeated keys; returns
@@ -55,17 +54,15 @@ fn document(text: &Text, form: YamlForm) -> Result<Option<Value>, Problem> {
     let anchors = BTreeMap::new();
     let mut builder = YamlBuilder { text, form, root: None, open: Vec::new(), anchors, nodes: 0, kept: 0 };
     for event in Parser::new_from_str(&text.content) {
-        let (event, span) = event.map_err(|error| {
-            let position = (error.marker().line(), error.marker().col() + 1);
-            text.problem(position, error.info(), "correct the YAML")
-        })?;
-        builder.take(event, position(span))?;
+        let (event, span) = event
+            .map_err(|error| text.problem(position(error.marker()), error.info(), "correct the YAML"))?;
+        builder.take(event, position(&span.start))?;
     }
     Ok(builder.root)
 }
 
-fn position(span: Span) -> (usize, usize) {
-    (span.start.line(), span.start.col() + 1)
+fn position(marker: &Marker) -> Position {
+    Position { line: marker.line(), column: marker.col() + 1 }
 }
 
 struct YamlBuilder<'a> {
@@ -82,7 +79,6 @@ struct YamlBuilder<'a> {
     kept: usize,
 }
 
-/// A collection that has not ended.
 struct OpenNode {
     location: Location,
     content: YamlContent,
@@ -96,7 +92,7 @@ enum YamlContent {
 }
 
 impl YamlBuilder<'_> {
-    fn take(&mut self, event: Event<'_>, position: (usize, usize)) -> Result<(), Problem> {
+    fn take(&mut self, event: Event<'_>, position: Position) -> Result<(), Problem> {
         match event {
             Event::DocumentStart(_) if self.root.is_some() => {
                 self.refuse(position, "a second document", "keep one scenario in a file")
@@ -123,9 +119,8 @@ impl YamlBuilder<'_> {
                     Kind::Scalar { text: content.into_owned(), is_quoted }
                 };
                 self.count(1, position)?;
-                let value = Value { location: Location { position, key: self.key() }, kind };
-                self.remember(anchor, &value, 1)?;
-                self.put(value)
+                let location = Location { position, key: self.key() };
+                self.put_anchored(Value { location, kind }, anchor, 1)
             }
             Event::SequenceStart(anchor, _) => self.start(YamlContent::List(Vec::new()), anchor, position),
             Event::MappingStart(anchor, _) => {
@@ -143,11 +138,11 @@ impl YamlBuilder<'_> {
         }
     }
 
-    fn refuse(&self, position: (usize, usize), what: &str, remedy: &str) -> Result<(), Problem> {
+    fn refuse(&self, position: Position, what: &str, remedy: &str) -> Result<(), Problem> {
         Err(self.text.problem(position, &format!("{what} cannot be read here"), remedy))
     }
 
-    fn count(&mut self, nodes: usize, position: (usize, usize)) -> Result<(), Problem> {
+    fn count(&mut self, nodes: usize, position: Position) -> Result<(), Problem> {
         self.nodes = self.nodes.saturating_add(nodes);
         if self.nodes > MAX_NODES {
             let reason = format!("more than {MAX_NODES} values, aliases written out");
@@ -173,12 +168,7 @@ impl YamlBuilder<'_> {
         }
     }
 
-    fn start(
-        &mut self,
-        content: YamlContent,
-        anchor: usize,
-        position: (usize, usize),
-    ) -> Result<(), Problem> {
+    fn start(&mut self, content: YamlContent, anchor: usize, position: Position) -> Result<(), Problem> {
         if self.open.len() >= MAX_DEPTH {
             return Err(self.text.problem(position, "nested too deeply", "nest less deeply"));
         }
@@ -200,9 +190,7 @@ impl YamlBuilder<'_> {
             YamlContent::List(items) => Kind::List(items),
             YamlContent::Map { entries, keys, .. } => Kind::Map(self.merged(entries, keys)?),
         };
-        let value = Value { location, kind };
-        self.remember(anchor, &value, self.nodes - before)?;
-        self.put(value)
+        self.put_anchored(Value { location, kind }, anchor, self.nodes - before)
     }
 
     /// Returns the entries with each merge key replaced by its entries. The table's own keys have priority,
@@ -214,12 +202,7 @@ impl YamlBuilder<'_> {
                 merged.push(Entry { key, location, value });
                 continue;
             }
-            let tables = match value.kind {
-                Kind::List(tables) => tables,
-                kind @ (Kind::Null | Kind::Scalar { .. } | Kind::Map(_)) => {
-                    vec![Value { location: value.location, kind }]
-                }
-            };
+            let tables = if let Kind::List(tables) = value.kind { tables } else { vec![value] };
             for table in tables {
                 let Kind::Map(entries) = table.kind else {
                     let reason = "a merge key (`<<`) takes a table or a list of tables";
@@ -231,23 +214,20 @@ impl YamlBuilder<'_> {
         Ok(merged)
     }
 
-    fn remember(&mut self, anchor: usize, value: &Value, nodes: usize) -> Result<(), Problem> {
-        if anchor == 0 {
-            return Ok(());
+    /// Adds a value with an anchor (0 = none); `nodes` is the number of its nodes.
+    fn put_anchored(&mut self, value: Value, anchor: usize, nodes: usize) -> Result<(), Problem> {
+        if anchor != 0 {
+            self.kept = self.kept.saturating_add(nodes);
+            if self.kept > MAX_KEPT {
+                let reason = format!(
+                    "more than {MAX_KEPT} values in anchors, those of anchors within anchors counted again"
+                );
+                let remedy = "remove the anchors that no alias names";
+                return Err(self.text.problem(value.location.position, &reason, remedy));
+            }
+            self.anchors.insert(anchor, (value.clone(), nodes));
         }
-        self.kept = self.kept.saturating_add(nodes);
-        if self.kept > MAX_KEPT {
-            let reason = format!(
-                "more than {MAX_KEPT} values in anchors, those of anchors within anchors counted again"
-            );
-            return Err(self.text.problem(
-                value.location.position,
-                &reason,
-                "remove the anchors that no alias names",
-            ));
-        }
-        self.anchors.insert(anchor, (value.clone(), nodes));
-        Ok(())
+        self.put(value)
     }
 
     /// Adds a value to the open collection, as an item, a key, or the value of the latest key.
@@ -296,7 +276,8 @@ mod tests {
         let Kind::List(items) = &entries[1].value.kind else { panic!() };
         let Kind::Map(second) = &items[1].kind else { panic!() };
         assert_eq!(second[0].value.location.key.to_string(), "b[2].c");
-        assert_eq!((second[0].location.position, second[0].value.location.position), ((4, 5), (4, 8)));
+        let positions = [second[0].location.position, second[0].value.location.position];
+        assert_eq!(positions.map(|position| position.to_string()), ["4:5", "4:8"]);
         assert!(matches!(&second[0].value.kind, Kind::Scalar { text, is_quoted: true } if text == "1"));
         let Kind::Map(first) = &items[0].kind else { panic!() };
         assert!(matches!(first[0].value.kind, Kind::Null));

@@ -62,8 +62,8 @@ fn reference(
         // Without a delay it begins at the same time anyway; generators write it on every controller.
         (None, Some((_, Some(Duration::ZERO)))) if reader.compat == Compat::Improved => return None,
         (None, Some((delay, _))) => {
-            reader.refuse(&delay.location, "a delay without a reference", "name the controller to follow");
-            return None;
+            let remedy = "name the controller to follow";
+            return reader.refused(&delay.location, "a delay without a reference", remedy);
         }
         (Some(name), None) => {
             let remedy = "give the delay in seconds; it may be 0";

@@ -6,8 +6,7 @@ use std::path::PathBuf;
 use derive_more::Display;
 
 use super::light_names::LightNames;
-use super::naming::joined;
-use crate::config::reading::{Problem, SourceLocation};
+use crate::config::reading::{Problem, SourceLocation, joined};
 use lanelet2_map::light_map::{GroupEntry, LightMap};
 use traffic_lights::compat::Compat;
 use traffic_lights::scenario::Scenario;

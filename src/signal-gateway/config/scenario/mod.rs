@@ -73,14 +73,13 @@ pub fn read(
                 None if !matches!(value.kind, Kind::Map(_)) => ScenarioFile::default(),
                 None if entries.iter().any(|entry| entry.key == modifiers::ROOT) => {
                     let reason = "this is a scenario modifier, not a scenario";
-                    checker.refuse(&value.location, reason, "give the scenario that it is applied to");
-                    ScenarioFile::default()
+                    let remedy = "give the scenario that it is applied to";
+                    checker.refused(&value.location, reason, remedy).unwrap_or_default()
                 }
                 None => {
                     let reason = format!("the key {} is missing", open_scenario::ROOT);
                     let remedy = "write OpenSCENARIO in YAML, or our own form in TOML";
-                    checker.refuse(&value.location, reason, remedy);
-                    ScenarioFile::default()
+                    checker.refused(&value.location, reason, remedy).unwrap_or_default()
                 }
             }
         }
@@ -96,7 +95,6 @@ pub fn read(
     checker.finish(Some(file)).map_err(Refused)
 }
 
-/// The notation of a scenario file.
 enum ScenarioForm {
     Xml,
     Yaml,

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::naming::listed;
-use crate::config::reading::{Checker, Element, Entry, Kind, MAX_BYTES, Value, items};
+use crate::config::reading::{Checker, Element, Entry, Kind, MAX_BYTES, Refusal, Value, items};
 
 pub(super) const ROOT: &str = "ScenarioModifiers";
 /// Maximum number of modifiers, since each is searched for in every text.
@@ -87,11 +87,11 @@ impl Modifiers {
         Some(text)
     }
 
-    /// Returns the reason why the value of a text is unknown, a modifier with several values, and the remedy.
-    pub(super) fn not_chosen_in(&self, text: &str) -> Option<(String, String)> {
+    /// Returns the reason why the value of a text is unknown: a modifier with several values.
+    pub(super) fn not_chosen_in(&self, text: &str) -> Option<Refusal> {
         self.first_not_chosen_in(text).map(|modifier| {
             let reason = format!("{} is a scenario modifier, which stands for several values", modifier.name);
-            (reason, modifier.remedy())
+            Refusal::new(reason, modifier.remedy())
         })
     }
 
@@ -135,8 +135,7 @@ fn modifier(checker: &Checker, value: &Value, chosen: &BTreeMap<String, String>)
     };
     let name = checker.text(&name.value)?;
     if name.text.is_empty() {
-        checker.refuse(&name.location, "the name of a scenario modifier is empty", "give it a name");
-        return None;
+        return checker.refused(&name.location, "the name of a scenario modifier is empty", "give it a name");
     }
     let values = match entry("list") {
         Some(list) => {
@@ -148,13 +147,11 @@ fn modifier(checker: &Checker, value: &Value, chosen: &BTreeMap<String, String>)
     let value = match (chosen.get(&name.text), values.as_slice()) {
         (_, []) => {
             let reason = format!("the scenario modifier {} has no value", name.text);
-            checker.refuse(&name.location, reason, "give it a list, or a range from start to stop");
-            return None;
+            return checker.refused(&name.location, reason, "give it a list, or a range from start to stop");
         }
         (Some(value), known) if !known.contains(value) => {
             let reason = format!("the scenario modifier {} has no value {value:?}", name.text);
-            checker.refuse(&name.location, reason, &listed(known.iter().map(String::as_str)));
-            return None;
+            return checker.refused(&name.location, reason, &listed(known.iter().map(String::as_str)));
         }
         (Some(value), _) | (None, [value]) => Some(value.clone()),
         (None, _) => None,
@@ -167,18 +164,14 @@ fn modifier(checker: &Checker, value: &Value, chosen: &BTreeMap<String, String>)
 fn range(checker: &Checker, value: &Value, entries: [Option<&Entry>; 3]) -> Option<Vec<String>> {
     let [Some(start), Some(step), Some(stop)] = entries else {
         let remedy = "give a list, or start, step and stop";
-        checker.refuse(&value.location, "a scenario modifier without values", remedy);
-        return None;
+        return checker.refused(&value.location, "a scenario modifier without values", remedy);
     };
     let number = |entry: &Entry| {
         let given = checker.text(&entry.value)?;
         let number = given.text.trim().parse().ok().filter(|number: &f64| number.is_finite());
         if number.is_none() {
-            checker.refuse(
-                &given.location,
-                format!("{:?} is not a number", given.text),
-                "give a finite number",
-            );
+            let remedy = "give a finite number";
+            checker.refuse(&given.location, format!("{:?} is not a number", given.text), remedy);
         }
         Some((number?, given.text.trim().parse::<i64>().is_ok()))
     };
@@ -198,8 +191,7 @@ fn range(checker: &Checker, value: &Value, entries: [Option<&Entry>; 3]) -> Opti
     let values: Vec<_> = values.take(MAX_VALUES + 1).collect();
     if values.len() > MAX_VALUES {
         let reason = format!("a scenario modifier with more than {MAX_VALUES} values");
-        checker.refuse(&value.location, reason, "give a larger step");
-        return None;
+        return checker.refused(&value.location, reason, "give a larger step");
     }
     let is_whole = |index| is_start_whole && (index == 0 || is_step_whole);
     Some(values.iter().enumerate().map(|(index, value)| text(*value, is_whole(index))).collect())
@@ -268,11 +260,9 @@ mod tests {
         assert_eq!(replaced("M M-2 xMx", 3).as_deref(), Some("1 b x1x"));
         assert_eq!(replaced("M M-2 xMx", 2), None);
         assert_eq!(replaced("M N", 0).as_deref(), Some("M N"));
-        let (reason, remedy) = modifiers.not_chosen_in("M N").unwrap();
-        assert_eq!(reason, "N is a scenario modifier, which stands for several values");
-        let expected =
-            "choose one with --modifier N=0, or modifiers in [traffic_lights]; there are 0, 1, 2, 3";
-        assert_eq!(remedy, expected);
+        let reason = "N is a scenario modifier, which stands for several values";
+        let remedy = "choose one with --modifier N=0, or modifiers in [traffic_lights]; there are 0, 1, 2, 3";
+        assert_eq!(modifiers.not_chosen_in("M N"), Some(Refusal::new(reason, remedy)));
         let refused = read(list, &[("M", "2")]).unwrap_err();
         assert!(refused.contains("the scenario modifier M has no value \"2\"; there are 1"), "{refused}");
     }

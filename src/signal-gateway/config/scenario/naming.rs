@@ -2,6 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::config::reading::joined;
+
 pub(super) struct Names {
     own: BTreeMap<String, usize>,
     assigned: BTreeSet<String>,
@@ -34,16 +36,6 @@ pub(super) fn event_path(act: &str, index: usize) -> String {
 /// Returns the path of an action: `<event>/Action[2]`.
 pub(super) fn action_path(event: &str, index: usize) -> String {
     format!("{event}/Action[{}]", index + 1)
-}
-
-/// Returns at most `max` names joined by `, `; `none` if there are none.
-pub(super) fn joined(names: impl Iterator<Item = String>, max: usize) -> String {
-    let mut names: Vec<_> = names.take(max + 1).collect();
-    if names.len() > max {
-        names.truncate(max);
-        names.push("…".to_owned());
-    }
-    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }
 
 /// Returns at most 20 names as a remedy: `there are a, b`.

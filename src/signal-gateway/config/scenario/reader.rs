@@ -147,7 +147,6 @@ impl<'c> ScenarioReader<'c> {
         Some(id)
     }
 
-    /// Reads an id that is a whole value.
     pub(super) fn id_in(&mut self, value: &Value) -> Option<i64> {
         self.id(&self.checker.text(value)?)
     }
@@ -210,17 +209,14 @@ impl<'c> ScenarioReader<'c> {
         given: &LocatedText,
         exact: bool,
     ) -> Option<Test> {
-        if given.text.is_empty() || given.text == "none" {
-            return Some(Test::State { target, state: None, exact });
-        }
-        let state = self.state_text(target.id, given)?;
-        if state.text.is_empty() {
-            return Some(Test::State { target, state: None, exact });
-        }
-        if let Some(mistake) = state.mistake.as_ref().filter(|_| self.compat == Compat::Improved) {
+        let is_dark = given.text.is_empty() || given.text == "none";
+        let state = if is_dark { None } else { Some(self.state_text(target.id, given)?) };
+        let state = state.filter(|state| !state.text.is_empty());
+        let mistake = state.as_ref().and_then(|state| state.mistake.as_ref());
+        if let Some(mistake) = mistake.filter(|_| self.compat == Compat::Improved) {
             return self.refused(&given.location, format!("state {:?}: {mistake}", given.text), "");
         }
-        Some(Test::State { target, state: Some(state), exact })
+        Some(Test::State { target, state, exact })
     }
 
     pub(super) fn beside(&self, named: &str) -> PathBuf {
@@ -316,7 +312,6 @@ impl<'c> ScenarioReader<'c> {
     }
 }
 
-/// The status of a bulb by its position, in ASAM's notation.
 struct PositionStatus {
     /// Shown status; `None` for a bulb that is off.
     status: Option<BulbStatus>,

@@ -50,7 +50,6 @@ impl<'a> Binder<'a> {
         Self { checker, buses, messages: Vec::new(), signals: Vec::new() }
     }
 
-    /// Records a problem at a location in the profile.
     pub(super) fn refuse(&self, at: &Location, reason: impl AsRef<str>, remedy: &str) {
         self.checker.refuse(at, reason, remedy);
     }
@@ -76,17 +75,7 @@ impl<'a> Binder<'a> {
             [] => {
                 match bus.filter(|bus| !self.buses.iter().any(|known| known.bus == *bus)) {
                     Some(bus) => self.refuse_bus(at, bus),
-                    None => {
-                        let known = self.buses.iter().flat_map(|bus| &bus.database.messages);
-                        let (reason, is_rejected) = self.missing_message(bus, name);
-                        let known = known.map(|message| message.name.as_str());
-                        let remedy = if is_rejected {
-                            "mend that line of the DBC, or name another message".to_owned()
-                        } else {
-                            did_you_mean(name, known, "name a message of the DBC")
-                        };
-                        self.refuse(at, reason, &remedy);
-                    }
+                    None => self.refuse_message(at, bus, name),
                 }
                 None
             }
@@ -113,24 +102,25 @@ impl<'a> Binder<'a> {
         None
     }
 
-    /// Refuses a bus that is not in the profile.
     pub(super) fn refuse_bus(&self, at: &Location, bus: &str) {
         let known: Vec<_> = self.buses.iter().map(|known| known.bus.as_str()).collect();
-        self.refuse(
-            at,
-            format!("the profile has no bus {bus}"),
-            &did_you_mean(bus, known.clone(), format!("it has {}", known.join(", "))),
-        );
+        let reason = format!("the profile has no bus {bus}");
+        self.refuse(at, reason, &did_you_mean(bus, known.clone(), format!("it has {}", known.join(", "))));
     }
 
-    /// Returns the reason why a message is unknown: the DBC lacks it, or (true) its definition was rejected.
-    fn missing_message(&self, bus: Option<&str>, name: &str) -> (String, bool) {
-        let buses: Vec<_> =
-            self.buses.iter().filter(|known| bus.is_none_or(|bus| known.bus == bus)).collect();
-        let files = buses.iter().map(|bus| display(&bus.path)).collect::<Vec<_>>().join(", ");
-        let rejected = buses.iter().find_map(|bus| rejected(bus, name));
-        let reason = format!("{files} has no message {name}{}", rejected.as_deref().unwrap_or_default());
-        (reason, rejected.is_some())
+    /// Refuses a message that the DBC lacks, or whose definition was rejected.
+    fn refuse_message(&self, at: &Location, bus: Option<&str>, name: &str) {
+        let buses = self.buses.iter().filter(|known| bus.is_none_or(|bus| known.bus == bus));
+        let files: Vec<_> = buses.clone().map(|bus| display(&bus.path)).collect();
+        let rejected = buses.clone().find_map(|bus| rejected(bus, name));
+        let known = self.buses.iter().flat_map(|bus| &bus.database.messages);
+        let known = known.map(|message| message.name.as_str());
+        let remedy = match rejected {
+            Some(_) => "mend that line of the DBC, or name another message".to_owned(),
+            None => did_you_mean(name, known, "name a message of the DBC"),
+        };
+        let rejected = rejected.unwrap_or_default();
+        self.refuse(at, format!("{} has no message {name}{rejected}", files.join(", ")), &remedy);
     }
 
     /// Binds a signal that is named `[bus:]MESSAGE.SIGNAL`.
@@ -288,7 +278,6 @@ impl<'a> Binder<'a> {
     }
 }
 
-/// Returns the given values for "not available" and "fault" under these keys.
 pub(super) fn unusable_values<T>(fields: &Fields<'_>, keys: &[&'static str]) -> Meanings<T> {
     let meaning = |key| if key == "fault" { Meaning::Fault } else { Meaning::NotAvailable };
     keys.iter().filter_map(|key| Some((RawValues::given(fields, key)?, meaning(*key)))).collect()

@@ -10,7 +10,7 @@ use crate::config::built_in::display;
 use crate::config::file_kind::{BY_CANTOOLS, FileKind};
 use crate::config::files::Files;
 use crate::config::fingerprints;
-use crate::config::reading::{Fields, LocatedText, cannot_read, remedy_of};
+use crate::config::reading::{Fields, LocatedText, Refusal, cannot_read, remedy_of};
 use can_signal::can::{BusIndex, BusSettings, IdMatch};
 use can_signal::dbc;
 use can_signal::dbc::model::{Database, MAX_ENTRIES};
@@ -67,41 +67,41 @@ pub(super) fn read_buses(files: &dyn Files, top: &Fields<'_>) -> Option<(Vec<Loa
 
 /// Reads the file of a bus, a DBC or an ARXML; `None` if it was refused.
 fn read_database(files: &dyn Files, fields: &Fields<'_>, path: &Path) -> Option<Database> {
-    let refuse =
-        |reason: &str, remedy: &str| fields.refuse("dbc", format!("{}: {reason}", display(path)), remedy);
+    let refused =
+        |reason: &str, remedy: &str| fields.refused("dbc", format!("{}: {reason}", display(path)), remedy);
     let cluster = fields.string("cluster");
     let bytes = match files.read(path) {
         Ok(bytes) => bytes,
         Err(error) => {
             let remedy = remedy_of(&error, "give the DBC's path relative to this file");
-            refuse(&cannot_read(&error), remedy);
-            return None;
+            return refused(&cannot_read(&error), remedy);
         }
     };
     let database = match FileKind::of(&bytes) {
         Some(FileKind::Arxml) => {
-            let database = arxml::read(&bytes, cluster.as_ref().map(|cluster| cluster.text.as_str()));
-            let refused = |error| match error {
-                ArxmlError::Choose(_) if cluster.is_some() => {
+            match arxml::read(&bytes, cluster.as_ref().map(|cluster| cluster.text.as_str())) {
+                Ok(database) => database,
+                Err(error @ ArxmlError::Choose(_)) if cluster.is_some() => {
                     let reason = format!("{}: there is no such cluster: {error}", display(path));
-                    fields.refuse("cluster", reason, "name one of them");
+                    return fields.refused("cluster", reason, "name one of them");
                 }
-                ArxmlError::Choose(_) => {
-                    refuse(&error.to_string(), "name the one of this bus: cluster = \"…\"");
+                Err(error) => {
+                    let remedy = match error {
+                        ArxmlError::Choose(_) => "name the one of this bus: cluster = \"…\"",
+                        ArxmlError::Xml(_) => "correct the file",
+                        ArxmlError::Version(_) | ArxmlError::NoCluster => BY_CANTOOLS,
+                    };
+                    return refused(&error.to_string(), remedy);
                 }
-                ArxmlError::Xml(_) => refuse(&error.to_string(), "correct the file"),
-                ArxmlError::Version(_) | ArxmlError::NoCluster => refuse(&error.to_string(), BY_CANTOOLS),
-            };
-            database.map_err(refused).ok()?
+            }
         }
         kind => {
-            if let Some((reason, _)) = FileKind::Dbc.mismatch(&bytes) {
+            if let Some(Refusal { reason, .. }) = FileKind::Dbc.mismatch(&bytes) {
                 let remedy = match kind {
                     Some(FileKind::Other(looks)) if !looks.remedy.is_empty() => looks.remedy,
                     _ => "give the path of a DBC",
                 };
-                refuse(&reason, remedy);
-                return None;
+                return refused(&reason, remedy);
             }
             if cluster.is_some() {
                 fields.refuse("cluster", "a DBC has no clusters", "remove it: it is for ARXML files");
@@ -112,26 +112,20 @@ fn read_database(files: &dyn Files, fields: &Fields<'_>, path: &Path) -> Option<
     if database.is_too_large {
         let reason =
             format!("more than {MAX_ENTRIES} messages, signals, names of values and malformed statements");
-        refuse(&reason, "leave out what the profile does not use");
-        return None;
+        return refused(&reason, "leave out what the profile does not use");
     }
     Some(database)
 }
 
-/// Finds the public lists that the bus names.
 fn identifier_lists(fields: &Fields<'_>) -> Vec<&'static PlatformList> {
     let named = fields.list("identifier_lists", "give a list of names").iter();
     let named: Vec<_> = named.filter_map(|value| fields.checker.string(value)).collect();
     if named.is_empty() {
         return Vec::new();
     }
-    let lists = match fingerprints::lists() {
-        Ok(lists) => lists,
-        Err(problem) => {
-            fields.refuse("identifier_lists", problem.to_string(), "leave the key out");
-            return Vec::new();
-        }
-    };
+    let lists =
+        fields.checker.accept(fields.at("identifier_lists"), fingerprints::lists(), "leave the key out");
+    let Some(lists) = lists else { return Vec::new() };
     let find = |LocatedText { text, location }| {
         let list = lists.iter().find(|list| list.name == text);
         if list.is_none() {

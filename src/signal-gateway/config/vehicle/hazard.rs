@@ -14,33 +14,18 @@ use gateway_core::vehicle_lights::state::HazardCode;
 /// Default time for which a button is observed before the lights are known to be off.
 const BUTTON_STARTUP_DELAY: Duration = Duration::from_secs(1);
 
-/// Origins of the hazard-light state.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum HazardFrom {
-    /// A signal that is on while the lights are on.
-    Signal,
-    /// A signal that gives a reason.
-    Reason,
-    /// Both turn sides on at once.
-    BothSides,
-    /// A momentary button, which toggles.
-    Button,
-    /// The vehicle has no hazard lights.
-    NotFitted,
-    /// No signal shows the state.
-    NotVisible,
-}
+type SourceReader = fn(&mut Binder<'_>, &Fields<'_>, Option<&TurnBinding>) -> Option<HazardSource>;
 
-const FROM: Keywords<HazardFrom> = &[
-    ("signal", HazardFrom::Signal),
-    ("reason", HazardFrom::Reason),
-    ("both_sides", HazardFrom::BothSides),
-    ("button", HazardFrom::Button),
-    ("not_fitted", HazardFrom::NotFitted),
-    ("not_visible", HazardFrom::NotVisible),
+/// Origins of the hazard-light state, with their readers.
+const FROM: Keywords<SourceReader> = &[
+    ("signal", signal),
+    ("reason", reason),
+    ("both_sides", both_sides),
+    ("button", button),
+    ("not_fitted", no_source),
+    ("not_visible", no_source),
 ];
 
-/// Reads the binding; `None` if a problem was recorded.
 pub(super) fn hazard(
     binder: &mut Binder<'_>,
     fields: &Fields<'_>,
@@ -59,12 +44,10 @@ pub(super) fn hazard(
     sources(binder, fields, source, |_| hold).map(HazardBinding::From)
 }
 
-/// Returns true if the hazard-light state comes from both turn sides.
 pub(super) fn is_from_both_sides(fields: &Fields<'_>) -> bool {
     fields.is("from", "both_sides")
 }
 
-/// Reads one source of the hazard lights.
 fn source(binder: &mut Binder<'_>, fields: &Fields<'_>, turn: Option<&TurnBinding>) -> Option<HazardSource> {
     fields.require(&["from"], "");
     if fields.is("from", "unbound") {
@@ -72,53 +55,49 @@ fn source(binder: &mut Binder<'_>, fields: &Fields<'_>, turn: Option<&TurnBindin
         fields.accept_rest();
         return None;
     }
-    let Some(from) = fields.keyword("from", FROM) else {
-        fields.accept_rest();
-        return None;
-    };
-    match from {
-        HazardFrom::NotFitted | HazardFrom::NotVisible => {
-            let remedy = "remove the source, or give this `from` to [hazard] alone";
-            fields.refuse("from", "this is not a source", remedy);
-            fields.accept_rest();
-            None
-        }
-        HazardFrom::BothSides => {
-            fields.set_form("with from = \"both_sides\"");
-            let shows_both =
-                |turn: &TurnBinding| turn.sources().iter().any(|named| named.source.shows_both());
-            if turn.is_some_and(|turn| !shows_both(turn)) {
-                let remedy = "give [turn] `both` values or `both_on = \"hazard\"`, or change `from`";
-                fields.refuse("from", "the turn binding cannot show both sides on", remedy);
-                return None;
-            }
-            Some(HazardSource::BothSides)
-        }
-        HazardFrom::Signal => {
-            fields.set_form("with from = \"signal\"");
-            let code = |active| HazardCode { active, reason: None };
-            let states = [("on", code(true)), ("off", code(false))];
-            let role =
-                binder.states(fields, [&states, &[]], UNUSABLE, "a hazard signal needs signal, on and off");
-            Some(HazardSource::Signal { role: role?, reasons: vec![] })
-        }
-        HazardFrom::Button => {
-            fields.set_form("with from = \"button\"");
-            let max_gap = fields.limit("max_gap_ms").unwrap_or(StalkSettings::default().max_gap);
-            let startup_delay = fields.limit("startup_delay_ms").unwrap_or(BUTTON_STARTUP_DELAY);
-            let role =
-                binder.switch(fields, ["on", "off"], UNUSABLE, "a hazard button needs signal, on and off")?;
-            Some(HazardSource::Button { role, max_gap, startup_delay })
-        }
-        HazardFrom::Reason => {
-            fields.set_form("with from = \"reason\"");
-            reason(binder, fields)
-        }
+    fields.form("from", FROM)?(binder, fields, turn)
+}
+
+/// Refuses hazard lights that the vehicle does not have, or that no signal shows, as one of several sources.
+fn no_source(_: &mut Binder<'_>, fields: &Fields<'_>, _: Option<&TurnBinding>) -> Option<HazardSource> {
+    let remedy = "remove the source, or give this `from` to [hazard] alone";
+    fields.refuse("from", "this is not a source", remedy);
+    fields.accept_rest();
+    None
+}
+
+/// Reads the state from both turn sides, which are on at once.
+fn both_sides(_: &mut Binder<'_>, fields: &Fields<'_>, turn: Option<&TurnBinding>) -> Option<HazardSource> {
+    fields.set_form("with from = \"both_sides\"");
+    let shows_both = |turn: &TurnBinding| turn.sources().iter().any(|named| named.source.shows_both());
+    if turn.is_some_and(|turn| !shows_both(turn)) {
+        let remedy = "give [turn] `both` values or `both_on = \"hazard\"`, or change `from`";
+        return fields.refused("from", "the turn binding cannot show both sides on", remedy);
     }
+    Some(HazardSource::BothSides)
+}
+
+/// Reads a signal that is on while the lights are on.
+fn signal(binder: &mut Binder<'_>, fields: &Fields<'_>, _: Option<&TurnBinding>) -> Option<HazardSource> {
+    fields.set_form("with from = \"signal\"");
+    let code = |active| HazardCode { active, reason: None };
+    let states = [("on", code(true)), ("off", code(false))];
+    let role = binder.states(fields, [&states, &[]], UNUSABLE, "a hazard signal needs signal, on and off");
+    Some(HazardSource::Signal { role: role?, reasons: vec![] })
+}
+
+/// Reads a momentary button, which toggles.
+fn button(binder: &mut Binder<'_>, fields: &Fields<'_>, _: Option<&TurnBinding>) -> Option<HazardSource> {
+    fields.set_form("with from = \"button\"");
+    let max_gap = fields.limit("max_gap_ms").unwrap_or(StalkSettings::default().max_gap);
+    let startup_delay = fields.limit("startup_delay_ms").unwrap_or(BUTTON_STARTUP_DELAY);
+    let role = binder.switch(fields, ["on", "off"], UNUSABLE, "a hazard button needs signal, on and off")?;
+    Some(HazardSource::Button { role, max_gap, startup_delay })
 }
 
 /// Reads a signal whose values are reasons for the lights being on.
-fn reason(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<HazardSource> {
+fn reason(binder: &mut Binder<'_>, fields: &Fields<'_>, _: Option<&TurnBinding>) -> Option<HazardSource> {
+    fields.set_form("with from = \"reason\"");
     let remedy = "a hazard reason needs signal, off and [hazard.reasons]";
     let is_complete = fields.require(&["signal", "off", "reasons"], remedy);
     let signal = fields.string("signal");
@@ -129,8 +108,7 @@ fn reason(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<HazardSource> 
     is_complete?;
     if reasons.is_empty() || reasons.len() > usize::from(u8::MAX) {
         let reason = format!("expected 1 to 255 reasons, found {}", reasons.len());
-        fields.refuse("reasons", reason, "name them in [hazard.reasons]");
-        return None;
+        return fields.refused("reasons", reason, "name them in [hazard.reasons]");
     }
     let off = (off?, Meaning::Defined(HazardCode { active: false, reason: None }));
     let mut meanings: Meanings<_> = vec![off];

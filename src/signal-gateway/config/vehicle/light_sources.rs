@@ -4,7 +4,6 @@ use std::time::Duration;
 
 use super::binder::{Binder, UNUSABLE};
 use crate::config::reading::{Fields, Keywords};
-use can_signal::validation::table::Role;
 use gateway_core::vehicle_lights::binding::{
     FaultBinding, FaultSignal, NamedSource, OnFault, Sources, TurnSource,
 };
@@ -26,15 +25,13 @@ const DISAGREEMENT: Duration = Duration::from_secs(1);
 
 /// Reads the signals that report a fault, and the reaction to them.
 pub(super) fn faults(binder: &mut Binder<'_>, fields: &Fields<'_>) -> FaultBinding {
-    let fault = |fields: Fields<'_>| {
+    let signals = fields.read_tables("fault_signal", |fields| {
         fields.require(&["text"], "");
         let text = fields.string("text");
         let sides = fields.keyword("side", SIDE).unwrap_or(Sides { left: true, right: true });
-        let role = binder.switch(&fields, ["on", "off"], &[], "");
-        fields.done();
+        let role = binder.switch(fields, ["on", "off"], &[], "");
         Some(FaultSignal { role: role?, sides, text: text?.text })
-    };
-    let signals = fields.tables("fault_signal").filter_map(fault).collect();
+    });
     FaultBinding { signals, on_fault: fields.keyword("on_fault", ON_FAULT).unwrap_or_default() }
 }
 
@@ -58,20 +55,22 @@ pub(super) fn sources<S>(
     let mut list: Vec<NamedSource<S>> = Vec::new();
     let mut is_complete = true;
     for part in fields.tables("source") {
-        let named = name(&part, &list);
-        let is_fallback = part.flag("fallback").unwrap_or_default();
-        let condition = part.table("when").map(|when| condition(binder, when));
-        let source = source(binder, &part);
-        part.done();
-        match (named, source, condition) {
-            (Some(name), Some(source), None) => {
-                list.push(NamedSource { name, is_fallback, condition: None, source });
-            }
-            (Some(name), Some(source), Some(Some(condition))) => {
-                list.push(NamedSource { name, is_fallback, condition: Some(condition), source });
-            }
-            (None, ..) | (_, None, _) | (_, _, Some(None)) => is_complete = false,
-        }
+        let named = part.read_all(|part| {
+            let name = name(part, &list);
+            let is_fallback = part.flag("fallback").unwrap_or_default();
+            let remedy = "a condition needs signal, on and off, so that no value of the signal is guessed";
+            let condition = part
+                .table("when")
+                .map(|when| when.read_all(|when| binder.switch(when, ["on", "off"], UNUSABLE, remedy)));
+            let source = source(binder, part);
+            let condition = match condition {
+                None => None,
+                Some(condition) => Some(condition?),
+            };
+            Some(NamedSource { name: name?, is_fallback, condition, source: source? })
+        });
+        is_complete &= named.is_some();
+        list.extend(named);
     }
     if list.is_empty() && is_complete {
         fields.refuse("source", "no source is given", "describe at least one");
@@ -80,23 +79,13 @@ pub(super) fn sources<S>(
     is_complete.then_some(Sources { list, disagreement })
 }
 
-/// Reads the condition under which a source applies; `None` if a problem was recorded.
-fn condition(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<Role<bool>> {
-    let remedy = "a condition needs signal, on and off, so that no value of the signal is guessed";
-    let role = binder.switch(&fields, ["on", "off"], UNUSABLE, remedy);
-    fields.done();
-    role
-}
-
-/// Reads the name of one of several sources.
 fn name<S>(fields: &Fields<'_>, others: &[NamedSource<S>]) -> Option<String> {
     fields.require(&["name"], "name the source for diagnostics");
     let name = fields.string("name")?.text;
     if name.is_empty() || others.iter().any(|other| other.name == name) {
         let reason =
             if name.is_empty() { "the name is empty" } else { "another source of the section has this name" };
-        fields.refuse("name", reason, "give each source a name of its own");
-        return None;
+        return fields.refused("name", reason, "give each source a name of its own");
     }
     Some(name)
 }

@@ -24,30 +24,23 @@ const MIN_STATUS_TIMEOUT_MS: u64 = 50;
 /// The highest source address of a control unit; 254 stands for none, 255 for all.
 const MAX_SOURCE_ADDRESS: u8 = 253;
 
-/// Send types of a message.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-enum SendType {
-    /// Sent periodically, changed or not.
-    #[default]
-    Cyclic,
-    /// Sent on change, never repeated.
-    Event,
-    /// Sent on change, and slowly repeated.
-    EventCyclic,
-}
+/// The timing of a message that is sent periodically, without its timeout.
+const CYCLIC: Timing = Timing::Cyclic { timeout: Duration::ZERO };
+/// Timings without their timeouts.
+const TIMINGS: Keywords<Timing> = &[
+    ("cyclic", CYCLIC),
+    ("event", Timing::Event),
+    ("event_cyclic", Timing::EventCyclic { timeout: Duration::ZERO }),
+];
 
-const TIMINGS: Keywords<SendType> =
-    &[("cyclic", SendType::Cyclic), ("event", SendType::Event), ("event_cyclic", SendType::EventCyclic)];
-
-/// The section `[message.<NAME>]` of one message.
 struct MessageSection<'c> {
     name: &'c str,
     /// Location of the name.
     location: &'c Location,
     /// Bus, if several buses have a message with this name.
     bus: Option<LocatedText>,
-    /// `None` if it was refused.
-    send_type: Option<SendType>,
+    /// Without the timeout; `None` if it was refused.
+    timing: Option<Timing>,
     /// Silence after which its values are stale.
     timeout: Option<Duration>,
     /// Senders of a J1939 message; `None` = only the identifier in the DBC.
@@ -55,7 +48,6 @@ struct MessageSection<'c> {
     fields: Fields<'c>,
 }
 
-/// All sections `[message.<NAME>]`.
 pub(super) struct MessageSections<'c>(Vec<MessageSection<'c>>);
 
 impl<'c> MessageSections<'c> {
@@ -71,16 +63,16 @@ impl<'c> MessageSections<'c> {
                 binder.refuse_bus(&bus.location, &bus.text);
                 fields.accept_rest();
             }
-            let default = (!fields.has("timing")).then(SendType::default);
-            let send_type = fields.keyword("timing", TIMINGS).or(default);
+            let default = (!fields.has("timing")).then_some(CYCLIC);
+            let timing = fields.keyword("timing", TIMINGS).or(default);
             let timeout = fields.limit("timeout_ms");
-            if send_type == Some(SendType::Event) && timeout.is_some() {
+            if timing == Some(Timing::Event) && timeout.is_some() {
                 let remedy = "remove it, or use timing = \"event_cyclic\" for one that is slowly repeated";
                 fields.refuse("timeout_ms", "an event message has no timeout", remedy);
             }
             let (name, location) = (entry.key.as_str(), &entry.location);
             let sources = source_addresses(&fields);
-            let section = MessageSection { name, location, bus, send_type, timeout, sources, fields };
+            let section = MessageSection { name, location, bus, timing, timeout, sources, fields };
             let is_short = |(_, message): (usize, &Message)| matches!(message.id, CanId::Standard(_));
             if sources.is_some() && section.described(binder).any(is_short) {
                 let reason = format!("{name} has an identifier of 11 bits, without a source address");
@@ -172,8 +164,9 @@ impl<'c> MessageSections<'c> {
         let of_status = compiled.iter().zip(&binder.messages).map(|(compiled, bound)| {
             let has_timeout = of(*bound).is_some_and(|section| section.timeout.is_some());
             let cycle_ms = bound.1.cycle_ms.filter(|_| !has_timeout);
-            let timing =
-                cycle_ms.map_or(compiled.timing, |cycle_ms| status_timing(compiled.timing, cycle_ms));
+            let timing = cycle_ms.map_or(compiled.timing, |cycle_ms| {
+                with_timeout(compiled.timing, default_timeout(cycle_ms, MIN_STATUS_TIMEOUT_MS))
+            });
             BoundMessage { timing, ..compiled.clone() }
         });
         let of_status = of_status.collect();
@@ -235,10 +228,12 @@ pub(super) struct BoundMessages {
     pub(super) of_status: Vec<BoundMessage>,
 }
 
-/// Returns the default timing of a message for the status of the vehicle.
-fn status_timing(timing: Timing, cycle_ms: u32) -> Timing {
-    let ms = (u64::from(cycle_ms) * CYCLES_UNTIL_STALE).clamp(MIN_STATUS_TIMEOUT_MS, MAX_LIMIT_MS);
-    let timeout = Duration::from_millis(ms);
+/// Returns the default timeout of a message by its period, 0 without one.
+fn default_timeout(cycle_ms: u32, min_ms: u64) -> Duration {
+    Duration::from_millis((u64::from(cycle_ms) * CYCLES_UNTIL_STALE).clamp(min_ms, MAX_LIMIT_MS))
+}
+
+fn with_timeout(timing: Timing, timeout: Duration) -> Timing {
     match timing {
         Timing::Cyclic { .. } => Timing::Cyclic { timeout },
         Timing::EventCyclic { .. } => Timing::EventCyclic { timeout },
@@ -269,13 +264,12 @@ fn timing(
     message: &Message,
     ids: IdMatch,
 ) -> Timing {
-    let send_type = section.map_or(Some(SendType::Cyclic), |section| section.send_type);
-    if send_type == Some(SendType::Event) {
+    let timing = section.map_or(Some(CYCLIC), |section| section.timing);
+    if timing == Some(Timing::Event) {
         return Timing::Event;
     }
-    let cycle_ms = message.cycle_ms.map_or(0, u64::from);
-    if send_type.is_some() && cycle_ms == 0 && section.is_none_or(|section| !section.fields.has("timeout_ms"))
-    {
+    let cycle_ms = message.cycle_ms.unwrap_or(0);
+    if timing.is_some() && cycle_ms == 0 && section.is_none_or(|section| !section.fields.has("timeout_ms")) {
         let at = section.map_or(root, |section| section.location);
         let name = section.map_or(message.name.as_str(), |section| section.name);
         let reason = format!("no timeout for {name}: the DBC has no GenMsgCycleTime for it");
@@ -285,11 +279,7 @@ fn timing(
         let problem = binder.checker.source_location(at).problem(reason, remedy);
         binder.checker.adopt(vec![Problem { missing_timeout: Some(Box::new(missing)), ..problem }]);
     }
-    let default_ms = (cycle_ms * CYCLES_UNTIL_STALE).clamp(MIN_DEFAULT_TIMEOUT_MS, MAX_LIMIT_MS);
-    let timeout = section.and_then(|section| section.timeout).unwrap_or(Duration::from_millis(default_ms));
-    if send_type == Some(SendType::EventCyclic) {
-        Timing::EventCyclic { timeout }
-    } else {
-        Timing::Cyclic { timeout }
-    }
+    let default = default_timeout(cycle_ms, MIN_DEFAULT_TIMEOUT_MS);
+    let timeout = section.and_then(|section| section.timeout).unwrap_or(default);
+    with_timeout(timing.unwrap_or(CYCLIC), timeout)
 }

@@ -21,12 +21,7 @@ use std::path::Path;
 
 use super::file_kind::FileKind;
 use super::files::Files;
-use super::reading::checker::Checker;
-use super::reading::fields::Fields;
-use super::reading::location::{SourceLocation, Text};
-use super::reading::problem::Problem;
-use super::reading::row::flattened;
-use super::reading::toml_text::from_toml;
+use super::reading::{Checker, Fields, Problem, SourceLocation, Text, WrittenKey, flattened, from_toml};
 use binder::Binder;
 pub use binder::LoadedDbc;
 use bus::read_buses;
@@ -57,17 +52,14 @@ pub(super) const SEE: &str = "config/gateway.toml";
 pub(super) struct Vehicle {
     /// Name of the vehicle, for texts.
     pub name: String,
-    /// Every key of the profile with its value.
-    pub keys: Vec<(String, String)>,
+    /// Every key of the profile.
+    pub keys: Vec<WrittenKey>,
     /// The profile's table; `None` for no vehicle.
     pub profile: Option<SourceLocation>,
     /// Buses without their interfaces, in the order of their names; `BusIndex` points here.
     pub buses: Vec<BusSettings>,
-    /// The DBC of each bus.
     pub dbcs: Vec<LoadedDbc>,
-    /// Binding of its lights.
     pub lights: LightsBinding,
-    /// Binding of its status.
     pub status: StatusBinding,
     /// Binding of traffic-light states from the network; empty in most profiles.
     pub v2i: V2iBinding,
@@ -86,33 +78,30 @@ impl Vehicle {
     }
 }
 
-/// A refused profile.
-pub(super) struct RefusedVehicle {
-    /// All problems.
-    pub(super) problems: Vec<Problem>,
-    /// Names of its buses, ascending; `None` if the file is not TOML.
-    pub(super) buses: Option<Vec<String>>,
-}
-
-impl From<Problem> for RefusedVehicle {
-    fn from(problem: Problem) -> Self {
-        Self { problems: vec![problem], buses: None }
-    }
-}
-
-/// Reads a profile from the bytes of its file.
+/// Reads a profile from the bytes of its file, and passes its problems to `adopt`.
 ///
 /// # Errors
-/// Every problem found.
-pub(super) fn read(files: &dyn Files, path: &Path, bytes: Vec<u8>) -> Result<Vehicle, RefusedVehicle> {
-    FileKind::Profile.expect(path, &bytes)?;
-    let text = Text::new(path, bytes)?;
-    let root = from_toml(&text, SEE)?;
+/// Returns the names of the buses of a refused profile, ascending; `None` if the file is not TOML.
+pub(super) fn read(
+    files: &dyn Files,
+    path: &Path,
+    bytes: Vec<u8>,
+    adopt: impl Fn(Vec<Problem>),
+) -> Result<Vehicle, Option<Vec<String>>> {
+    let text = FileKind::Profile.expect(path, &bytes).and_then(|()| Text::new(path, bytes));
+    let root = text.and_then(|text| Ok((from_toml(&text, SEE)?, text)));
+    let (root, text) = root.map_err(|problem| {
+        adopt(vec![problem]);
+        None
+    })?;
     let checker = Checker::new(&text.file, SEE);
     let fields = Fields::of(&checker, &root);
     let buses = fields.as_ref().map(bus_names);
     let vehicle = fields.and_then(|fields| compile(files, fields));
-    checker.finish(vehicle).map_err(|problems| RefusedVehicle { problems, buses })
+    checker.finish(vehicle).map_err(|problems| {
+        adopt(problems);
+        buses
+    })
 }
 
 /// Returns the names of the buses in a profile, ascending.

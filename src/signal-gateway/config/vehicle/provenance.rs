@@ -30,27 +30,18 @@ impl BoundParts<'_> {
     /// Names the facts that the profile states.
     fn facts(&self) -> Vec<String> {
         let lights = self.lights;
+        let fact = |name: &str, is_given: bool| is_given.then(|| name.to_owned());
         let mut facts = states("turn", &lights.turn, &["off", "left", "right"]);
-        if !lights.turn_faults.signals.is_empty() {
-            facts.push("turn.fault_signal".to_owned());
-        }
+        facts.extend(fact("turn.fault_signal", !lights.turn_faults.signals.is_empty()));
         facts.extend(states("hazard", &lights.hazard, &["off", "on"]));
-        if !lights.hazard_faults.signals.is_empty() {
-            facts.push("hazard.fault_signal".to_owned());
-        }
+        facts.extend(fact("hazard.fault_signal", !lights.hazard_faults.signals.is_empty()));
         facts.extend(status_facts(self.status).map(str::to_owned));
         facts.extend(self.messages.iter().flat_map(message_facts));
         let buses = self.dbcs.iter().zip(self.heartbeats).filter(|(_, heartbeats)| !heartbeats.is_empty());
         facts.extend(buses.map(|(dbc, _)| format!("bus.{}.heartbeat_messages", dbc.bus)));
-        if !lights.requirements.is_empty() {
-            facts.push("requires".to_owned());
-        }
-        if !self.v2i.is_empty() {
-            facts.push("v2i".to_owned());
-        }
-        if !self.command.is_empty() {
-            facts.push("command".to_owned());
-        }
+        facts.extend(fact("requires", !lights.requirements.is_empty()));
+        facts.extend(fact("v2i", !self.v2i.is_empty()));
+        facts.extend(fact("command", !self.command.is_empty()));
         facts
     }
 }
@@ -110,7 +101,7 @@ pub(super) fn provenance(top: &Fields<'_>, parts: Option<&BoundParts<'_>>) -> Pr
                 expect_fact(top, fact, &names);
             }
         }
-        records.extend(record(fields, facts));
+        records.extend(fields.read_all(|fields| record(fields, facts)));
     }
     let facts = names.into_iter().map(|name| {
         let covers =
@@ -131,9 +122,9 @@ fn expect_fact(top: &Fields<'_>, given: &LocatedText, names: &[String]) {
     }
 }
 
-fn record(fields: Fields<'_>, facts: Vec<LocatedText>) -> Option<ProvenanceRecord> {
+fn record(fields: &Fields<'_>, facts: Vec<LocatedText>) -> Option<ProvenanceRecord> {
     let required = fields.require(&["facts", "source", "verified", "since"], "");
-    let source = fields.table("source").and_then(source);
+    let source = fields.read_table("source", source);
     let verified = fields.keyword("verified", VERIFICATIONS);
     let evidence = fields.string("evidence").map(|given| given.text).unwrap_or_default();
     match (verified, evidence.is_empty()) {
@@ -152,13 +143,12 @@ fn record(fields: Fields<'_>, facts: Vec<LocatedText>) -> Option<ProvenanceRecor
         }
         date
     });
-    fields.done();
     required?;
     let facts = facts.into_iter().map(|fact| fact.text).collect();
     Some(ProvenanceRecord { facts, source: source?, verified: verified?, evidence, since: since? })
 }
 
-fn source(fields: Fields<'_>) -> Option<FactSource> {
+fn source(fields: &Fields<'_>) -> Option<FactSource> {
     let required = fields.require(&["kind"], "");
     let kind = fields.keyword("kind", SOURCES);
     let [file, repository, commit, version, note] = ["file", "repository", "commit", "version", "note"]
@@ -169,7 +159,6 @@ fn source(fields: Fields<'_>) -> Option<FactSource> {
     if commit.as_ref().is_some_and(|commit| !is_commit(commit)) {
         fields.refuse("commit", "not the hash of a commit", "give 7 to 40 hexadecimal digits");
     }
-    fields.done();
     required?;
     Some(FactSource { kind: kind?, file, repository, commit, version, note })
 }

@@ -24,25 +24,24 @@ pub(super) fn requires(
         let reason = "commands do not wait for requirements";
         top.refuse("requires", reason, "remove [command], or write it into a profile of its own");
     }
-    top.tables("requires").filter_map(|fields| requirement(binder, fields, sections)).collect()
+    top.read_tables("requires", |fields| requirement(binder, fields, sections))
 }
 
 fn requirement(
     binder: &Binder<'_>,
-    fields: Fields<'_>,
+    fields: &Fields<'_>,
     sections: &MessageSections<'_>,
 ) -> Option<Requirement> {
     let form = fields.only_one_of(&["message", "signal"], "a requirement is of a message or of a signal");
     let read = match form {
-        Some("signal") => value(binder, &fields),
-        Some(_) => presence(binder, &fields),
+        Some("signal") => value(binder, fields),
+        Some(_) => presence(binder, fields),
         None => {
             fields.accept_rest();
             None
         }
     };
     let otherwise = fields.string("otherwise").map(|given| given.text).unwrap_or_default();
-    fields.done();
     let Observed { bus, message, name, condition } = read?;
     let ids = sections.ids(binder, (bus, message));
     Some(Requirement { bus: binder.buses[bus].index, ids, name, condition, otherwise })

@@ -29,24 +29,14 @@ pub(in crate::config) struct LocatedId {
 pub(super) fn v2i(binder: &mut Binder<'_>, top: &Fields<'_>) -> Option<(Vec<V2iSource>, Vec<LocatedId>)> {
     let before = binder.checker.count();
     let mut ids = Vec::new();
-    let source = |fields: Fields<'_>| {
-        let source = source(binder, &fields, &mut ids);
-        fields.done();
-        source
-    };
-    let sources: Vec<_> = top.tables("v2i").filter_map(source).collect();
+    let sources = top.read_tables("v2i", |fields| source(binder, fields, &mut ids));
     (top.checker.count() == before).then_some((sources, ids))
 }
 
 fn source(binder: &mut Binder<'_>, fields: &Fields<'_>, ids: &mut Vec<LocatedId>) -> Option<V2iSource> {
     let is_complete = fields.require(&["signal", "states"], "");
-    let confidence = fields.table("confidence").and_then(|section| confidence(binder, section));
-    let status = |fields: Fields<'_>| {
-        let role = binder.switch(&fields, ["good", "bad"], &[], "");
-        fields.done();
-        role
-    };
-    let status = fields.tables("status").filter_map(status).collect();
+    let confidence = fields.read_table("confidence", |section| confidence(binder, section));
+    let status = fields.read_tables("status", |part| binder.switch(part, ["good", "bad"], &[], ""));
     if is_complete.is_none() {
         fields.accept_rest();
         return None;
@@ -99,12 +89,8 @@ fn states(
         Kind::Map(texts) => {
             if let Some(arrow) = arrow {
                 let remedy = "remove it, or use states = \"movement_phase_state\"";
-                binder.refuse(
-                    &arrow.location,
-                    "states that are written out name their arrows themselves",
-                    remedy,
-                );
-                return None;
+                let reason = "states that are written out name their arrows themselves";
+                return binder.checker.refused(&arrow.location, reason, remedy);
             }
             if texts.is_empty() {
                 let remedy = "name states with their raw values, e.g. { \"red\" = [3], \"green\" = [5] }";
@@ -142,8 +128,7 @@ fn bulbs(binder: &Binder<'_>, text: &str, at: &Location) -> Option<BulbSet> {
             (error.to_string(), "write bulbs as colour, status, shape, e.g. \"red\" or \"red, green right\"")
         }
     };
-    binder.refuse(at, reason, remedy);
-    None
+    binder.checker.refused(at, reason, remedy)
 }
 
 fn arrow_shape(binder: &Binder<'_>, given: &LocatedText) -> Option<BulbShape> {
@@ -159,15 +144,13 @@ fn arrow_shape(binder: &Binder<'_>, given: &LocatedText) -> Option<BulbShape> {
 }
 
 /// Reads the signal of the unit's confidence, and the raw value that means 1.
-fn confidence(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<Confidence> {
+fn confidence(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<Confidence> {
     fields.require(&["signal", "full"], "");
     let signal = fields.string("signal");
     let full = fields.number("full", 1..=u32::MAX, "");
-    let unusable = unusable_values(&fields, NOT_AVAILABLE);
-    let at = fields.at("full");
-    fields.done();
+    let unusable = unusable_values(fields, NOT_AVAILABLE);
     let (signal, full) = (signal?, full?);
-    let values = RawValues::one(RawRange { first: 0, last: full.into() }, at);
+    let values = RawValues::one(RawRange { first: 0, last: full.into() }, fields.at("full"));
     let mut meanings = vec![(values, Meaning::Defined(()))];
     meanings.extend(unusable);
     Some(Confidence { role: binder.role(&signal, &meanings)?, full })

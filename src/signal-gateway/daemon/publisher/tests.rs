@@ -50,19 +50,25 @@ const DRIVE: &str = "[message.DRIVE]\ntimeout_ms = 500\n";
 fn the_status_of_the_vehicle_has_the_topics_that_the_profile_describes() {
     let sections = [
         (
-            "VelocityReport",
+            "autoware_vehicle_msgs/msg/VelocityReport",
             "[velocity]\nheading_rate_unknown = \"zero\"\n[[velocity.source]]\nname = \"speed\"\nkind = \"speed\"\n\
              speed = { signal = \"DRIVE.WHEEL\", unit = \"km/h\", positive = \"forward\", valid = [\"0..=5000\"] }\n",
         ),
         (
-            "SteeringReport",
+            "autoware_vehicle_msgs/msg/SteeringReport",
             "[steering]\nwheel = { signal = \"DRIVE.WHEEL\", unit = \"deg\", positive = \"left\", \
              valid = [\"-5000..=5000\"] }\n",
         ),
-        ("GearReport", "[gear]\nsignal = \"DRIVE.GEAR\"\npark = [0]\ndrive = [1]\n"),
-        ("ControlModeReport", "[control_mode]\nsignal = \"DRIVE.MODE\"\nautonomous = [1]\nmanual = [0]\n"),
         (
-            "DoorStatusArray",
+            "autoware_vehicle_msgs/msg/GearReport",
+            "[gear]\nsignal = \"DRIVE.GEAR\"\npark = [0]\ndrive = [1]\n",
+        ),
+        (
+            "autoware_vehicle_msgs/msg/ControlModeReport",
+            "[control_mode]\nsignal = \"DRIVE.MODE\"\nautonomous = [1]\nmanual = [0]\n",
+        ),
+        (
+            "autoware_adapi_v1_msgs/msg/DoorStatusArray",
             "[[doors.door]]\nname = \"front left\"\nsignal = \"DRIVE.DOOR\"\nopen = [1]\nclosed = [0]\n",
         ),
     ];
@@ -72,7 +78,7 @@ fn the_status_of_the_vehicle_has_the_topics_that_the_profile_describes() {
         let settings = load(&files, Path::new("gateway.toml"), &Overrides::default()).unwrap();
         let topics = topics(&settings);
         let topics = topics.named().filter(|(topic, _)| topic.row().flow == TopicFlow::VehicleStatus);
-        topics.map(|(topic, _)| topic.row().type_name.1).collect()
+        topics.map(|(topic, _)| topic.row().type_name).collect()
     };
     assert_eq!(written(PROFILE, ""), [""; 0]);
     for (message, section) in &sections {
@@ -82,7 +88,12 @@ fn the_status_of_the_vehicle_has_the_topics_that_the_profile_describes() {
     let unnamed = "[ros.topics]\nsteering_status = \"\"\n";
     assert_eq!(
         written(&all, unnamed),
-        ["VelocityReport", "GearReport", "ControlModeReport", "DoorStatusArray"]
+        [
+            "autoware_vehicle_msgs/msg/VelocityReport",
+            "autoware_vehicle_msgs/msg/GearReport",
+            "autoware_vehicle_msgs/msg/ControlModeReport",
+            "autoware_adapi_v1_msgs/msg/DoorStatusArray"
+        ]
     );
 }
 
@@ -101,7 +112,7 @@ fn commands_for_the_vehicle_are_read_where_they_come_from() {
         };
         let names =
             [("turn_indicators_cmd", "/turn"), ("hazard_lights_cmd", "/hazard"), ("control_mode", "/mode")];
-        let topics = names.into_iter().map(|(key, name)| (key, name.to_owned())).collect();
+        let topics = TopicNames(names.into_iter().map(|(key, name)| (key, name.to_owned())).collect());
         let config = CommandConfig { settings, binding: CommandBinding::default(), topics };
         command_subscriptions(&config).into_iter().map(|read| (read.name, read.kind)).collect::<Vec<_>>()
     };

@@ -43,8 +43,7 @@ pub(super) fn offset_m(file: &DriveFile, at_m: f64) -> f64 {
 }
 
 impl DrivePosition<'_> {
-    /// Returns the manoeuvres of the planner, in the order of its chain: start, approved manoeuvres, waiting
-    /// manoeuvres, goal.
+    /// Returns the manoeuvres of the planner in the order of its chain: start, approved, waiting, goal.
     pub(super) fn manoeuvres(&self) -> Vec<Manoeuvre> {
         let mut known: Vec<&ManoeuvrePlan> =
             self.file.manoeuvres.iter().filter(|plan| self.knows(plan)).collect();
@@ -89,6 +88,7 @@ impl DrivePosition<'_> {
 
     fn manoeuvre(&self, plan: &ManoeuvrePlan) -> Option<Manoeuvre> {
         let current_shift_m = own_offset_m(&plan.kind, self.at_m, smooth);
+        let linear = |at_m: f64| linear_offset_m(&plan.kind, at_m);
         Some(match &plan.kind {
             PlanKind::Avoidance(lines) => self.avoidance(plan, lines, current_shift_m)?,
             PlanKind::LaneChange {
@@ -116,19 +116,16 @@ impl DrivePosition<'_> {
                     minimum_length_m: *minimum_length_m,
                 })
             }
-            PlanKind::PullOut { shift, backwards_until_s, first_part_end_m } => {
-                let linear = |at_m: f64| linear_offset_m(&plan.kind, at_m);
-                Manoeuvre::PullOut(PullOut {
-                    path: self.shifted(&plan.kind).ok(),
-                    start: self.pose(shift.from_m, linear),
-                    end: self.pose(shift.to_m, linear),
-                    current_shift_m,
-                    forward: backwards_until_s.is_none_or(|until_s| self.at_s >= until_s),
-                    standing_counts: !self.departed || self.is_near(*first_part_end_m),
-                    before_start: !self.departed,
-                    lanes: self.lanes(plan),
-                })
-            }
+            PlanKind::PullOut { shift, backwards_until_s, first_part_end_m } => Manoeuvre::PullOut(PullOut {
+                path: self.shifted(&plan.kind).ok(),
+                start: self.pose(shift.from_m, linear),
+                end: self.pose(shift.to_m, linear),
+                current_shift_m,
+                forward: backwards_until_s.is_none_or(|until_s| self.at_s >= until_s),
+                standing_counts: !self.departed || self.is_near(*first_part_end_m),
+                before_start: !self.departed,
+                lanes: self.lanes(plan),
+            }),
             PlanKind::PullOver {
                 shift,
                 decided_from,
@@ -145,7 +142,6 @@ impl DrivePosition<'_> {
                         stop: pose(*stop_m),
                     })));
                 }
-                let linear = |at_m: f64| linear_offset_m(&plan.kind, at_m);
                 Manoeuvre::PullOver(PullOver::Decided(Decided {
                     path: self.shifted(&plan.kind).ok(),
                     start: self.pose(shift.from_m, linear),

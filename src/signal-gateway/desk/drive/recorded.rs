@@ -1,11 +1,13 @@
-//! A recorded drive: runs the decider over Autoware's messages, on the recorder's clock, and judges the
-//! recorded signals.
+//! Runs the decider over Autoware's messages of a recorded drive, and judges the recorded signals.
 
 use std::time::Duration;
+
+use serde::Serialize;
 
 use crate::io::ros::topics::SubscriptionKind;
 use crate::io::sample_log::{LoggedSample, SampleContent, SampleKind};
 use crate::report::drive::Snapshot;
+use gateway_base::names::named_by_variant;
 use gateway_base::time::gap_filling::GapFilling;
 use gateway_base::time::{MonoTime, Now, WallStamp};
 use gateway_core::command::input::CommandInput;
@@ -15,7 +17,7 @@ use turn_signal::decision::Decision;
 use turn_signal::flow::{TurnSignalFlow, TurnSignalSettings};
 use turn_signal::inputs::Timed;
 use turn_signal::light_command::{EnumOrUnknown, TurnCommand};
-use turn_signal::planner_input::{Odometry, PlannerInput, PlannerRoute};
+use turn_signal::planner_input::{Odometry, PlannerInput};
 use turn_signal::signal_judge::{JudgeSettings, JudgedCounts, JudgedCycle, JudgedManoeuvre, SignalJudge};
 use turn_signal::vehicle_state::VehicleState;
 
@@ -24,9 +26,10 @@ const FILLED_GAP: Duration = Duration::from_secs(10);
 /// A longer step of the pose is a jump of the localisation rather than a driven distance, metres.
 const JUMP_M: f64 = 20.0;
 
-/// A recorded signal that can be judged.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SignalSource {
+/// A recorded signal that can be judged, with its name on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum SignalSource {
     /// The command of Autoware's own decider or of another planner.
     Planner,
     /// The command that the vehicle interface receives.
@@ -35,21 +38,13 @@ pub enum SignalSource {
     Report,
 }
 
+named_by_variant!(SignalSource);
+
 impl SignalSource {
     /// All sources, in the order of preference.
-    pub const ALL: [Self; 3] = [Self::Planner, Self::Command, Self::Report];
+    pub(crate) const ALL: [Self; 3] = [Self::Planner, Self::Command, Self::Report];
 
-    /// Returns the name on the command line.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Planner => "planner",
-            Self::Command => "command",
-            Self::Report => "report",
-        }
-    }
-
-    /// Returns the kind of the source's samples.
-    pub const fn sample_kind(self) -> SampleKind {
+    pub(crate) const fn sample_kind(self) -> SampleKind {
         match self {
             Self::Planner => SampleKind::Input(SubscriptionKind::OwnTurnCommand),
             Self::Command => SampleKind::Input(SubscriptionKind::TurnCommand),
@@ -60,7 +55,7 @@ impl SignalSource {
 
 /// The decider, with the messages of a recording as inputs.
 #[derive(Debug)]
-pub struct RecordedDrive {
+pub(crate) struct RecordedDrive {
     settings: TurnSignalSettings,
     flow: TurnSignalFlow,
     start: WallStamp,
@@ -72,7 +67,6 @@ pub struct RecordedDrive {
     signals: [JudgedSignal; SignalSource::ALL.len()],
 }
 
-/// The last sample of a signal, and its judge.
 #[derive(Debug)]
 struct JudgedSignal {
     received: Option<Timed<EnumOrUnknown<TurnCommand>>>,
@@ -82,10 +76,9 @@ struct JudgedSignal {
 
 /// A cycle of the decider in a recorded drive.
 #[derive(Debug, Clone, Copy)]
-pub struct RecordedCycle<'a> {
+pub(crate) struct RecordedCycle<'a> {
     /// Time since the first message.
     pub at: MonoTime,
-    /// The vehicle and the decision.
     pub snapshot: Snapshot<'a>,
     /// The signal of each source, in the order of [`SignalSource::ALL`]; `None` while it is unknown.
     pub received: [Option<TurnCommand>; SignalSource::ALL.len()],
@@ -93,7 +86,7 @@ pub struct RecordedCycle<'a> {
 
 impl RecordedDrive {
     /// Creates a drive whose first message was received at `start`.
-    pub fn new(settings: TurnSignalSettings, start: WallStamp) -> Self {
+    pub(crate) fn new(settings: TurnSignalSettings, start: WallStamp) -> Self {
         let now = Now { mono: MonoTime::ZERO, wall: start };
         let flow = TurnSignalFlow::new(settings.clone(), now);
         let signal = |_| JudgedSignal {
@@ -107,7 +100,12 @@ impl RecordedDrive {
     }
 
     /// Passes the cycles before a sample to `each`, then handles the sample. Time never goes backwards here.
-    pub fn take(&mut self, sample: LoggedSample, kind: SampleKind, each: impl FnMut(&RecordedCycle<'_>)) {
+    pub(crate) fn take(
+        &mut self,
+        sample: LoggedSample,
+        kind: SampleKind,
+        each: impl FnMut(&RecordedCycle<'_>),
+    ) {
         self.advance(sample.logged, each);
         let turn = match &sample.content {
             SampleContent::TurnReport(number) => Some((*number).into()),
@@ -125,28 +123,22 @@ impl RecordedDrive {
         if let PlannerInput::Odometry { odometry, .. } = &input {
             self.drive_to(*odometry);
         } else if let PlannerInput::Route(route) = &input {
-            self.route = lanes(route);
+            self.route = route.segments.iter().flat_map(|segment| &segment.lanes).copied().collect();
         }
         let now = self.at(self.now);
         self.flow.handle_input(input, now);
     }
 
     /// Ends all open judgements at the last cycle.
-    pub fn finish(&mut self) {
+    pub(crate) fn finish(&mut self) {
         for signal in &mut self.signals {
             signal.judged.extend(signal.judge.finish());
         }
     }
 
-    /// Returns the manoeuvres so far with the verdicts on a signal, ordered by their ends, and the number of
-    /// each verdict.
-    pub fn judged(&self, source: SignalSource) -> (&[JudgedManoeuvre], &JudgedCounts) {
-        let [planner, command, report] = &self.signals;
-        let signal = match source {
-            SignalSource::Planner => planner,
-            SignalSource::Command => command,
-            SignalSource::Report => report,
-        };
+    /// Returns the manoeuvres so far, judged by a signal and ordered by their ends, and the verdict counts.
+    pub(crate) fn judged(&self, source: SignalSource) -> (&[JudgedManoeuvre], &JudgedCounts) {
+        let signal = &self.signals[source as usize];
         (&signal.judged, signal.judge.counts())
     }
 
@@ -215,8 +207,4 @@ impl RecordedDrive {
     fn at(&self, mono: MonoTime) -> Now {
         Now { mono, wall: self.start.after(mono.since(MonoTime::ZERO)) }
     }
-}
-
-fn lanes(route: &PlannerRoute) -> Vec<LaneId> {
-    route.segments.iter().flat_map(|segment| segment.lanes.iter().copied()).collect()
 }

@@ -22,6 +22,7 @@ const HEADING_M: f64 = 0.25;
 pub struct RoutePath {
     road: Arc<LaneNetwork>,
     line: Line,
+    length_m: f64,
 }
 
 #[derive(Debug, Clone)]
@@ -39,7 +40,6 @@ struct RouteTracks {
     /// Driven lanes, at least one.
     tracks: Vec<LaneTrack>,
     changes: Vec<RouteLaneChange>,
-    /// Lengths of all lanelets of the route, metres.
     lengths_m: BTreeMap<LaneId, f64>,
 }
 
@@ -112,20 +112,18 @@ impl RoutePath {
         let mut lanes =
             RouteTracks { starts_m, tracks: tracks(&road, segments)?, changes: Vec::new(), lengths_m };
         lanes.locate_changes(&road, changes)?;
-        Ok(Self { road, line: Line::Lanes(lanes) })
+        Ok(Self { road, line: Line::Lanes(lanes), length_m: end_m })
     }
 
     /// Creates the path from a drawn line of at least two points, with the lanelets that it may lie on.
     pub fn of_points(road: Arc<LaneNetwork>, points: Vec<Point>, lanes: Vec<LaneId>) -> Self {
-        Self { road, line: Line::Points(points, lanes) }
+        let length_m = arc_lengths_m(&points).last().copied().unwrap_or_default();
+        Self { road, line: Line::Points(points, lanes), length_m }
     }
 
     /// Returns the position of the path's end, metres.
     pub fn length_m(&self) -> f64 {
-        match &self.line {
-            Line::Lanes(lanes) => lanes.starts_m.last().copied().unwrap_or_default(),
-            Line::Points(points, _) => arc_lengths_m(points).last().copied().unwrap_or_default(),
-        }
+        self.length_m
     }
 
     /// Returns the pose at a position, `offset_m` to the left of the path, which may change along it. Beyond
@@ -136,8 +134,7 @@ impl RoutePath {
         Pose { position: along.point_at(0.0, offset_m(at_m)), yaw_rad: along.yaw_rad + rise.atan() }
     }
 
-    /// Returns the lanelet at a position. In a lane change, the middle is where the vehicle reaches the
-    /// target lanelet.
+    /// Returns the lanelet at a position; from the middle of a lane change on, it is the target lanelet.
     pub fn lane_at(&self, at_m: f64) -> Option<LaneId> {
         match &self.line {
             Line::Lanes(lanes) => {
@@ -155,7 +152,7 @@ impl RoutePath {
     /// Returns the lanelets between two positions, in order.
     pub fn lanes_between(&self, from_m: f64, to_m: f64) -> Vec<LaneId> {
         let mut found: Vec<LaneId> = Vec::new();
-        let to_m = to_m.min(self.length_m());
+        let to_m = to_m.min(self.length_m);
         for at_m in metres_from(from_m.max(0.0)).take_while(|at_m| *at_m <= to_m) {
             found.extend(self.lane_at(at_m).filter(|lane| !found.contains(lane)));
         }
@@ -164,8 +161,7 @@ impl RoutePath {
 
     /// Returns the position nearest to a point, and the distance between them, metres.
     pub fn nearest(&self, query: Point) -> (f64, f64) {
-        let length_m = self.length_m();
-        let positions = metres_from(0.0).take_while(|at_m| *at_m < length_m).chain([length_m]);
+        let positions = metres_from(0.0).take_while(|at_m| *at_m < self.length_m).chain([self.length_m]);
         let line: Vec<Point> = positions.map(|at_m| self.middle(at_m)).collect();
         let projection = nearest(&line, query);
         // Each segment of the line is a metre of the path, except the last.
@@ -174,7 +170,7 @@ impl RoutePath {
             let piece = arcs_m.partition_point(|arc_m| *arc_m <= projection.arc_m).saturating_sub(1);
             let index = u32::try_from(piece).unwrap_or(u32::MAX);
             let start_m = arcs_m.get(piece).copied().unwrap_or_default();
-            ((f64::from(index) + projection.arc_m - start_m).min(self.length_m()), projection.distance_m)
+            ((f64::from(index) + projection.arc_m - start_m).min(self.length_m), projection.distance_m)
         })
     }
 
@@ -185,7 +181,7 @@ impl RoutePath {
 
     /// Returns the point of the path itself, without offsets.
     fn middle(&self, at_m: f64) -> Point {
-        let length_m = self.length_m();
+        let length_m = self.length_m;
         let within_m = at_m.clamp(0.0, length_m);
         let on = |at_m: f64| match &self.line {
             Line::Lanes(lanes) => lanes.point_at(&self.road, at_m),

@@ -88,10 +88,7 @@ impl DriveCycle {
 }
 
 impl DriveSimulation {
-    /// Prepares a scenario.
-    ///
-    /// # Errors
-    /// Fails if lanelets do not form a path, and names each with its location in the file.
+    /// Prepares a scenario. Fails if lanelets do not form a path, and names each with its location.
     pub fn new(file: DriveFile) -> Result<Self, Refused> {
         let changes: Vec<RouteLaneChange> =
             file.manoeuvres.iter().filter_map(|plan| change_of(&plan.kind)).collect();
@@ -348,9 +345,5 @@ fn path(position: &DrivePosition<'_>, speed_mps: f64) -> Vec<PlannedPathPoint> {
 
 fn clock(at_s: f64) -> MonoTime {
     let by = Duration::from_secs_f64(at_s.abs());
-    if at_s < 0.0 {
-        MonoTime::from_nanos(START.as_nanos().saturating_sub(MonoTime::ZERO.after(by).as_nanos()))
-    } else {
-        START.after(by)
-    }
+    if at_s < 0.0 { START.before(by) } else { START.after(by) }
 }

@@ -20,25 +20,22 @@ mod judged_turn;
 mod route_choice;
 mod sweep;
 
-pub use judged_turn::SignalFault;
-pub use route_choice::RouteChoice;
-pub use sweep::{Sweep, SweepError};
+pub(crate) use judged_turn::SignalFault;
+pub(crate) use route_choice::RouteChoice;
+pub(crate) use sweep::Sweep;
 
 /// A turn whose signal is wrong.
 #[derive(Debug, Clone, PartialEq)]
-pub struct WrongTurn {
+pub(crate) struct WrongTurn {
     /// The first lanelet of the turn.
     pub lane: LaneId,
-    /// Side to which it turns.
     pub side: Side,
     /// Position of its start on its route, metres.
     pub at_m: f64,
     /// The first and the last lanelet of the route.
     pub way: [LaneId; 2],
-    /// Fault of its signal.
     pub fault: SignalFault,
-    /// Flaw of the map at its lanelets, with which no decider can be right; `None` if the fault is the
-    /// decider's.
+    /// Flaw of the map with which no decider can be right; `None` if the fault is the decider's.
     pub flaw: Option<MapFlaw>,
 }
 
@@ -60,10 +57,8 @@ impl fmt::Display for WrongTurn {
 
 /// Results of a survey of a map.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct TurnSurvey {
-    /// Number of routes driven.
+pub(crate) struct TurnSurvey {
     pub routes: usize,
-    /// Number of turns on these routes.
     pub turns: usize,
     /// Turns with a wrong signal, in the order of the routes.
     pub wrong: Vec<WrongTurn>,
@@ -72,7 +67,7 @@ pub struct TurnSurvey {
 impl TurnSurvey {
     /// Returns the number of turns with each fault, in the order of [`SignalFault::ALL`]: turns at flaws of
     /// the map if `of_map`, otherwise turns with faults of the decider.
-    pub fn counts(&self, of_map: bool) -> [usize; 4] {
+    pub(crate) fn counts(&self, of_map: bool) -> [usize; 4] {
         let of = |wrong: &&WrongTurn| wrong.flaw.is_some() == of_map;
         SignalFault::ALL
             .map(|fault| self.wrong.iter().filter(of).filter(|wrong| wrong.fault == fault).count())
@@ -81,7 +76,7 @@ impl TurnSurvey {
 
 /// Routes over the map of a drive, each driven with the drive's speed and settings.
 #[derive(Debug, Clone)]
-pub struct Surveyor {
+pub(crate) struct Surveyor {
     file: DriveFile,
     routes: Vec<Vec<LaneId>>,
     expected: BTreeMap<LaneId, ExpectedSide>,
@@ -89,26 +84,25 @@ pub struct Surveyor {
 
 impl Surveyor {
     /// Chooses the routes over the map of a drive, deterministically.
-    pub fn new(file: DriveFile, choice: RouteChoice) -> Self {
+    pub(crate) fn new(file: DriveFile, choice: RouteChoice) -> Self {
         let (routes, expected) = (choice.routes(&file.road), expected_sides(&file.road));
         Self { file, routes, expected }
     }
 
-    /// Returns the first `compat` of the drive.
-    pub fn compat(&self) -> DeciderCompat {
+    pub(crate) fn compat(&self) -> DeciderCompat {
         self.file.compats.first().copied().unwrap_or_default()
     }
 
-    /// Returns the settings of the drive's decider.
-    pub fn settings(&self) -> &DeciderSettings {
+    pub(crate) fn settings(&self) -> &DeciderSettings {
         &self.file.decider
     }
 
-    /// Drives all routes with these settings.
-    ///
-    /// # Errors
-    /// Fails if the lanelets of a route do not form a path.
-    pub fn survey(&self, compat: DeciderCompat, settings: &DeciderSettings) -> Result<TurnSurvey, Refused> {
+    /// Drives all routes with these settings. Fails if the lanelets of a route do not form a path.
+    pub(crate) fn survey(
+        &self,
+        compat: DeciderCompat,
+        settings: &DeciderSettings,
+    ) -> Result<TurnSurvey, Refused> {
         let mut survey = TurnSurvey::default();
         for lanes in &self.routes {
             let [Some(from), Some(to)] = [lanes.first(), lanes.last()] else { continue };
@@ -130,8 +124,7 @@ impl Surveyor {
     }
 }
 
-/// Returns the side to which each lanelet turns: by its tag, unless its geometry contradicts the tag, as in
-/// `check`.
+/// Returns the side to which each lanelet turns: by its tag, unless its geometry contradicts it.
 fn expected_sides(road: &LaneNetwork) -> BTreeMap<LaneId, ExpectedSide> {
     let by_tag = |lane: &Lanelet| match lane.turn_direction {
         TurnDirection::Left => Some((lane.id, ExpectedSide { side: Side::Left, flaw: None })),
@@ -151,7 +144,6 @@ fn expected_sides(road: &LaneNetwork) -> BTreeMap<LaneId, ExpectedSide> {
     sides
 }
 
-/// Returns the signalled side at each position of the rear axle, metres.
 fn shown(simulation: &DriveSimulation, compat: DeciderCompat) -> Vec<(f64, Option<Side>)> {
     let mut run = DriveRun::new(simulation, compat);
     simulation.cycles().map(|cycle| (cycle.at_m, run.step(&cycle).turn.side())).collect()

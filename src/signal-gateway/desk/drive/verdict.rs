@@ -19,7 +19,6 @@ pub struct DriveVerdicts<'a> {
 struct ExpectationState {
     cycles: usize,
     has_finding: bool,
-    /// The first mismatch, with its position.
     first_failure: Option<String>,
 }
 
@@ -78,7 +77,6 @@ impl ExpectationState {
     }
 }
 
-/// Returns the first difference between an expected and an actual decision.
 fn mismatch(expected: &ExpectedDecision, decision: &Decision) -> Option<String> {
     let winner =
         |source: Option<CandidateSource>| source.map_or("none".to_owned(), |source| source.to_string());

@@ -16,23 +16,17 @@ pub struct SenderLock(#[allow(dead_code)] Vec<UnixListener>); // held, never acc
 
 /// Reasons for refusing the right to send commands.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)] // see the texts
 pub enum SenderLockError {
-    /// Another process has the lock.
     #[error("commands are already sent on {interface} by {}", holder(*.pid))]
     Held {
-        /// Name of the interface.
         interface: String,
         /// Process that holds the lock; `None` if it is not visible, e.g. in another container.
         pid: Option<i32>,
     },
     /// The kernel refuses the socket for another reason.
     #[error("the lock for sending commands on {interface}: {error}")]
-    System {
-        /// Name of the interface.
-        interface: String,
-        /// Error of the kernel.
-        error: io::Error,
-    },
+    System { interface: String, error: io::Error },
 }
 
 fn holder(pid: Option<i32>) -> String {

@@ -5,7 +5,7 @@
 
 use std::io;
 use std::os::fd::{AsFd as _, OwnedFd};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex};
 
 use rustix::net::{SendFlags, send};
 use tokio::sync::Notify;
@@ -49,7 +49,7 @@ impl Transmitter {
     }
 
     fn send_bytes(&self, bytes: &[u8]) -> Result<(), SendFailure> {
-        let mut target = self.target();
+        let mut target = lock(&self.0.target);
         let TransmitTarget::Open(socket) = &*target else { return Err(SendFailure::Refused(libc::ENETDOWN)) };
         let Err(error) = send(socket, bytes, SendFlags::DONTWAIT) else { return Ok(()) };
         let errno = error.raw_os_error();
@@ -66,19 +66,15 @@ impl Transmitter {
 
     /// Opens the transmitter on a socket until the result is dropped.
     pub(super) fn open(&self, socket: &CanSocket) -> io::Result<Opened> {
-        *self.target() = TransmitTarget::Open(socket.as_fd().try_clone_to_owned()?);
+        *lock(&self.0.target) = TransmitTarget::Open(socket.as_fd().try_clone_to_owned()?);
         Ok(Opened(self.clone()))
     }
 
     /// Waits until a failed send has shown that the link is lost.
     pub(super) async fn lost(&self) {
-        while !matches!(*self.target(), TransmitTarget::Lost) {
+        while !matches!(*lock(&self.0.target), TransmitTarget::Lost) {
             self.0.lost.notified().await;
         }
-    }
-
-    fn target(&self) -> MutexGuard<'_, TransmitTarget> {
-        lock(&self.0.target)
     }
 }
 
@@ -87,7 +83,7 @@ pub(super) struct Opened(Transmitter);
 
 impl Drop for Opened {
     fn drop(&mut self) {
-        *self.0.target() = TransmitTarget::Closed;
+        *lock(&self.0.0.target) = TransmitTarget::Closed;
     }
 }
 
@@ -119,7 +115,7 @@ mod tests {
     fn a_frame_goes_out_whole_or_its_error_is_told() {
         let (own, other) = UnixDatagram::pair().unwrap();
         let transmitter = Transmitter::default();
-        *transmitter.target() = TransmitTarget::Open(own.into());
+        *lock(&transmitter.0.target) = TransmitTarget::Open(own.into());
         assert_eq!(transmitter.send(&frame()), Ok(()));
         let mut received = [0; 100];
         let length = other.recv(&mut received).unwrap();
@@ -131,6 +127,6 @@ mod tests {
         assert_eq!(transmitter.send(&frame()), Err(SendFailure::QueueFull));
         drop(other);
         assert_eq!(transmitter.send(&frame()), Err(SendFailure::Refused(libc::ECONNREFUSED)));
-        assert!(matches!(*transmitter.target(), TransmitTarget::Open(_)), "no sign of a lost link");
+        assert!(matches!(*lock(&transmitter.0.target), TransmitTarget::Open(_)), "no sign of a lost link");
     }
 }

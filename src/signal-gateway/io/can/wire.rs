@@ -73,10 +73,10 @@ pub(super) fn bytes(frame: &Frame) -> ([u8; libc::CANFD_MTU], usize) {
 pub(super) fn error_bytes(error: ErrorFrame) -> [u8; libc::CAN_MTU] {
     let mut bytes = [0; libc::CAN_MTU];
     let (header, payload) = bytes.split_at_mut(8);
-    let can_id = libc::CAN_ERR_FLAG | error.class() & libc::CAN_ERR_MASK;
+    let can_id = libc::CAN_ERR_FLAG | error.class & libc::CAN_ERR_MASK;
     let can_id_and_length = can_id.to_ne_bytes().into_iter().chain([8]);
     header.iter_mut().zip(can_id_and_length).for_each(|(to, from)| *to = from);
-    payload.copy_from_slice(&error.data());
+    payload.copy_from_slice(&error.data);
     bytes
 }
 

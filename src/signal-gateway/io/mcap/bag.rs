@@ -27,7 +27,8 @@ impl FileLimits {
 /// A bag that is being written.
 pub struct Bag {
     folder: PathBuf,
-    name: String,
+    /// Name of its folder.
+    pub(super) name: String,
     limits: FileLimits,
     channels: Vec<RecordedChannel>,
     /// The files in the folder, oldest first; the last may be open.
@@ -74,16 +75,15 @@ impl Bag {
         if self.is_finished {
             return Err(io::ErrorKind::StorageFull.into());
         }
+        let at = message.log_time.as_nanos();
         if self.open.is_none() {
             let name = format!("{}_{}.mcap", self.name, self.next_number);
             self.open = Some(McapFile::create(&self.folder.join(&name), false)?);
             self.next_number += 1;
-            let at = message.log_time.as_nanos();
             self.files.push_back(BagFile { name, bytes: 0, from: at, to: at, counts: BTreeMap::new() });
         }
         if let (Some(file), Some(listed)) = (&mut self.open, self.files.back_mut()) {
             file.add(message, &self.channels)?;
-            let at = message.log_time.as_nanos();
             (listed.from, listed.to) = (listed.from.min(at), listed.to.max(at));
             *listed.counts.entry(message.channel).or_default() += 1;
         }
@@ -151,11 +151,6 @@ impl Bag {
     /// Returns the number of files.
     pub fn file_count(&self) -> usize {
         self.files.len()
-    }
-
-    /// Returns the folder of the bag.
-    pub fn folder(&self) -> &Path {
-        &self.folder
     }
 
     fn write_metadata(&self) -> io::Result<()> {

@@ -239,12 +239,12 @@ impl Encoder {
     fn error_frame(&self, bus: BusIndex, error: ErrorFrame, at: WallStamp) -> Option<RecordedMessage> {
         let bytes = CdrBytes::encode(&can_msgs::Frame {
             header: self.header(bus, at)?,
-            id: error.class(),
+            id: error.class,
             is_rtr: false,
             is_extended: false,
             is_error: true,
             dlc: 8,
-            data: error.data(),
+            data: error.data,
         });
         Some(RecordedMessage::new(self.can_channel(bus, 0), at, bytes.ok()?))
     }

@@ -277,11 +277,7 @@ impl BagWriter {
             }
         }
         let mut state = lock(&self.queue.state);
-        (state.bag, state.files, state.bytes) = (
-            bag.folder().file_name().map(|name| name.to_string_lossy().into_owned()),
-            bag.file_count(),
-            total,
-        );
+        (state.bag, state.files, state.bytes) = (Some(bag.name.clone()), bag.file_count(), total);
         Ok(())
     }
 

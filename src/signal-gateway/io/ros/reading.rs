@@ -29,8 +29,8 @@ pub fn read(
         SubscriptionKind::Command => {
             TrafficLightInput::Command(bytes.whole::<std_msgs::String>()?.data).into()
         }
-        SubscriptionKind::Odometry => planner_inputs::odometry(bytes.whole()?).into(),
-        SubscriptionKind::Route => planner_inputs::route(bytes.whole()?).into(),
+        SubscriptionKind::Odometry => planner_inputs::odometry(&bytes.whole()?).into(),
+        SubscriptionKind::Route => planner_inputs::route(&bytes.whole()?).into(),
         SubscriptionKind::PlannedPath => planner_inputs::planned_path(bytes.whole()?).into(),
         SubscriptionKind::Trajectory => planner_inputs::trajectory(bytes.whole()?).into(),
         SubscriptionKind::Factors(topic) => factors_input(bytes.whole()?, topic).into(),
@@ -38,10 +38,10 @@ pub fn read(
             let goal = bytes.whole::<PoseWithUuidStamped>();
             // Some releases append a flag that tells whether the goal may be moved.
             let flagged = |_| bytes.whole::<(PoseWithUuidStamped, bool)>().map(|(goal, _)| goal);
-            planner_inputs::modified_goal(goal.or_else(flagged)?).into()
+            planner_inputs::modified_goal(&goal.or_else(flagged)?).into()
         }
         SubscriptionKind::OperationMode => planner_inputs::operation_mode(bytes.whole()?).into(),
-        SubscriptionKind::Scenario => planner_inputs::scenario(bytes.whole()?).into(),
+        SubscriptionKind::Scenario => planner_inputs::scenario(&bytes.whole()?).into(),
         SubscriptionKind::HazardRequest => {
             let message: HazardLightsCommand = bytes.whole()?;
             match message.command.into() {

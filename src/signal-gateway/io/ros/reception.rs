@@ -31,11 +31,11 @@ pub struct IncomingStatus {
 /// The subscriptions of a session, with their counts.
 #[derive(Debug)]
 pub struct TopicReception {
-    inbox: Arc<Inbox>,
+    pub(super) inbox: Arc<Inbox>,
     /// Number of published topics.
     written: usize,
     subscriptions: Vec<ReceivedTopic>,
-    taken_anew: TakenAnew,
+    pub(super) taken_anew: TakenAnew,
 }
 
 /// Statistics of writers that continued far below a number received under their identity.
@@ -70,8 +70,8 @@ impl TopicReception {
         }
     }
 
-    /// Processes a message of the network side: a sample goes to the inbox, unless it was received before, and
-    /// the counts of a status are recorded.
+    /// Processes a message of the network side: a sample goes to the inbox, unless it was received before,
+    /// and the counts of a status are recorded.
     pub fn take(&mut self, message: &FromNetwork<'_>, now: Instant) -> Result<(), Violation> {
         match message {
             FromNetwork::Sample(sample) => self.take_sample(sample, now),
@@ -107,11 +107,6 @@ impl TopicReception {
         self.subscriptions.iter().map(|received| &received.status)
     }
 
-    /// Returns how often writers restarted their numbers, and when last.
-    pub fn taken_anew(&self) -> TakenAnew {
-        self.taken_anew
-    }
-
     /// Records that `count` writers restarted their numbers, and warns at the first.
     pub fn note_taken_anew(&mut self, count: u32, now: Instant) {
         if self.taken_anew.count == 0 {
@@ -122,11 +117,6 @@ impl TopicReception {
         }
         let count = self.taken_anew.count.saturating_add(count.into());
         self.taken_anew = TakenAnew { count, last: Some(now) };
-    }
-
-    /// Returns the inbox in which inputs wait.
-    pub fn inbox(&self) -> &Inbox {
-        &self.inbox
     }
 
     fn subscription(&mut self, index: u16) -> Result<&mut ReceivedTopic, Violation> {
@@ -207,7 +197,7 @@ mod tests {
         assert_eq!(reception.take(&FromNetwork::Unreadable(0, "line\nbreak"), Instant::now()), Ok(()));
         let status = reception.statuses().next().unwrap();
         assert_eq!((status.received, status.undecodable), (2, 2));
-        assert_eq!(std::iter::from_fn(|| reception.inbox().try_take()).count(), 2);
+        assert_eq!(std::iter::from_fn(|| reception.inbox.try_take()).count(), 2);
     }
 
     #[test]

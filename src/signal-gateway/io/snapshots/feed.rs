@@ -16,17 +16,13 @@ const PATIENCE: Duration = Duration::from_secs(3);
 /// A snapshot, with its JSON once a client has needed it.
 #[derive(Debug)]
 pub struct Taken {
-    snapshot: Snapshot,
+    /// The snapshot itself.
+    pub snapshot: Snapshot,
     json: OnceLock<Arc<str>>,
     event: OnceLock<Arc<str>>,
 }
 
 impl Taken {
-    /// Returns the snapshot itself.
-    pub fn snapshot(&self) -> &Snapshot {
-        &self.snapshot
-    }
-
     /// Returns the snapshot as a line of JSON, including the line end.
     pub fn json_line(&self) -> Arc<str> {
         let made = || {
@@ -85,11 +81,8 @@ impl SnapshotFeed {
     pub fn hand_out(&mut self, snapshot: Snapshot) {
         self.is_demanded = false;
         self.next = Instant::now() + MIN_INTERVAL;
-        self.snapshots.send_replace(Some(Arc::new(Taken {
-            snapshot,
-            json: OnceLock::new(),
-            event: OnceLock::new(),
-        })));
+        let taken = Taken { snapshot, json: OnceLock::new(), event: OnceLock::new() };
+        self.snapshots.send_replace(Some(Arc::new(taken)));
     }
 }
 

@@ -1,13 +1,15 @@
 //! Values along a chart, seconds or metres: their positions, and the ticks.
 
+use std::ops::Range;
+
 /// Units of time, smallest first: name, length in seconds, and the longest axis for which the unit is used.
 const TIME_UNITS: [(&str, f64, f64); 3] =
     [("s", 1.0, 180.0), ("min", 60.0, 10_800.0), ("h", 3_600.0, f64::INFINITY)];
 
-/// The quantity along a chart.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Along {
     /// Time in seconds.
+    #[default]
     Time,
     /// Distance in metres.
     Distance,
@@ -23,7 +25,6 @@ pub(super) struct Axis {
     width_px: f64,
 }
 
-/// A value on the axis with its number.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Tick {
     pub(super) value: f64,
@@ -31,12 +32,11 @@ pub(super) struct Tick {
 }
 
 impl Axis {
-    /// Creates an axis for the values `from` to `to`, starting at `left_px`. An empty or infinite interval is
-    /// given the length 1.
-    pub(super) fn new(along: Along, (from, to): (f64, f64), left_px: f64, width_px: f64) -> Self {
-        let from = if from.is_finite() { from } else { 0.0 };
-        let to = if to.is_finite() && to > from { to } else { from + 1.0 };
-        Self { along, from, to, left_px, width_px }
+    /// Creates an axis for values over a width in pixels. An empty or infinite interval gets the length 1.
+    pub(super) fn new(along: Along, values: Range<f64>, px: Range<f64>) -> Self {
+        let from = if values.start.is_finite() { values.start } else { 0.0 };
+        let to = if values.end.is_finite() && values.end > from { values.end } else { from + 1.0 };
+        Self { along, from, to, left_px: px.start, width_px: px.end - px.start }
     }
 
     /// Returns the position of a value, pixels; values outside are at the edge.
@@ -46,8 +46,8 @@ impl Axis {
     }
 
     /// Returns the left and right edge, pixels.
-    pub(super) fn edges(&self) -> (f64, f64) {
-        (self.left_px, self.left_px + self.width_px)
+    pub(super) fn edges(&self) -> Range<f64> {
+        self.left_px..self.left_px + self.width_px
     }
 
     /// Returns at most 1000 round values at least `gap_px` apart: 1, 2 and 5 times powers of ten of the unit.
@@ -68,7 +68,6 @@ impl Axis {
         ticks
     }
 
-    /// Formats a position with its unit.
     pub(super) fn position(&self, value: f64) -> String {
         match self.along {
             Along::Time => self.clock(value),
@@ -76,7 +75,6 @@ impl Axis {
         }
     }
 
-    /// Formats both ends of a bar, with their unit.
     pub(super) fn interval(&self, from: f64, to: f64) -> String {
         match self.along {
             Along::Time => format!("{} to {}", self.clock(from), self.clock(to)),
@@ -84,7 +82,6 @@ impl Axis {
         }
     }
 
-    /// Returns the name of the quantity.
     pub(super) fn caption(&self) -> &'static str {
         match self.along {
             Along::Time => "time",
@@ -135,11 +132,7 @@ mod tests {
     use super::*;
 
     fn labels(to: f64) -> Vec<String> {
-        Axis::new(Along::Time, (0.0, to), 0.0, 1_000.0)
-            .ticks(80.0)
-            .into_iter()
-            .map(|tick| tick.label)
-            .collect()
+        Axis::new(Along::Time, 0.0..to, 0.0..1_000.0).ticks(80.0).into_iter().map(|tick| tick.label).collect()
     }
 
     #[test]
@@ -161,7 +154,7 @@ mod tests {
 
     #[test]
     fn positions_are_written_in_the_units_of_the_axis_and_smaller_ones() {
-        let position = |to: f64, value| Axis::new(Along::Time, (0.0, to), 0.0, 1_000.0).position(value);
+        let position = |to: f64, value| Axis::new(Along::Time, 0.0..to, 0.0..1_000.0).position(value);
         assert_eq!(position(100.0, 75.25), "75.25 s");
         assert_eq!(position(600.0, 75.25), "1 min 15.25 s");
         assert_eq!(position(36_000.0, 3_675.25), "1 h 1 min 15.25 s");
@@ -170,7 +163,7 @@ mod tests {
 
     #[test]
     fn metres_stay_metres() {
-        let axis = Axis::new(Along::Distance, (0.0, 1_200.0), 0.0, 1_000.0);
+        let axis = Axis::new(Along::Distance, 0.0..1_200.0, 0.0..1_000.0);
         let labels: Vec<_> = axis.ticks(80.0).into_iter().map(|tick| tick.label).collect();
         assert_eq!(labels[..3], ["0 m", "100 m", "200 m"]);
         assert_eq!((labels.len(), axis.caption()), (13, "distance"));
@@ -179,7 +172,7 @@ mod tests {
     #[test]
     fn ticks_keep_their_distance_and_lie_inside() {
         for to in [0.001, 0.7, 5.0, 59.0, 61.0, 1_000.0, 3_600.0, 1e6] {
-            let axis = Axis::new(Along::Time, (0.0, to), 100.0, 900.0);
+            let axis = Axis::new(Along::Time, 0.0..to, 100.0..1_000.0);
             let xs: Vec<_> = axis.ticks(60.0).iter().map(|tick| axis.x(tick.value)).collect();
             assert!(xs.len() >= 3, "{to}: {xs:?}");
             assert!(xs.windows(2).all(|pair| pair[1] - pair[0] >= 59.9), "{to}: {xs:?}");
@@ -190,7 +183,7 @@ mod tests {
     #[test]
     fn a_stretch_without_length_is_drawn_all_the_same() {
         for (from, to) in [(0.0, 0.0), (3.0, 1.0), (f64::NAN, f64::INFINITY)] {
-            let axis = Axis::new(Along::Time, (from, to), 0.0, 100.0);
+            let axis = Axis::new(Along::Time, from..to, 0.0..100.0);
             assert!(axis.x(from.max(0.0)).is_finite() && !axis.ticks(10.0).is_empty());
         }
     }

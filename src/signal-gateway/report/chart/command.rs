@@ -1,35 +1,36 @@
 //! Turn signals and hazard lights in a chart: sent, requested by a section, or expected.
 
+use serde::Serialize;
+
 use super::svg::{Area, Element, bordered, rect};
 use crate::report::palette::{self, Meaning, Paint};
+use gateway_base::names::named_by_variant;
 
-/// Kind of a command in a chart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CommandKind {
-    /// The command that was sent.
     Signal,
     /// A section in which a side may be signalled.
     Desired,
     /// A section in which a side must be signalled.
     Required,
-    /// The command that was expected.
     Expected,
 }
 
-/// State of turn indicators and hazard lights.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+/// State of turn indicators and hazard lights, named like the command for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 pub enum IndicatorState {
-    /// The left indicators blink.
     Left,
-    /// The right indicators blink.
     Right,
     /// Neither side of the vehicle blinks.
+    #[serde(rename = "DISABLE")]
     Off,
-    /// The hazard lights are on.
     Hazard,
-    /// There is no command.
+    #[serde(rename = "NO_COMMAND")]
     Nothing,
 }
+
+named_by_variant!(IndicatorState);
 
 impl CommandKind {
     pub(super) fn description(self, indicator: IndicatorState) -> String {
@@ -42,17 +43,9 @@ impl CommandKind {
         }
     }
 
-    /// Returns its share of the row's height. A desired section leaves room above and below.
-    const fn height(self) -> f64 {
-        match self {
-            Self::Signal | Self::Required | Self::Expected => 1.0,
-            Self::Desired => 0.6,
-        }
-    }
-
-    /// Returns the box.
+    /// Returns the box. A desired section leaves room above and below.
     pub(super) fn field(self, indicator: IndicatorState, area: Area) -> Element {
-        let height = area.height * self.height();
+        let height = area.height * if self == Self::Desired { 0.6 } else { 1.0 };
         let field = rect(area.x, area.y + (area.height - height) / 2.0, area.width, height);
         let field = bordered(field.fill(indicator.fill()), area);
         match self {
@@ -63,11 +56,8 @@ impl CommandKind {
     }
 
     /// Returns the text in the box, after its sign.
-    pub(super) const fn label(self, indicator: IndicatorState) -> &'static str {
-        match self {
-            Self::Signal | Self::Required | Self::Expected => indicator.name(),
-            Self::Desired => "",
-        }
+    pub(super) fn label(self, indicator: IndicatorState) -> &'static str {
+        if self == Self::Desired { "" } else { indicator.name() }
     }
 
     /// Returns the colour of the text in the box, which depends on how much of the box is filled.
@@ -80,17 +70,6 @@ impl CommandKind {
 }
 
 impl IndicatorState {
-    /// Returns the name of the command.
-    pub(super) const fn name(self) -> &'static str {
-        match self {
-            Self::Left => "LEFT",
-            Self::Right => "RIGHT",
-            Self::Off => "DISABLE",
-            Self::Hazard => "HAZARD",
-            Self::Nothing => "NO_COMMAND",
-        }
-    }
-
     /// Returns the colours and sign that show it; `None` without a command.
     pub(super) const fn meaning(self) -> Option<Meaning> {
         match self {
@@ -102,17 +81,14 @@ impl IndicatorState {
         }
     }
 
-    /// Returns the fill colour of a field with this state.
     pub(super) fn fill(self) -> Paint {
         self.meaning().map_or(palette::CARD, |meaning| meaning.fill)
     }
 
-    /// Returns the sign that repeats the colour.
     pub(super) fn sign(self) -> &'static str {
         self.meaning().map_or("", |meaning| meaning.sign)
     }
 
-    /// Returns the light colour for lanes that turn to a side.
     pub(super) const fn tint(self) -> Paint {
         match self {
             Self::Left => palette::LEFT_TINT,

@@ -1,12 +1,9 @@
 //! The layout of a chart: the position of each of its parts.
 
 use super::axis::{Axis, Tick};
-use super::legend;
-use super::look;
 use super::mark::Marks;
-use super::svg::{self, Area, Element, line, rect, text_at};
-use super::{Bar, Chart, Lane, Row};
-use super::{plan, text};
+use super::svg::{self, Area, Element, horizontal, rect, text_at, vertical};
+use super::{Bar, Chart, Lane, Row, legend, look, plan, text};
 use crate::report::palette;
 
 /// Width of every chart, pixels, so that documents show it at nearly full size.
@@ -21,7 +18,6 @@ const SMALL_PX: f64 = 11.0;
 const BOLD: f64 = 1.1;
 const MAX_LANE_LABEL_PX: f64 = 110.0;
 const MAX_ROW_LABEL_PX: f64 = 170.0;
-/// Maximum number of lines in a label.
 const MAX_LINES: usize = 2;
 const LABEL_GAP_PX: f64 = 14.0;
 const HEADER_GAP_PX: f64 = 6.0;
@@ -36,7 +32,6 @@ const LINE_PX: f64 = 13.0;
 const NOTE_PX: f64 = 16.0;
 const NOTE_GAP_PX: f64 = 6.0;
 const NOTE_INDENT_PX: f64 = 12.0;
-/// Minimum distance between ticks, pixels.
 const TICK_GAP_PX: f64 = 64.0;
 /// Adjacent bars narrower than this are drawn as one; every bar is at least this wide, pixels.
 const DENSE_PX: f64 = 2.0;
@@ -48,10 +43,8 @@ impl Chart {
         let labels_px = widest(lanes, LABEL_PX * BOLD);
         let rows_px = widest(self.rows().map(Row::lines), SMALL_PX);
         let left = MARGIN_PX + labels_px + LABEL_GAP_PX + rows_px + 8.0;
-        let right = WIDTH_PX - RIGHT_PX;
-        let axis = Axis::new(self.along, (self.from, self.to), left, right - left);
-        let drawing = Drawing { axis };
-        let marks = Marks::new(&self.marks, &drawing.axis);
+        let axis = Axis::new(self.along, self.from..self.to, left..WIDTH_PX - RIGHT_PX);
+        let marks = Marks::new(&self.marks, &axis);
 
         let mut content = vec![look::patterns()];
         let mut y = 8.0;
@@ -68,40 +61,37 @@ impl Chart {
         let marks_top = y + HEADER_GAP_PX;
         let top = marks_top + marks.height_above() + AXIS_PX;
         let bottom = top + self.lanes.iter().map(Lane::height).sum::<f64>();
-        content.extend(drawing.backgrounds(&self.lanes, top));
-        content.extend(drawing.grid(top, bottom));
+        content.extend(axis.draw_backgrounds(&self.lanes, top));
+        content.extend(axis.draw_grid(top, bottom));
         // Below the bars, so that no line runs through a text.
-        content.extend(marks.draw(&drawing.axis, marks_top, bottom));
+        content.extend(marks.draw(&axis, marks_top, bottom));
         let mut lane_top = top;
-        let mut lanes = Vec::new();
-        for lane in &self.lanes {
-            lanes.push(drawing.lane(lane, lane_top));
+        let draw_lane = |lane: &Lane| {
+            let drawn = axis.draw_lane(lane, lane_top);
             lane_top += lane.height();
-        }
+            drawn
+        };
+        let lanes: Vec<_> = self.lanes.iter().map(draw_lane).collect();
         let has = |class| lanes.iter().any(|lane| lane.has_class(class));
         let legend_marks = legend::Marks { is_dense: has(DENSE), is_left_out: has(look::LEFT_OUT) };
         content.extend(lanes);
-        let ticks = drawing.axis.ticks(TICK_GAP_PX);
-        content.extend(ticks.iter().flat_map(|tick| drawing.number(tick, top, bottom)));
-        content.push(drawing.caption(bottom));
+        let ticks = axis.ticks(TICK_GAP_PX);
+        content.extend(ticks.iter().flat_map(|tick| axis.draw_number(tick, top, bottom)));
+        content.push(axis.draw_caption(bottom));
         y = bottom + AXIS_PX + LEGEND_GAP_PX;
+        let mut add = |(drawn, height): (Vec<Element>, f64)| {
+            content.extend(drawn);
+            height
+        };
         let looks = self.rows().flat_map(|row| &row.bars).map(|bar| &bar.look);
-        let (samples, height) = legend::draw(looks, &legend_marks, (left, WIDTH_PX - MARGIN_PX), y);
-        content.extend(samples);
-        y += height;
-        let (listed, height) = marks.draw_list(&drawing.axis, (left, WIDTH_PX - MARGIN_PX), y);
-        content.extend(listed);
-        y += height;
+        y += add(legend::draw(looks, &legend_marks, left..WIDTH_PX - MARGIN_PX, y));
+        y += add(marks.draw_list(&axis, left..WIDTH_PX - MARGIN_PX, y));
         if let Some(plan) = &self.plan {
             y += LEGEND_GAP_PX;
-            let (drawn, height) = plan::draw(plan, (MARGIN_PX, WIDTH_PX - MARGIN_PX), y);
-            content.extend(drawn);
-            y += height;
+            y += add(plan::draw(plan, MARGIN_PX..WIDTH_PX - MARGIN_PX, y));
         }
-        let (noted, height) = self.draw_notes(y);
-        content.extend(noted);
-        y += height;
-        svg::document(&self.title, (WIDTH_PX, (y + MARGIN_PX).ceil()), content)
+        y += add(self.draw_notes(y));
+        svg::document(&self.title, WIDTH_PX, (y + MARGIN_PX).ceil(), content)
     }
 
     fn rows(&self) -> impl Iterator<Item = &Row> {
@@ -125,7 +115,6 @@ impl Chart {
     }
 }
 
-/// CSS class of bars that are drawn as one.
 const DENSE: &str = "dense";
 
 fn widest(labels: impl Iterator<Item = Vec<String>>, size_px: f64) -> f64 {
@@ -136,13 +125,7 @@ fn lane_label(label: &str) -> Vec<String> {
     text::name_lines(label, LABEL_PX * BOLD, MAX_LANE_LABEL_PX, MAX_LINES)
 }
 
-/// The drawing area with its axis.
-struct Drawing {
-    axis: Axis,
-}
-
 impl Row {
-    /// Returns the lines of the label.
     fn lines(&self) -> Vec<String> {
         text::name_lines(&self.label, SMALL_PX, MAX_ROW_LABEL_PX, MAX_LINES)
     }
@@ -161,9 +144,9 @@ impl Lane {
     }
 }
 
-impl Drawing {
-    fn backgrounds(&self, lanes: &[Lane], top: f64) -> Vec<Element> {
-        let (mut y, (_, right)) = (top, self.axis.edges());
+impl Axis {
+    fn draw_backgrounds(&self, lanes: &[Lane], top: f64) -> Vec<Element> {
+        let (mut y, right) = (top, self.edges().end);
         let mut drawn = Vec::new();
         for (index, lane) in lanes.iter().enumerate() {
             let height = lane.height();
@@ -177,34 +160,28 @@ impl Drawing {
     }
 
     /// Draws lines at round values, and a frame.
-    fn grid(&self, top: f64, bottom: f64) -> Vec<Element> {
-        let mut drawn = Vec::new();
-        for tick in self.axis.ticks(TICK_GAP_PX) {
-            let x = self.axis.x(tick.value);
-            drawn.push(line((x, top - 4.0), (x, bottom + 4.0), palette::LINE));
-        }
-        let (left, right) = self.axis.edges();
-        drawn.extend([top, bottom].map(|y| line((left, y), (right, y), palette::SOFT)));
-        drawn
+    fn draw_grid(&self, top: f64, bottom: f64) -> impl Iterator<Item = Element> {
+        let tick = move |tick: Tick| vertical(self.x(tick.value), top - 4.0..bottom + 4.0, palette::LINE);
+        let frame = [top, bottom].map(|y| horizontal(self.edges(), y, palette::SOFT));
+        self.ticks(TICK_GAP_PX).into_iter().map(tick).chain(frame)
     }
 
     /// Draws the number of a tick, above and below, with a halo that covers marks.
-    fn number(&self, tick: &Tick, top: f64, bottom: f64) -> [Element; 2] {
+    fn draw_number(&self, tick: &Tick, top: f64, bottom: f64) -> [Element; 2] {
         [top - 8.0, bottom + 16.0].map(|y| {
-            let number =
-                text_at(self.axis.x(tick.value), y, SMALL_PX, &tick.label).with("text-anchor", "middle");
+            let number = text_at(self.x(tick.value), y, SMALL_PX, &tick.label).with("text-anchor", "middle");
             let halo = number.stroke(palette::CARD).with("stroke-width", 4).with("paint-order", "stroke");
             halo.fill(palette::SOFT)
         })
     }
 
-    fn caption(&self, bottom: f64) -> Element {
-        let x = self.axis.edges().0 - CAPTION_GAP_PX;
-        let caption = text_at(x, bottom + 16.0, SMALL_PX, self.axis.caption());
+    fn draw_caption(&self, bottom: f64) -> Element {
+        let x = self.edges().start - CAPTION_GAP_PX;
+        let caption = text_at(x, bottom + 16.0, SMALL_PX, self.caption());
         caption.with("text-anchor", "end").fill(palette::SOFT)
     }
 
-    fn lane(&self, lane: &Lane, top: f64) -> Element {
+    fn draw_lane(&self, lane: &Lane, top: f64) -> Element {
         let name = Element::new("title").text(&lane.label);
         let mut group = Element::new("g").with("class", "lane").child(name);
         let mut y = top + LANE_GAP_PX + 13.0;
@@ -222,20 +199,19 @@ impl Drawing {
             let mut base_line =
                 y + height / 2.0 + 4.0 - lines.iter().skip(1).fold(0.0, |up, _| up + (LINE_PX - 1.0) / 2.0);
             for line in &lines {
-                let label = text_at(self.axis.edges().0 - 8.0, base_line, SMALL_PX, line);
+                let label = text_at(self.edges().start - 8.0, base_line, SMALL_PX, line);
                 drawn = drawn.child(label.with("text-anchor", "end").fill(palette::SOFT));
                 base_line += LINE_PX - 1.0;
             }
-            group = group.child(drawn.children(self.bars(row, y, height)));
+            group = group.child(drawn.children(self.draw_bars(row, y, height)));
             y += height + ROW_GAP_PX;
         }
         group
     }
 
     /// Draws the bars. Bars too short to be distinguished are drawn as one, above the others.
-    fn bars(&self, row: &Row, y: f64, height: f64) -> Vec<Element> {
-        let axis = &self.axis;
-        let width = |from: f64, to: f64| axis.x(to) - axis.x(from);
+    fn draw_bars(&self, row: &Row, y: f64, height: f64) -> Vec<Element> {
+        let width = |from: f64, to: f64| self.x(to) - self.x(from);
         let is_narrow = |bar: &Bar| !bar.look.overlaps() && width(bar.from, bar.to) < DENSE_PX;
         let (mut wide, mut narrow) = (Vec::new(), Vec::new());
         let mut bars = row.bars.iter().peekable();
@@ -254,14 +230,14 @@ impl Drawing {
                     fill = palette::PLAIN;
                 }
             }
-            let area = Area { x: axis.x(bar.from), y, width: width(bar.from, end).max(DENSE_PX), height };
+            let area = Area { x: self.x(bar.from), y, width: width(bar.from, end).max(DENSE_PX), height };
             let (class, what, shapes) = if hidden > 0 {
                 let what = format!("{} states, too short to be told apart", hidden + 1);
                 (DENSE, what, look::dense(area, fill))
             } else {
                 ("bar", bar.look.description(), bar.look.draw(area))
             };
-            let title = Element::new("title").text(&format!("{}: {what}", axis.interval(bar.from, end)));
+            let title = Element::new("title").text(&format!("{}: {what}", self.interval(bar.from, end)));
             let drawn = Element::new("g").with("class", class).child(title).children(shapes);
             if is_narrow(bar) { narrow.push(drawn) } else { wide.push(drawn) }
         }

@@ -1,20 +1,20 @@
 //! The legend of a chart: a sample of each look that occurs in it.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 use super::command::{CommandKind, IndicatorState};
-use super::look::{self, BASE_LINE, LEFT_OUT, Look};
-use super::svg::{Area, Element, rect, text_at};
+use super::look::{self, BASE_LINE, CurvePoint, LEFT_OUT, Look};
+use super::svg::{Area, Element, text_at};
 use super::text;
 use crate::report::palette;
 use traffic_lights::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
 
 const SIZE_PX: f64 = 11.0;
-/// Width and height of a sample, pixels.
-const SAMPLE_PX: (f64, f64) = (26.0, 16.0);
+/// A sample, pixels.
+const SAMPLE: Area = Area { x: 0.0, y: 0.0, width: 26.0, height: 16.0 };
 const LINE_PX: f64 = 22.0;
 
-/// The sample that a legend shows beside a meaning.
 enum Sample {
     Look(Look),
     /// States too short to be distinguished.
@@ -25,19 +25,19 @@ enum Sample {
 
 /// Marks in the drawing that the legend explains if they occur.
 pub(super) struct Marks {
-    /// States too short to be distinguished.
     pub(super) is_dense: bool,
-    /// The corner that marks an omitted label.
     pub(super) is_left_out: bool,
 }
 
 impl Sample {
     fn draw(&self, area: Area) -> Vec<Element> {
-        let field = || rect(area.x, area.y, area.width, area.height).fill(palette::PLAIN);
         match self {
             Self::Look(look) => look.draw(area),
             Self::Dense => look::dense(area, palette::PLAIN),
-            Self::LeftOut => [field()].into_iter().chain(look::corner(area, palette::TEXT)).collect(),
+            Self::LeftOut => {
+                let field = area.rect().fill(palette::PLAIN);
+                [field].into_iter().chain(look::corner(area, palette::TEXT)).collect()
+            }
         }
     }
 }
@@ -79,7 +79,8 @@ fn entries<'a>(looks: impl Iterator<Item = &'a Look>, marks: &Marks) -> Vec<(Sam
             Look::Lanelet(..) => Some((Look::Lanelet(None, String::new()), "lanelet, by its id")),
             Look::Share(..) => Some((Look::Share(0.6, String::new()), "share of the highest value")),
             Look::Curve { .. } => {
-                let points = vec![(0.0, 0.2), (0.4, 0.5), (0.6, 0.4), (1.0, 0.8)];
+                let points = [(0.0, 0.2), (0.4, 0.5), (0.6, 0.4), (1.0, 0.8)];
+                let points = points.map(|(along, share)| CurvePoint { along, share }).to_vec();
                 Some((Look::Curve { points, zero: 0.0, text: String::new() }, "measured value; grey: zero"))
             }
         };
@@ -122,24 +123,23 @@ fn entries<'a>(looks: impl Iterator<Item = &'a Look>, marks: &Marks) -> Vec<(Sam
 pub(super) fn draw<'a>(
     looks: impl Iterator<Item = &'a Look>,
     marks: &Marks,
-    (left, right): (f64, f64),
+    across: Range<f64>,
     top: f64,
 ) -> (Vec<Element>, f64) {
-    let (sample_px, height) = SAMPLE_PX;
-    let (mut x, mut y) = (left, top);
+    let (mut x, mut y) = (across.start, top);
     let mut drawn = Vec::new();
     let entries = entries(looks, marks);
     for (sample, meaning) in &entries {
-        let width = sample_px + 6.0 + text::width(meaning, SIZE_PX) + 16.0;
-        if x + width > right && x > left {
-            (x, y) = (left, y + LINE_PX);
+        let width = SAMPLE.width + 6.0 + text::width(meaning, SIZE_PX) + 16.0;
+        if x + width > across.end && x > across.start {
+            (x, y) = (across.start, y + LINE_PX);
         }
         // A label that does not fit into a sample is placed beside it.
-        let shapes = sample.draw(Area { x, y, width: sample_px, height });
+        let shapes = sample.draw(Area { x, y, ..SAMPLE });
         let is_sample_of_corner = matches!(sample, Sample::LeftOut);
         drawn.extend(shapes.into_iter().filter(|shape| is_sample_of_corner || !shape.has_class(LEFT_OUT)));
-        let base_line = y + height / 2.0 + SIZE_PX * BASE_LINE;
-        drawn.push(text_at(x + sample_px + 6.0, base_line, SIZE_PX, meaning).fill(palette::SOFT));
+        let base_line = y + SAMPLE.height / 2.0 + SIZE_PX * BASE_LINE;
+        drawn.push(text_at(x + SAMPLE.width + 6.0, base_line, SIZE_PX, meaning).fill(palette::SOFT));
         x += width;
     }
     let height = if entries.is_empty() { 0.0 } else { y + LINE_PX - top };

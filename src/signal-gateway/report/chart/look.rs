@@ -1,7 +1,7 @@
 //! The look of a bar: bulbs, a name, or a command.
 
 use super::command::{CommandKind, IndicatorState};
-use super::svg::{Area, BORDERLESS_PX, Element, bordered, line, pixels, rect, text_at};
+use super::svg::{Area, BORDERLESS_PX, Element, bordered, horizontal, pixels, rect, text_at, vertical};
 use super::text;
 use crate::report::palette::{self, Lamp, Meaning, Paint};
 use gateway_base::diagnostics::Level;
@@ -10,12 +10,10 @@ use traffic_lights::bulb::{Bulb, BulbSet, BulbShape, BulbStatus, Color};
 /// The state that a bar shows.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Look {
-    /// A light: a stripe per bulb, in the order of keys from the top. Without bulbs it is dark, shown as a
-    /// thin line.
+    /// A light: a stripe per bulb, in the order of keys from the top; a thin line if it is dark.
     Bulbs(BulbSet),
     /// A box with a name, such as a phase or a lanelet.
     Named(String),
-    /// A turn signal or hazard lights.
     Command(CommandKind, IndicatorState),
     /// A value that stands for a state of the lights, with its text.
     Value(IndicatorState, String),
@@ -23,12 +21,11 @@ pub enum Look {
     Lanelet(Option<IndicatorState>, String),
     /// A quantity as a share of its largest value, 0 to 1, with its text.
     Share(f64, String),
-    /// A status with its message.
     Status(Level, String),
     /// A quantity drawn as a line, with its range as text.
     Curve {
-        /// Position along the bar and share of the row's range, both 0 to 1.
-        points: Vec<(f64, f64)>,
+        /// Points of the line, in order of their positions.
+        points: Vec<CurvePoint>,
         /// Share at which the quantity is 0.
         zero: f64,
         /// Range of the quantity as text.
@@ -36,10 +33,17 @@ pub enum Look {
     },
 }
 
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CurvePoint {
+    /// Position along the bar, 0 to 1.
+    pub along: f64,
+    /// Value as a share of the row's range, 0 to 1.
+    pub share: f64,
+}
+
 const STRIPE_PX: f64 = 12.0;
 const MAX_STRIPES: u8 = 6;
 const SIGN_PX: f64 = 11.0;
-/// Height of a curve, pixels.
 const CURVE_PX: f64 = 64.0;
 /// Margin above the highest and below the lowest value of a curve, pixels.
 const CURVE_EDGE_PX: f64 = 3.0;
@@ -47,9 +51,7 @@ const CURVE_EDGE_PX: f64 = 3.0;
 const LABEL_GAP_PX: f64 = 6.0;
 /// Size of the corner that marks an omitted label, pixels.
 const CORNER_PX: f64 = 5.0;
-/// Minimum width of a bar with a corner, pixels.
 const MIN_CORNER_PX: f64 = 4.5;
-/// Minimum width of a bar with hatching, pixels.
 const MIN_HATCHED_PX: f64 = 8.0;
 /// CSS class of these corners.
 pub(super) const LEFT_OUT: &str = "left-out";
@@ -57,7 +59,6 @@ pub(super) const LEFT_OUT: &str = "left-out";
 pub(super) const BASE_LINE: f64 = 0.36;
 
 impl Look {
-    /// Returns the look as text.
     pub(super) fn description(&self) -> String {
         match self {
             Self::Bulbs(bulbs) if bulbs.is_empty() => "dark".to_owned(),
@@ -66,30 +67,21 @@ impl Look {
             | Self::Value(_, name)
             | Self::Lanelet(_, name)
             | Self::Share(_, name)
-            | Self::Status(_, name) => name.clone(),
+            | Self::Status(_, name)
+            | Self::Curve { text: name, .. } => name.clone(),
             Self::Command(kind, indicator) => kind.description(*indicator),
-            Self::Curve { text, .. } => text.clone(),
         }
     }
 
     /// Returns the row height needed to show it, pixels; `single_px` is enough for a line of text.
     pub(super) fn height(&self, single_px: f64) -> f64 {
-        match self {
-            Self::Bulbs(bulbs) => {
-                let stripes = u8::try_from(bulbs.len()).unwrap_or(MAX_STRIPES).min(MAX_STRIPES);
-                single_px.max(f64::from(stripes) * STRIPE_PX)
-            }
-            Self::Named(_)
-            | Self::Value(..)
-            | Self::Lanelet(..)
-            | Self::Share(..)
-            | Self::Command(..)
-            | Self::Status(..) => single_px,
-            Self::Curve { .. } => CURVE_PX.max(single_px),
+        if let Self::Bulbs(bulbs) = self {
+            let stripes = u8::try_from(bulbs.len()).unwrap_or(MAX_STRIPES).min(MAX_STRIPES);
+            return single_px.max(f64::from(stripes) * STRIPE_PX);
         }
+        if matches!(self, Self::Curve { .. }) { CURVE_PX.max(single_px) } else { single_px }
     }
 
-    /// Returns true if bars of this look may overlap.
     pub(super) fn overlaps(&self) -> bool {
         matches!(self, Self::Command(CommandKind::Desired | CommandKind::Required, _))
     }
@@ -112,60 +104,46 @@ impl Look {
     /// Returns the possible texts of its label, longest first, and their colour; `None` if there is no label.
     fn labels(&self) -> Option<(Vec<String>, Paint)> {
         let signed = |sign: &str, text: &str| format!("{sign} {text}").trim().to_owned();
-        let texts = match self {
+        let shortened =
+            |sign: &str, text: &str| vec![signed(sign, text), signed(sign, beginning(text)), sign.to_owned()];
+        let (texts, ink) = match self {
             Self::Bulbs(_) | Self::Share(..) | Self::Curve { .. } => return None,
-            Self::Named(name) => vec![name.clone(), beginning(name).to_owned()],
-            Self::Lanelet(Some(IndicatorState::Left), name) => vec![format!("← {name}"), "←".to_owned()],
-            Self::Lanelet(Some(IndicatorState::Right), name) => vec![format!("{name} →"), "→".to_owned()],
-            Self::Lanelet(_, name) => vec![name.clone()],
+            Self::Named(name) => (vec![name.clone(), beginning(name).to_owned()], palette::TEXT),
+            Self::Lanelet(side, name) => (lanelet_labels(*side, name), palette::TEXT),
             Self::Command(kind, indicator) => {
                 let sign = indicator.sign();
-                vec![signed(sign, kind.label(*indicator)), sign.to_owned()]
+                (vec![signed(sign, kind.label(*indicator)), sign.to_owned()], kind.ink(*indicator))
             }
-            Self::Value(_, text) | Self::Status(_, text) => {
-                let sign = if let Self::Value(indicator, _) = self {
-                    indicator.sign()
-                } else {
-                    self.severity().map_or("", |level| Meaning::of(level).sign)
-                };
-                vec![signed(sign, text), signed(sign, beginning(text)), sign.to_owned()]
+            Self::Value(indicator, text) => {
+                (shortened(indicator.sign(), text), CommandKind::Signal.ink(*indicator))
             }
-        };
-        let ink = match self {
-            Self::Command(kind, indicator) => kind.ink(*indicator),
-            Self::Status(level, _) => Meaning::of(*level).on,
-            Self::Value(indicator, _) => CommandKind::Signal.ink(*indicator),
-            Self::Bulbs(_) | Self::Named(_) | Self::Lanelet(..) | Self::Share(..) | Self::Curve { .. } => {
-                palette::TEXT
+            Self::Status(level, text) => {
+                let meaning = Meaning::of(*level);
+                (shortened(meaning.sign, text), meaning.on)
             }
         };
         Some((texts, ink)).filter(|(texts, _)| texts.first().is_some_and(|text| !text.is_empty()))
     }
 
-    /// Draws the bar in an area.
     pub(super) fn draw(&self, area: Area) -> Vec<Element> {
         match self {
             Self::Bulbs(bulbs) if bulbs.is_empty() => vec![dark(area)],
             Self::Bulbs(bulbs) => stripes(bulbs, area),
             Self::Named(_) | Self::Value(..) | Self::Lanelet(..) | Self::Status(..) => {
                 let fill = if let Self::Lanelet(Some(side), _) = self { side.tint() } else { self.fill() };
-                let field = bordered(rect(area.x, area.y, area.width, area.height).fill(fill), area);
-                self.labelled(field, area)
+                self.labelled(bordered(area.rect().fill(fill), area), area)
             }
             Self::Share(share, _) => {
                 let height = (area.height * share).max(1.0);
-                vec![
-                    rect(area.x, area.y + area.height - height, area.width, height)
-                        .fill(palette::EDGE)
-                        .with("shape-rendering", "crispEdges"),
-                ]
+                let share = rect(area.x, area.y + area.height - height, area.width, height);
+                vec![share.fill(palette::EDGE).with("shape-rendering", "crispEdges")]
             }
             Self::Curve { points, zero, .. } => curve(points, *zero, area),
             Self::Command(kind, indicator) => {
                 let field = kind.field(*indicator, area);
                 let is_hatched = *kind == CommandKind::Signal && *indicator == IndicatorState::Hazard;
                 let hatching = (is_hatched && area.width >= MIN_HATCHED_PX)
-                    .then(|| rect(area.x, area.y, area.width, area.height).with("fill", "url(#hazard)"));
+                    .then(|| area.rect().with("fill", "url(#hazard)"));
                 self.labelled(field, area).into_iter().chain(hatching).collect()
             }
         }
@@ -183,6 +161,14 @@ impl Look {
         let text = shown.and_then(|shown| texts.get(shown)).filter(|text| !text.is_empty());
         drawn.extend(text.map(|text| centred(area, SIGN_PX, text).fill(ink)));
         drawn
+    }
+}
+
+fn lanelet_labels(side: Option<IndicatorState>, name: &str) -> Vec<String> {
+    match side {
+        Some(IndicatorState::Left) => vec![format!("← {name}"), "←".to_owned()],
+        Some(IndicatorState::Right) => vec![format!("{name} →"), "→".to_owned()],
+        _ => vec![name.to_owned()],
     }
 }
 
@@ -210,10 +196,10 @@ pub(super) fn corner(area: Area, ink: Paint) -> Option<Element> {
 
 /// Draws a thin line at zero, and the curve. For each pixel column the first, lowest, highest and last value
 /// are drawn, so a curve of any length has a bounded number of points.
-fn curve(points: &[(f64, f64)], zero: f64, area: Area) -> Vec<Element> {
+fn curve(points: &[CurvePoint], zero: f64, area: Area) -> Vec<Element> {
     let y = |share: f64| area.y + CURVE_EDGE_PX + (1.0 - share) * (area.height - 2.0 * CURVE_EDGE_PX);
     let placed: Vec<_> =
-        points.iter().map(|(along, share)| (area.x + along * area.width, y(*share))).collect();
+        points.iter().map(|point| (area.x + point.along * area.width, y(point.share))).collect();
     let mut drawn: Vec<String> = Vec::new();
     for column in placed.chunk_by(|(one, _), (other, _)| one.floor().total_cmp(&other.floor()).is_eq()) {
         let by_height = |one: &&(f64, f64), other: &&(f64, f64)| one.1.total_cmp(&other.1);
@@ -227,45 +213,36 @@ fn curve(points: &[(f64, f64)], zero: f64, area: Area) -> Vec<Element> {
     }
     let curve = Element::new("polyline").with("points", drawn.join(" ")).with("fill", "none");
     vec![
-        line((area.x, y(zero)), (area.x + area.width, y(zero)), palette::LINE),
+        horizontal(area.x..area.x + area.width, y(zero), palette::LINE),
         curve.stroke(palette::LEFT.fill).with("stroke-width", 1.5).with("stroke-linejoin", "round"),
     ]
 }
 
-/// Returns the hatchings to which bars refer.
 pub(super) fn patterns() -> Element {
-    let hatchings = Color::ALL.into_iter().flat_map(|color| {
-        let pattern = |kind: &str, size_px: f64| {
-            Element::new("pattern")
-                .with("id", pattern_name(kind, color))
-                .with("patternUnits", "userSpaceOnUse")
-                .at("width", size_px)
-                .at("height", size_px)
-        };
+    let pattern = |name: &str, size_px: f64| {
+        let pattern = Element::new("pattern").with("id", name).with("patternUnits", "userSpaceOnUse");
+        pattern.at("width", size_px).at("height", size_px)
+    };
+    let hatching = |name: &str, paint: Paint, width_px: u8, opacity: f64| {
+        let stroke = vertical(0.0, 0.0..6.0, paint).with("stroke-width", width_px);
+        let pattern = pattern(name, 6.0).with("patternTransform", "rotate(45)");
+        pattern.child(stroke.with("stroke-opacity", opacity))
+    };
+    let of_lamps = Color::ALL.into_iter().flat_map(|color| {
         let edge = Lamp::of(color).edge;
-        let stroke = line((0.0, 0.0), (0.0, 6.0), edge).with("stroke-width", 4).with("stroke-opacity", 0.6);
         let dot = Element::new("circle").at("cx", 2.0).at("cy", 2.0).at("r", 0.9).fill(edge);
-        [
-            pattern("flashing", 6.0).with("patternTransform", "rotate(45)").child(stroke),
-            pattern("unsure", 4.0).child(dot),
-        ]
+        let unsure = pattern(&pattern_name("unsure", color), 4.0).child(dot);
+        [hatching(&pattern_name("flashing", color), edge, 4, 0.6), unsure]
     });
     // Hatching marks hazard lights, which are both sides at once, and several short states.
-    let others = [("hazard", palette::HAZARD.on, 0.45), ("dense", palette::CARD, 0.8)];
-    let others = others.map(|(name, paint, opacity)| {
-        let stroke =
-            line((0.0, 0.0), (0.0, 6.0), paint).with("stroke-width", 2).with("stroke-opacity", opacity);
-        let pattern = Element::new("pattern").with("id", name).with("patternUnits", "userSpaceOnUse");
-        let pattern = pattern.at("width", 6.0).at("height", 6.0).with("patternTransform", "rotate(45)");
-        pattern.child(stroke)
-    });
-    Element::new("defs").children(hatchings).children(others)
+    let hazard = hatching("hazard", palette::HAZARD.on, 2, 0.45);
+    let dense = hatching("dense", palette::CARD, 2, 0.8);
+    Element::new("defs").children(of_lamps).child(hazard).child(dense)
 }
 
 /// Draws bars too narrow to be distinguished, in the colour of the most important.
 pub(super) fn dense(area: Area, fill: Paint) -> Vec<Element> {
-    let field = || rect(area.x, area.y, area.width, area.height);
-    vec![field().fill(fill), field().with("fill", "url(#dense)")]
+    vec![area.rect().fill(fill), area.rect().with("fill", "url(#dense)")]
 }
 
 fn pattern_name(kind: &str, color: Color) -> String {
@@ -274,17 +251,17 @@ fn pattern_name(kind: &str, color: Color) -> String {
 
 fn dark(area: Area) -> Element {
     let y = area.y + area.height / 2.0;
-    line((area.x, y), (area.x + area.width, y), palette::TEXT).with("stroke-width", 1.5)
+    horizontal(area.x..area.x + area.width, y, palette::TEXT).with("stroke-width", 1.5)
 }
 
 fn stripes(bulbs: &BulbSet, area: Area) -> Vec<Element> {
     let count = u32::try_from(bulbs.len()).map_or(1.0, f64::from);
     let height = area.height / count;
-    let mut y = area.y;
+    let mut area = Area { height, ..area };
     let mut drawn = Vec::new();
     for bulb in bulbs.iter() {
-        drawn.extend(stripe(bulb, Area { y, height, ..area }));
-        y += height;
+        drawn.extend(stripe(bulb, area));
+        area.y += height;
     }
     drawn
 }
@@ -305,12 +282,9 @@ fn stripe(bulb: Bulb, area: Area) -> Vec<Element> {
 fn field(bulb: Bulb, lamp: Lamp, area: Area) -> Vec<Element> {
     let Area { x, y, width, height } = area;
     let wide = width >= BORDERLESS_PX && height >= BORDERLESS_PX;
-    let field = rect(x, y, width, height).with("stroke-width", 0.75);
+    let field = area.rect().with("stroke-width", 0.75);
     let field = if wide { field.stroke(lamp.edge) } else { field.with("stroke", "none") };
-    let over = |kind| {
-        let fill = format!("url(#{})", pattern_name(kind, bulb.color));
-        rect(x, y, width, height).with("fill", fill)
-    };
+    let over = |kind| area.rect().with("fill", format!("url(#{})", pattern_name(kind, bulb.color)));
     match bulb.status {
         BulbStatus::SolidOn => vec![field.fill(lamp.fill)],
         BulbStatus::Flashing => {
@@ -322,12 +296,8 @@ fn field(bulb: Bulb, lamp: Lamp, area: Area) -> Vec<Element> {
         }
         // Hollow: the border alone, drawn inside so that neighbours do not cover it.
         BulbStatus::SolidOff if wide => {
-            vec![
-                rect(x + 1.0, y + 1.0, width - 2.0, height - 2.0)
-                    .fill(palette::CARD)
-                    .stroke(lamp.edge)
-                    .with("stroke-width", 2),
-            ]
+            let inner = rect(x + 1.0, y + 1.0, width - 2.0, height - 2.0).fill(palette::CARD);
+            vec![inner.stroke(lamp.edge).with("stroke-width", 2)]
         }
         BulbStatus::SolidOff => vec![field.fill(lamp.fill).with("fill-opacity", 0.3)],
     }
@@ -335,10 +305,11 @@ fn field(bulb: Bulb, lamp: Lamp, area: Area) -> Vec<Element> {
 
 /// Draws letter and outline; if there is not enough room, the outline is omitted first.
 fn signs(bulb: Bulb, lamp: Lamp, color: Paint, area: Area, size: f64) -> Vec<Element> {
-    let outline = |x: f64| outline(bulb, (x, area.y + area.height / 2.0), size, color);
+    let at = |x: f64| Area { x, width: 0.0, ..area };
+    let outline = |x: f64| outline(bulb, at(x), size, color);
     let middle = area.x + area.width / 2.0;
     let letter = |x: f64| {
-        let area = Area { x, width: 0.0, ..area };
+        let area = at(x);
         let letter = centred(area, size, lamp.letter).with("font-weight", "bold").fill(color);
         let letter = letter.with("stroke-width", 2.5).with("paint-order", "stroke");
         match (bulb.status, bulb.color) {
@@ -355,21 +326,22 @@ fn signs(bulb: Bulb, lamp: Lamp, color: Paint, area: Area, size: f64) -> Vec<Ele
     }
 }
 
-/// Draws the sign of a shape; `None` for the circle, the default.
-fn outline(bulb: Bulb, (x, y): (f64, f64), size: f64, color: Paint) -> Option<Element> {
+/// Draws the sign of a shape in the middle of an area; `None` for the circle, the default.
+fn outline(bulb: Bulb, area: Area, size: f64, color: Paint) -> Option<Element> {
+    let place =
+        format!("translate({} {})", pixels(area.x + area.width / 2.0), pixels(area.y + area.height / 2.0));
     let turn_deg = match bulb.shape {
         BulbShape::Circle => return None,
         // The letter is a question mark already.
         BulbShape::Unknown if bulb.color == Color::Unknown => return None,
         BulbShape::Unknown => {
-            let area = Area { x, y: y - size, width: 0.0, height: 2.0 * size };
             return Some(centred(area, size, "?").with("font-weight", "bold").fill(color));
         }
         BulbShape::Cross => {
             let arm = size * 0.36;
             let path = format!("M{0} {0}L{1} {1}M{0} {1}L{1} {0}", pixels(-arm), pixels(arm));
             let cross = Element::new("path").with("d", path).stroke(color).with("stroke-width", 2);
-            return Some(cross.with("transform", format!("translate({} {})", pixels(x), pixels(y))));
+            return Some(cross.with("transform", place));
         }
         BulbShape::Right => 0,
         BulbShape::LowerRight => 45,
@@ -384,9 +356,8 @@ fn outline(bulb: Bulb, (x, y): (f64, f64), size: f64, color: Paint) -> Option<El
     let corners =
         [(-1.0, -0.22), (0.0, -0.22), (0.0, -0.8), (1.0, 0.0), (0.0, 0.8), (0.0, 0.22), (-1.0, 0.22)];
     let points = corners.map(|(x, y)| format!("{},{}", pixels(x * tip), pixels(y * tip))).join(" ");
-    let transform = format!("translate({} {}) rotate({turn_deg})", pixels(x), pixels(y));
     let arrow = Element::new("polygon").with("points", points).fill(color);
-    Some(arrow.with("transform", transform))
+    Some(arrow.with("transform", format!("{place} rotate({turn_deg})")))
 }
 
 fn centred(area: Area, size_px: f64, text: &str) -> Element {

@@ -1,8 +1,10 @@
 //! Vertical marks. Their texts are staggered above the lanes or, if they do not fit there, replaced by
 //! numbers with a list below.
 
+use std::ops::Range;
+
 use super::axis::Axis;
-use super::svg::{Element, line, text_at};
+use super::svg::{Element, text_at, vertical};
 use super::{Mark, text};
 use crate::report::palette;
 
@@ -10,7 +12,6 @@ const SIZE_PX: f64 = 11.0;
 const LEVEL_PX: f64 = 15.0;
 const MAX_LEVELS: usize = 6;
 const MAX_PX: f64 = 280.0;
-/// Distance from a line to its text, pixels.
 const TEXT_GAP_PX: f64 = 4.0;
 const NUMBER_GAP_PX: f64 = 4.0;
 /// Lines closer together than this are drawn once, pixels.
@@ -19,7 +20,6 @@ const LINE_PX: f64 = 15.0;
 const COLUMN_GAP_PX: f64 = 28.0;
 const MAX_LISTED: usize = 120;
 
-/// Marks with the levels of their texts.
 #[derive(Debug)]
 pub(super) struct Marks<'a> {
     moments: Vec<Moment<'a>>,
@@ -27,7 +27,6 @@ pub(super) struct Marks<'a> {
     levels: Vec<usize>,
 }
 
-/// All marks at one position.
 #[derive(Debug)]
 struct Moment<'a> {
     at_s: f64,
@@ -78,8 +77,8 @@ impl<'a> Marks<'a> {
             last_x = x;
             let y = top + pixels(level.unwrap_or(0)) * LEVEL_PX;
             let title = format!("{}: {}", axis.position(moment.at_s), moment.text());
-            let stroke =
-                line((x, if level.is_some() { y } else { y + LEVEL_PX - 2.0 }), (x, bottom), palette::FOCUS);
+            let line_top = if level.is_some() { y } else { y + LEVEL_PX - 2.0 };
+            let stroke = vertical(x, line_top..bottom, palette::FOCUS);
             let mut group = Element::new("g").with("class", "mark").fill(palette::FOCUS);
             group = group.child(Element::new("title").text(&title));
             group = group.child(stroke.with("stroke-dasharray", "4 3").with("stroke-opacity", 0.75));
@@ -94,8 +93,7 @@ impl<'a> Marks<'a> {
         drawn
     }
 
-    /// Returns the numbers above the lanes, each with the position of its moment. Numbers that would overlap
-    /// are joined, as in `3–5`.
+    /// Returns the numbers with the positions of their moments, joined where they would overlap, as `3–5`.
     fn numbers(&self, axis: &Axis) -> Vec<(usize, String)> {
         let mut groups: Vec<(usize, usize)> = Vec::new();
         let label = |(first, last): (usize, usize)| {
@@ -120,23 +118,23 @@ impl<'a> Marks<'a> {
     }
 
     /// Draws the list below the lanes, in as many columns as fit, and returns its height.
-    pub(super) fn draw_list(&self, axis: &Axis, (left, right): (f64, f64), top: f64) -> (Vec<Element>, f64) {
+    pub(super) fn draw_list(&self, axis: &Axis, across: Range<f64>, top: f64) -> (Vec<Element>, f64) {
         let width = |lines: &[Listed], part: fn(&Listed) -> &str| {
             lines.iter().map(|line| text::width(part(line), SIZE_PX)).fold(0.0, f64::max)
         };
-        let listed = self.list(axis);
+        let (listed, width_px) = (self.list(axis), across.end - across.start);
         let (numbers_px, times_px) = (width(&listed, |line| &line.number), width(&listed, |line| &line.time));
-        let room_px = right - left - numbers_px - times_px - 20.0;
+        let room_px = width_px - numbers_px - times_px - 20.0;
         let lines: Vec<Listed> = listed.into_iter().flat_map(|line| line.wrapped(room_px)).collect();
         let texts_px = width(&lines, |line| &line.text).min(room_px);
         let column_px = numbers_px + 10.0 + times_px + 10.0 + texts_px + COLUMN_GAP_PX;
         let mut rows = lines.len();
-        while rows > 8 && column_px * pixels(lines.len().div_ceil(rows - 1)) <= right - left {
+        while rows > 8 && column_px * pixels(lines.len().div_ceil(rows - 1)) <= width_px {
             rows -= 1;
         }
         let mut drawn = Vec::new();
         for (index, line) in lines.iter().enumerate() {
-            let x = left + pixels(index / rows.max(1)) * column_px;
+            let x = across.start + pixels(index / rows.max(1)) * column_px;
             let y = top + pixels(index % rows.max(1) + 1) * LINE_PX;
             let times_x = x + numbers_px + 10.0 + times_px;
             let ends = [(x + numbers_px, &line.number), (times_x, &line.time)];
@@ -170,7 +168,6 @@ impl<'a> Marks<'a> {
 }
 
 impl Listed {
-    /// Returns the line, wrapped into further lines if necessary.
     fn wrapped(self, room_px: f64) -> impl Iterator<Item = Self> {
         let Self { mut number, mut time, text } = self;
         let below =
@@ -200,7 +197,7 @@ fn levels(moments: &[Moment<'_>], axis: &Axis) -> Option<Vec<usize>> {
         Some(level)
     };
     let levels: Option<Vec<_>> = moments.iter().map(level).collect();
-    let (_, right) = axis.edges();
+    let right = axis.edges().end;
     let fits = moments.iter().all(|moment| axis.x(moment.at_s) + TEXT_GAP_PX + moment.width() <= right);
     levels.filter(|_| fits)
 }
@@ -221,7 +218,7 @@ mod tests {
 
     #[test]
     fn texts_step_down_where_the_one_before_is_in_the_way() {
-        let axis = Axis::new(Along::Time, (0.0, 10.0), 0.0, 1_000.0);
+        let axis = Axis::new(Along::Time, 0.0..10.0, 0.0..1_000.0);
         let given = [mark(8.0, "d"), mark(1.0, "a long text"), mark(1.2, "b"), mark(1.2, "c")];
         let marks = Marks::new(&given, &axis);
         assert_eq!(marks.levels, [0, 1, 0]);
@@ -231,7 +228,7 @@ mod tests {
 
     #[test]
     fn no_number_covers_another() {
-        let axis = Axis::new(Along::Time, (0.0, 10.0), 0.0, 1_000.0);
+        let axis = Axis::new(Along::Time, 0.0..10.0, 0.0..1_000.0);
         let long = "long ".repeat(50);
         let numbers = |times: &[f64]| {
             let given: Vec<_> = times.iter().map(|at| mark(*at, &long)).collect();
@@ -245,7 +242,7 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_numbered_and_listed() {
-        let axis = Axis::new(Along::Time, (0.0, 10.0), 0.0, 1_000.0);
+        let axis = Axis::new(Along::Time, 0.0..10.0, 0.0..1_000.0);
         let crowd: Vec<_> = (0..200).map(|number| mark(f64::from(number) * 0.01, "a long text")).collect();
         let long = [mark(1.0, &"long ".repeat(50)), mark(1.0, "b"), mark(2.0, "c")];
         let listed = |given: &[Mark]| {

@@ -1,8 +1,12 @@
 //! The plan view of a chart: lanes from above, and the driven way.
 
-use super::svg::{Element, line, pixels, text_at};
-use super::{IndicatorState, Plan, text};
+use std::ops::Range;
+
+use super::command::IndicatorState;
+use super::svg::{Element, horizontal, pixels, rect, text_at, vertical};
+use super::{axis, text};
 use crate::report::palette::{self, Paint};
+use lanelet2_map::geometry::Point;
 
 const HEIGHT_PX: f64 = 260.0;
 const LABEL_PX: f64 = 10.0;
@@ -14,19 +18,33 @@ const DOT_PX: f64 = 4.0;
 const NAME_OFFSETS_PX: [f64; 7] = [0.0, -13.0, 13.0, -24.0, 24.0, -36.0, 36.0];
 /// Minimum length of the scale bar, pixels.
 const MIN_MEASURE_PX: f64 = 50.0;
-/// Minimum distance between arrow heads along the way, pixels.
 const ARROW_GAP_PX: f64 = 70.0;
-/// Margin around the driven way, which shows the lanes beside it: as a share of the way's size, and a minimum
-/// in metres.
+/// Margin around the driven way, for the lanes beside it: share of the way's size, and minimum in metres.
 const AROUND: f64 = 0.08;
 const MIN_AROUND_M: f64 = 6.0;
-/// Minimum width of the view, metres.
 const MIN_WIDTH_M: f64 = 30.0;
 /// Maximum number of names and signals.
 const MAX_NAMES: usize = 60;
 
-/// A point in the map's plane, metres.
-pub type PlanPoint = (f64, f64);
+/// Lanes from above, and the driven way.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Plan {
+    /// Lanes near the way.
+    pub lanes: Vec<PlanLane>,
+    /// Parts of the way, with the signal on each.
+    pub driven: Vec<(IndicatorState, Vec<Point>)>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlanLane {
+    pub name: String,
+    /// Side to which the lane turns.
+    pub side: Option<IndicatorState>,
+    /// True if the vehicle was on it.
+    pub is_driven: bool,
+    /// Bounds of the lane, as one closed line.
+    pub outline: Vec<Point>,
+}
 
 /// Converts map coordinates to pixels; north is up.
 struct Scale {
@@ -38,73 +56,57 @@ struct Scale {
 }
 
 impl Scale {
-    fn at(&self, (x_m, y_m): PlanPoint) -> (f64, f64) {
-        (self.left_px + (x_m - self.left_m) * self.px_per_m, self.top_px + (self.top_m - y_m) * self.px_per_m)
+    fn at(&self, point: &Point) -> (f64, f64) {
+        let (right_m, down_m) = (point.x_m - self.left_m, self.top_m - point.y_m);
+        (self.left_px + right_m * self.px_per_m, self.top_px + down_m * self.px_per_m)
     }
 
-    /// Draws a scale bar of a round length in metres at the bottom, with a caption beside it, and returns the
-    /// height of both.
+    /// Draws a scale bar of a round length in metres with a caption, and returns their height.
     fn measure(&self, left_px: f64, top_px: f64) -> (Element, f64) {
-        let length_m = super::axis::decimal_step(MIN_MEASURE_PX / self.px_per_m);
+        let length_m = axis::decimal_step(MIN_MEASURE_PX / self.px_per_m);
         let (y, right_px) = (top_px + 16.0, left_px + length_m * self.px_per_m);
         let text =
             format!("{length_m} m; north is up, and the line is the way from the dot on, with its signals");
-        let ends = [left_px, right_px].map(|x| line((x, y - 4.0), (x, y + 4.0), palette::TEXT));
-        let bar = line((left_px, y), (right_px, y), palette::TEXT).with("stroke-width", 1.5);
+        let ends = [left_px, right_px].map(|x| vertical(x, y - 4.0..y + 4.0, palette::TEXT));
+        let bar = horizontal(left_px..right_px, y, palette::TEXT).with("stroke-width", 1.5);
         let text = text_at(right_px + 8.0, y + 4.0, LABEL_PX + 1.0, &text).fill(palette::SOFT);
         (Element::new("g").with("class", "measure").child(bar).children(ends).child(text), 24.0)
     }
 
-    /// Returns the attribute `points` of a line.
-    fn points(&self, points: &[PlanPoint]) -> String {
-        let texts: Vec<_> = points
-            .iter()
-            .map(|point| {
-                let (x, y) = self.at(*point);
-                format!("{},{}", pixels(x), pixels(y))
-            })
-            .collect();
-        texts.join(" ")
+    fn points(&self, points: &[Point]) -> String {
+        let places = points.iter().map(|point| self.at(point));
+        places.map(|(x, y)| format!("{},{}", pixels(x), pixels(y))).collect::<Vec<_>>().join(" ")
     }
-}
-
-/// Returns the minimum and maximum coordinates of points; `None` without a finite point.
-fn extent<'a>(points: impl Iterator<Item = &'a PlanPoint>) -> Option<(PlanPoint, PlanPoint)> {
-    let finite = points.filter(|(x, y)| x.is_finite() && y.is_finite());
-    finite.fold(None, |extent, &(x, y)| {
-        let ((left, bottom), (right, top)) = extent.unwrap_or(((x, y), (x, y)));
-        Some(((left.min(x), bottom.min(y)), (right.max(x), top.max(y))))
-    })
 }
 
 /// Draws the plan below `top_px`, and returns its height; draws nothing without a way.
-pub(super) fn draw(plan: &Plan, (left_px, right_px): (f64, f64), top_px: f64) -> (Vec<Element>, f64) {
-    let driven = plan.driven.iter().flat_map(|(_, points)| points);
-    let Some(((left, bottom), (right, top))) = extent(driven) else { return (Vec::new(), 0.0) };
+pub(super) fn draw(plan: &Plan, across_px: Range<f64>, top_px: f64) -> (Vec<Element>, f64) {
+    let extent = |coordinate: fn(&Point) -> f64| {
+        let driven = plan.driven.iter().flat_map(|(_, points)| points).filter(|point| point.is_finite());
+        driven.map(coordinate).fold(f64::INFINITY..f64::NEG_INFINITY, |extent, value| {
+            extent.start.min(value)..extent.end.max(value)
+        })
+    };
+    let (x_m, y_m) = (extent(|point| point.x_m), extent(|point| point.y_m));
+    if x_m.start > x_m.end {
+        return (Vec::new(), 0.0);
+    }
     let with_surroundings = |size_m: f64| size_m + 2.0 * (AROUND * size_m).max(MIN_AROUND_M);
-    let (width_m, height_m) =
-        (with_surroundings((right - left).max(MIN_WIDTH_M)), with_surroundings(top - bottom));
-    let px_per_m = ((right_px - left_px) / width_m).min(HEIGHT_PX / height_m);
-    let (center_x, center_y) = (f64::midpoint(left, right), f64::midpoint(bottom, top));
+    let width_m = with_surroundings((x_m.end - x_m.start).max(MIN_WIDTH_M));
+    let height_m = with_surroundings(y_m.end - y_m.start);
+    let width_px = across_px.end - across_px.start;
+    let px_per_m = (width_px / width_m).min(HEIGHT_PX / height_m);
     let height_px = height_m * px_per_m;
-    let shown_m = (right_px - left_px) / px_per_m;
     let scale = Scale {
-        left_m: center_x - shown_m / 2.0,
-        top_m: center_y + height_m / 2.0,
+        left_m: f64::midpoint(x_m.start, x_m.end) - width_px / px_per_m / 2.0,
+        top_m: f64::midpoint(y_m.start, y_m.end) + height_m / 2.0,
         px_per_m,
-        left_px,
+        left_px: across_px.start,
         top_px,
     };
-    let clip = Element::new("clipPath").with("id", "plan").child(super::svg::rect(
-        left_px,
-        top_px,
-        right_px - left_px,
-        height_px,
-    ));
-    let mut content = Vec::new();
-    for lane in &plan.lanes {
-        content.push(lane_outline(lane, &scale));
-    }
+    let clip = rect(across_px.start, top_px, width_px, height_px);
+    let clip = Element::new("clipPath").with("id", "plan").child(clip);
+    let mut content: Vec<_> = plan.lanes.iter().map(|lane| lane_outline(lane, &scale)).collect();
     for (indicator, points) in &plan.driven {
         let stroke = match indicator {
             IndicatorState::Off | IndicatorState::Nothing => palette::SOFT,
@@ -115,35 +117,51 @@ pub(super) fn draw(plan: &Plan, (left_px, right_px): (f64, f64), top_px: f64) ->
         content.push(way.child(Element::new("title").text(indicator.name())));
         content.extend(arrows(points, &scale, stroke));
     }
-    let start = plan.driven.first().and_then(|(_, points)| points.first()).map(|start| scale.at(*start));
-    if let Some((x, y)) = start {
+    if let Some(start) = plan.driven.first().and_then(|(_, points)| points.first()) {
+        let (x, y) = scale.at(start);
         let dot = Element::new("circle").at("cx", x).at("cy", y).at("r", DOT_PX).fill(palette::TEXT);
         content.push(dot.child(Element::new("title").text("start")));
     }
-    content.extend(names(plan, &scale, (left_px, right_px), (top_px, top_px + height_px)));
+    let bottom_px = top_px + height_px;
+    let (measure, measure_px) = scale.measure(across_px.start, bottom_px);
+    content.extend(names(plan, &scale, &Bounds { x: across_px, y: top_px..bottom_px }));
     let group = Element::new("g").with("class", "plan").with("clip-path", "url(#plan)").children(content);
-    let (measure, measure_px) = scale.measure(left_px, top_px + height_px);
     (vec![Element::new("defs").child(clip), group, measure], height_px + measure_px)
 }
 
-/// Bounding box that no name may cover: left, top, right and bottom.
-type Bounds = (f64, f64, f64, f64);
+/// A rectangle, pixels.
+struct Bounds {
+    x: Range<f64>,
+    y: Range<f64>,
+}
 
-fn overlap(one: &Bounds, other: &Bounds) -> bool {
-    one.0 < other.2 && other.0 < one.2 && one.1 < other.3 && other.1 < one.3
+impl Bounds {
+    fn around(x: f64, y: f64, half_width: f64, half_height: f64) -> Self {
+        Self { x: x - half_width..x + half_width, y: y - half_height..y + half_height }
+    }
+
+    fn overlaps(&self, other: &Self) -> bool {
+        let overlap = |one: &Range<f64>, other: &Range<f64>| one.start < other.end && other.start < one.end;
+        overlap(&self.x, &other.x) && overlap(&self.y, &other.y)
+    }
+
+    fn is_within(&self, other: &Self) -> bool {
+        let within = |one: &Range<f64>, other: &Range<f64>| one.start >= other.start && one.end <= other.end;
+        within(&self.x, &other.x) && within(&self.y, &other.y)
+    }
 }
 
 /// Draws the signals on the way, and beside the way the names of the driven lanes. A name that would cover
 /// the way or another name is omitted, and remains only as the title of its part or lane.
-fn names(plan: &Plan, scale: &Scale, (left, right): (f64, f64), (top, bottom): (f64, f64)) -> Vec<Element> {
+fn names(plan: &Plan, scale: &Scale, view: &Bounds) -> Vec<Element> {
     let driven = plan.driven.iter().flat_map(|(_, points)| points.windows(2));
     let mut taken: Vec<Bounds> = driven
         .flat_map(|pair| {
-            let ((x0, y0), (x1, y1)) = (scale.at(pair[0]), scale.at(pair[1]));
+            let ((x0, y0), (x1, y1)) = (scale.at(&pair[0]), scale.at(&pair[1]));
             let count = (((x1 - x0).hypot(y1 - y0) / WAY_PX).ceil() + 1.0).min(1_000.0);
             (0..=1_000_u32).map(f64::from).take_while(move |step| *step <= count).map(move |step| {
                 let (x, y) = (x0 + (x1 - x0) * step / count, y0 + (y1 - y0) * step / count);
-                (x - WAY_PX, y - WAY_PX, x + WAY_PX, y + WAY_PX)
+                Bounds::around(x, y, WAY_PX, WAY_PX)
             })
         })
         .collect();
@@ -157,45 +175,40 @@ fn names(plan: &Plan, scale: &Scale, (left, right): (f64, f64), (top, bottom): (
     });
     let mut drawn = Vec::new();
     for (place, name, ink) in signals.chain(lanes).take(MAX_NAMES) {
-        let (x, y) = scale.at(place);
+        let (x, y) = scale.at(&place);
         let half = text::width(&name, LABEL_PX) / 2.0;
         let places =
             NAME_OFFSETS_PX.iter().flat_map(|down| NAME_OFFSETS_PX.iter().map(move |aside| (*aside, *down)));
-        let bounds = places.map(|(aside, down)| {
-            let (x, y) = (x + aside * 2.0, y + down);
-            (x - half, y - LABEL_PX / 2.0 - 1.0, x + half, y + LABEL_PX / 2.0 + 1.0)
-        });
-        let is_inside = |one: &Bounds| one.0 >= left && one.2 <= right && one.1 >= top && one.3 <= bottom;
-        let free = |one: &Bounds| is_inside(one) && !taken.iter().any(|taken| overlap(one, taken));
-        let Some(bounds) = bounds.into_iter().find(free) else { continue };
-        taken.push(bounds);
-        let name = text_at(bounds.0 + half, bounds.3 - LABEL_PX * 0.25, LABEL_PX, &name).fill(ink);
+        let mut bounds =
+            places.map(|(aside, down)| Bounds::around(x + aside * 2.0, y + down, half, LABEL_PX / 2.0 + 1.0));
+        let free = |one: &Bounds| one.is_within(view) && !taken.iter().any(|taken| one.overlaps(taken));
+        let Some(bounds) = bounds.find(free) else { continue };
+        let name = text_at(bounds.x.start + half, bounds.y.end - LABEL_PX * 0.25, LABEL_PX, &name).fill(ink);
         let name = name.with("text-anchor", "middle").with("class", "name");
         drawn.push(name.stroke(palette::CARD).with("stroke-width", 3).with("paint-order", "stroke"));
+        taken.push(bounds);
     }
     drawn
 }
 
-/// Returns the mean of points; `None` if there are none.
-fn mean(points: &[PlanPoint]) -> Option<PlanPoint> {
+fn mean(points: &[Point]) -> Option<Point> {
     let count = u32::try_from(points.len()).ok().filter(|count| *count > 0)?;
-    let sum = points.iter().fold((0.0, 0.0), |(x, y), point| (x + point.0, y + point.1));
-    Some((sum.0 / f64::from(count), sum.1 / f64::from(count)))
+    let sum = points.iter().fold((0.0, 0.0), |(x, y), point| (x + point.x_m, y + point.y_m));
+    Some(Point::new(sum.0 / f64::from(count), sum.1 / f64::from(count)))
 }
 
-fn lane_outline(lane: &super::PlanLane, scale: &Scale) -> Element {
+fn lane_outline(lane: &PlanLane, scale: &Scale) -> Element {
     let tint = lane.side.map_or(palette::PAGE, IndicatorState::tint);
     let outline = Element::new("polygon").with("points", scale.points(&lane.outline));
     let outline = outline.fill(tint).stroke(palette::EDGE).with("stroke-width", 0.75);
     outline.child(Element::new("title").text(&lane.name))
 }
 
-/// Draws arrow heads along a way.
-fn arrows(points: &[PlanPoint], scale: &Scale, fill: Paint) -> Vec<Element> {
+fn arrows(points: &[Point], scale: &Scale, fill: Paint) -> Vec<Element> {
     let mut drawn = Vec::new();
     let mut driven_px = ARROW_GAP_PX / 2.0;
     for pair in points.windows(2) {
-        let ((x0, y0), (x1, y1)) = (scale.at(pair[0]), scale.at(pair[1]));
+        let ((x0, y0), (x1, y1)) = (scale.at(&pair[0]), scale.at(&pair[1]));
         let length = (x1 - x0).hypot(y1 - y0);
         driven_px += length;
         if driven_px < ARROW_GAP_PX || length < 1e-6 {

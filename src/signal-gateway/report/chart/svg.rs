@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::fmt::{self, Display, Write};
+use std::ops::Range;
 
 use crate::report::palette::{self, Paint};
 
@@ -17,7 +18,6 @@ pub(super) struct Area {
     pub(super) height: f64,
 }
 
-/// An element with its contents.
 #[derive(Debug, Clone)]
 pub(super) struct Element {
     name: &'static str,
@@ -38,18 +38,15 @@ impl Element {
         self
     }
 
-    /// Sets the fill colour.
     pub(super) fn fill(self, paint: Paint) -> Self {
         self.painted("fill", paint)
     }
 
-    /// Sets the colour of its border or line.
     pub(super) fn stroke(self, paint: Paint) -> Self {
         self.painted("stroke", paint)
     }
 
-    /// Sets the colour for the light scheme as an attribute, which every viewer supports; a class overrides
-    /// it in the dark scheme.
+    /// Sets the colour of the light scheme, which all viewers show; a class overrides it in the dark scheme.
     fn painted(mut self, property: &'static str, paint: Paint) -> Self {
         self.attributes.push((property, paint.light.to_owned()));
         if paint.light != paint.dark {
@@ -130,7 +127,12 @@ impl Display for Element {
     }
 }
 
-/// Creates a rectangle, in pixels.
+impl Area {
+    pub(super) fn rect(self) -> Element {
+        rect(self.x, self.y, self.width, self.height)
+    }
+}
+
 pub(super) fn rect(x: f64, y: f64, width: f64, height: f64) -> Element {
     Element::new("rect").at("x", x).at("y", y).at("width", width).at("height", height)
 }
@@ -140,9 +142,12 @@ pub(super) fn bordered(field: Element, area: Area) -> Element {
     if area.width < BORDERLESS_PX { field } else { field.stroke(palette::EDGE).with("stroke-width", 0.75) }
 }
 
-/// Creates a straight line.
-pub(super) fn line(from: (f64, f64), to: (f64, f64), stroke: Paint) -> Element {
-    Element::new("line").at("x1", from.0).at("y1", from.1).at("x2", to.0).at("y2", to.1).stroke(stroke)
+pub(super) fn horizontal(x: Range<f64>, y: f64, stroke: Paint) -> Element {
+    Element::new("line").at("x1", x.start).at("y1", y).at("x2", x.end).at("y2", y).stroke(stroke)
+}
+
+pub(super) fn vertical(x: f64, y: Range<f64>, stroke: Paint) -> Element {
+    Element::new("line").at("x1", x).at("y1", y.start).at("x2", x).at("y2", y.end).stroke(stroke)
 }
 
 /// Creates a text on a base line.
@@ -151,7 +156,7 @@ pub(super) fn text_at(x: f64, y: f64, size_px: f64, text: &str) -> Element {
 }
 
 /// Creates a document with its own background, light or dark by the viewer's preference.
-pub(super) fn document(title: &str, (width, height): (f64, f64), content: Vec<Element>) -> String {
+pub(super) fn document(title: &str, width: f64, height: f64, content: Vec<Element>) -> String {
     let view = format!("0 0 {} {}", pixels(width), pixels(height));
     let background = rect(0.0, 0.0, width, height).fill(palette::CARD);
     let mut rules = BTreeSet::new();
@@ -179,8 +184,7 @@ pub(super) fn pixels(px: f64) -> String {
     if rounded == 0.0 { "0".to_owned() } else { rounded.to_string() }
 }
 
-/// Writes text as valid XML: special characters are escaped, and characters forbidden in XML become a
-/// replacement character.
+/// Writes text as valid XML: escaped, with a replacement for characters that XML forbids.
 struct Escaped<'a>(&'a str);
 
 impl Display for Escaped<'_> {

@@ -5,7 +5,6 @@ pub(super) fn width(text: &str, size_px: f64) -> f64 {
     text.chars().map(width_em).sum::<f64>() * size_px
 }
 
-/// Returns true if the text fits into the room.
 pub(super) fn fits(text: &str, size_px: f64, room_px: f64) -> bool {
     width(text, size_px) <= room_px
 }

@@ -4,8 +4,10 @@
 
 mod map;
 
-use super::Snapshot;
+use std::ops::Range;
+
 use super::sentence::Narrator;
+use super::snapshot::Snapshot;
 use crate::config::drive::{DriveFile, Expectation, IntervalUnit, PlanKind, PlannedShift};
 use crate::report::chart::{Along, Bar, Chart, CommandKind, IndicatorState, Lane, Look, Mark, Row};
 use turn_signal::compat::DeciderCompat;
@@ -26,12 +28,11 @@ pub struct DriveChart<'a> {
     runs: Vec<CompatRun>,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 struct CompatRun {
     compat: DeciderCompat,
     records: Vec<Record>,
     signals: Vec<Driven>,
-    /// Signals from another source.
     received: Vec<Driven>,
     narrator: Narrator,
     /// Sentence for each change, with its position, metres.
@@ -46,14 +47,14 @@ struct Driven {
     indicator: IndicatorState,
 }
 
-/// The sections of a candidate, metres along the route.
-#[derive(Debug, Clone, Copy)]
+/// The sections of a candidate along the route.
+#[derive(Debug, Clone)]
 struct Record {
     source: CandidateSource,
     subject: SignalSubject,
     indicator: IndicatorState,
-    desired: (f64, f64),
-    required: (f64, f64),
+    desired_m: Range<f64>,
+    required_m: Range<f64>,
 }
 
 impl<'a> DriveChart<'a> {
@@ -66,7 +67,7 @@ impl<'a> DriveChart<'a> {
     pub fn add(&mut self, snapshot: &Snapshot<'_>) {
         let &Snapshot { compat, at_m, decision, .. } = snapshot;
         if self.runs.last().is_none_or(|run| run.compat != compat) {
-            self.runs.push(CompatRun::new(compat));
+            self.runs.push(CompatRun { compat, ..CompatRun::default() });
         }
         if self.runs.len() == 1 {
             self.add_lanelet(snapshot);
@@ -86,8 +87,8 @@ impl<'a> DriveChart<'a> {
                 source: evaluated.source,
                 subject: evaluated.subject,
                 indicator: indicator_of(evaluated.turn, HazardCommand::Disable),
-                desired: (front_at(distances.desired_start_m), at_m + distances.desired_end_m),
-                required: (front_at(distances.required_start_m), at_m + distances.required_end_m),
+                desired_m: front_at(distances.desired_start_m)..at_m + distances.desired_end_m,
+                required_m: front_at(distances.required_start_m)..at_m + distances.required_end_m,
             });
         }
     }
@@ -112,12 +113,14 @@ impl<'a> DriveChart<'a> {
         let file = self.file;
         let driven = self.runs.iter().flat_map(|run| &run.signals);
         let ends = driven.flat_map(|driven| [driven.from_m, driven.to_m]);
-        let (from, to) = ends
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), end_m| (from.min(end_m), to.max(end_m)));
+        let driven_m = ends.fold(f64::INFINITY..f64::NEG_INFINITY, |driven_m, end_m| {
+            driven_m.start.min(end_m)..driven_m.end.max(end_m)
+        });
         let planner = |bars| Row { label: "planner".to_owned(), bars };
         let plans = file.manoeuvres.iter().map(|plan| planner(planned(&plan.kind)));
         let lanelets = Row { label: "lanelets".to_owned(), bars: self.lanelets };
-        let speed = Row { label: map::speed_label(&self.cycles), bars: map::speed(&self.cycles, (from, to)) };
+        let speed = Row { label: map::speed_label(&self.cycles), bars: map::speed(&self.cycles, &driven_m) };
+        let Range { start: from, end: to } = driven_m;
         let rows = [lanelets, speed].into_iter().chain(plans).collect();
         let mut lanes = vec![Lane { label: "route".to_owned(), rows }];
         lanes.extend(self.runs.iter().map(|run| {
@@ -143,33 +146,29 @@ impl<'a> DriveChart<'a> {
             "signals over the position of the rear axle; the front, which is {front_m:.2} m ahead, counts for the \
              starts of sections, the rear axle for their ends"
         );
-        Chart { title, subtitle, along: Along::Distance, from, to, lanes, marks, plan, notes: Vec::new() }
+        let along = Along::Distance;
+        Chart { title, subtitle, along, from, to, lanes, marks, plan, ..Chart::default() }
     }
 
     fn add_lanelet(&mut self, snapshot: &Snapshot<'_>) {
         let lane = snapshot.lane.and_then(|id| self.file.road.lane(id));
         let side = lane.and_then(|lane| map::side(lane.turn_direction));
         let name = lane.map_or_else(|| "?".to_owned(), |lane| lane.id.to_string());
-        let (at_m, look) = (snapshot.at_m, Look::Lanelet(side, name));
-        if let Some(first) = self.lanelets.first_mut().filter(|first| at_m < first.from) {
+        let at_m = snapshot.at_m;
+        let mut bar = Bar { from: at_m, to: at_m, look: Look::Lanelet(side, name) };
+        let Some(first) = self.lanelets.first_mut() else { return self.lanelets.push(bar) };
+        if at_m < first.from {
             // The vehicle backs beyond the start.
-            if first.look == look {
-                first.from = at_m;
-            } else {
-                let begun = Bar { from: at_m, to: first.from, look };
-                self.lanelets.insert(0, begun);
+            bar.to = std::mem::replace(&mut first.from, at_m);
+            if first.look != bar.look {
+                first.from = bar.to;
+                self.lanelets.insert(0, bar);
             }
-            return;
-        }
-        match self.lanelets.last_mut() {
-            Some(last) if at_m < last.to => {}
-            Some(last) => {
-                last.to = at_m;
-                if last.look != look {
-                    self.lanelets.push(Bar { from: at_m, to: at_m, look });
-                }
+        } else if let Some(last) = self.lanelets.last_mut().filter(|last| at_m >= last.to) {
+            last.to = at_m;
+            if last.look != bar.look {
+                self.lanelets.push(bar);
             }
-            None => self.lanelets.push(Bar { from: at_m, to: at_m, look }),
         }
     }
 }
@@ -195,17 +194,6 @@ fn changeovers(runs: Vec<CompatRun>) -> Vec<Mark> {
 }
 
 impl CompatRun {
-    fn new(compat: DeciderCompat) -> Self {
-        Self {
-            compat,
-            records: Vec::new(),
-            signals: Vec::new(),
-            received: Vec::new(),
-            narrator: Narrator::default(),
-            sentences: Vec::new(),
-        }
-    }
-
     /// Adds the sections of a candidate in a cycle. A turn at a lanelet is one turn, even if it is not
     /// visible in between; a manoeuvre is the same while its ends stay in place.
     fn add_record(&mut self, record: Record) {
@@ -215,19 +203,21 @@ impl CompatRun {
         );
         let is_same = |known: &&mut Record| {
             let near = |one: f64, other: f64| (one - other).abs() < SAME_M;
-            let overlaps = known.desired.0 < record.desired.1 && record.desired.0 < known.desired.1;
+            let (desired_m, required_m) = (&known.desired_m, &known.required_m);
+            let overlaps = desired_m.start < record.desired_m.end && record.desired_m.start < desired_m.end;
             known.source == record.source
                 && known.subject == record.subject
                 && known.indicator == record.indicator
                 && ((is_turn && overlaps)
-                    || (near(known.desired.1, record.desired.1) && near(known.required.1, record.required.1)))
+                    || (near(desired_m.end, record.desired_m.end)
+                        && near(required_m.end, record.required_m.end)))
         };
+        let joined =
+            |one: &Range<f64>, other: &Range<f64>| one.start.min(other.start)..one.end.max(other.end);
         match self.records.iter_mut().find(is_same) {
             Some(known) => {
-                known.desired.0 = known.desired.0.min(record.desired.0);
-                known.required.0 = known.required.0.min(record.required.0);
-                known.desired.1 = known.desired.1.max(record.desired.1);
-                known.required.1 = known.required.1.max(record.required.1);
+                known.desired_m = joined(&known.desired_m, &record.desired_m);
+                known.required_m = joined(&known.required_m, &record.required_m);
             }
             None => self.records.push(record),
         }
@@ -237,10 +227,13 @@ impl CompatRun {
         let mut rows = Vec::new();
         for source in CandidateSource::ALL {
             for record in self.records.iter().filter(|record| record.source == source) {
-                let bar = |(from, to), kind| Bar { from, to, look: Look::Command(kind, record.indicator) };
+                let bar = |section_m: &Range<f64>, kind| {
+                    let look = Look::Command(kind, record.indicator);
+                    Bar { from: section_m.start, to: section_m.end, look }
+                };
                 let bars = vec![
-                    bar(record.desired, CommandKind::Desired),
-                    bar(record.required, CommandKind::Required),
+                    bar(&record.desired_m, CommandKind::Desired),
+                    bar(&record.required_m, CommandKind::Required),
                 ];
                 let label = record.subject.label().unwrap_or_else(|| source.to_string());
                 rows.push(Row { label, bars });
@@ -263,12 +256,10 @@ impl CompatRun {
 /// Adds a signal at a position; it extends to the next.
 fn add_signal(signals: &mut Vec<Driven>, at_m: f64, indicator: IndicatorState) {
     let begun = Driven { from_m: at_m, to_m: at_m, indicator };
-    let Some(last) = signals.last_mut() else {
-        signals.push(begun);
-        return;
-    };
+    let Some(last) = signals.last_mut() else { return signals.push(begun) };
     let held = *last;
-    if held.turns_around(at_m) {
+    let turns_around = (held.to_m - held.from_m) * (at_m - held.to_m) < 0.0;
+    if turns_around {
         signals.push(Driven { from_m: held.to_m, to_m: at_m, indicator: held.indicator });
     } else {
         last.to_m = at_m;
@@ -279,11 +270,6 @@ fn add_signal(signals: &mut Vec<Driven>, at_m: f64, indicator: IndicatorState) {
 }
 
 impl Driven {
-    /// Returns true if the vehicle changes direction.
-    fn turns_around(&self, at_m: f64) -> bool {
-        (self.to_m - self.from_m) * (at_m - self.to_m) < 0.0
-    }
-
     fn bar(self) -> Bar {
         Bar {
             from: self.from_m.min(self.to_m),

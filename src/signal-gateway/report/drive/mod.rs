@@ -3,39 +3,18 @@
 pub mod chart;
 mod sentence;
 pub mod shadow;
+mod snapshot;
 
 use std::fmt;
 
 use serde_json::{Value, json};
 
-use super::decision;
-use super::joined;
+use super::{decision, joined};
 use crate::config::drive::Expectation;
-use lanelet2_map::geometry::Pose;
-use lanelet2_map::lane_network::LaneId;
 use sentence::Narrator;
+pub use snapshot::Snapshot;
 use turn_signal::compat::DeciderCompat;
-use turn_signal::decision::Decision;
 use turn_signal::headline::Headline;
-
-/// The decision at one cycle of a drive.
-#[derive(Debug, Clone, Copy)]
-pub struct Snapshot<'a> {
-    /// The `compat` of the decider.
-    pub compat: DeciderCompat,
-    /// Time since the start, seconds.
-    pub at_s: f64,
-    /// Position of the rear axle, metres along the route.
-    pub at_m: f64,
-    /// Pose of the rear axle on the map.
-    pub pose: Pose,
-    /// Speed, m/s; negative while backing up.
-    pub speed_mps: f64,
-    /// The lanelet of the rear axle.
-    pub lane: Option<LaneId>,
-    /// The decision with its reasons.
-    pub decision: &'a Decision,
-}
 
 /// The result of the expectations for one `compat`.
 #[derive(Debug, Clone)]
@@ -78,9 +57,7 @@ pub enum DriveForm {
     Json,
 }
 
-/// Indentation of the lines of a `compat`.
 const INDENT: &str = "  ";
-/// Indentation of numbers and reasons, below their sentence.
 const DETAILS: &str = "      ";
 
 impl DriveWriter {

@@ -2,7 +2,7 @@
 
 use std::mem::{Discriminant, discriminant};
 
-use super::Snapshot;
+use super::snapshot::Snapshot;
 use turn_signal::decision::{Basis, Decision};
 use turn_signal::inputs::InputFinding;
 use turn_signal::junction::JunctionRemark;
@@ -18,7 +18,6 @@ const STANDING_MPS: f64 = 0.1;
 /// A signal that ends this close to its section's end was not dropped, metres; longer than a cycle.
 const END_TOLERANCE_M: f64 = 3.0;
 
-/// Describes the cycles of a drive in sentences.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Narrator {
     last: Option<Essence>,
@@ -37,7 +36,6 @@ struct Essence {
     findings: Vec<Discriminant<InputFinding>>,
 }
 
-/// The last winner.
 #[derive(Debug, Clone)]
 struct Signalled {
     name: String,
@@ -47,8 +45,7 @@ struct Signalled {
 }
 
 impl Narrator {
-    /// Returns the sentence of a cycle, and whether to print it: if command, candidate, hold or a problem is
-    /// new.
+    /// Returns the sentence of a cycle, and whether command, candidate, hold or a problem in it is new.
     pub(super) fn next(&mut self, snapshot: &Snapshot<'_>) -> (String, bool) {
         let decision = snapshot.decision;
         let sentence = self.sentence(snapshot);
@@ -140,8 +137,7 @@ impl Narrator {
         }
     }
 
-    /// Describes the end of the previous cycle's signal, with the reason if it was dropped; `None` if it is
-    /// still a candidate.
+    /// Describes the end of the previous signal, and why it was dropped; `None` if it is still a candidate.
     fn ended(&self, decision: &Decision, now: Option<&EvaluatedCandidate>) -> Option<String> {
         let Signalled { name: before, desired_end_m, required_end_m } = self.signalled.as_ref()?;
         let rivals = decision.evaluated().iter().filter(|other| lost(other));

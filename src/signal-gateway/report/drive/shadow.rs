@@ -1,5 +1,4 @@
-//! The shadow report of a recorded drive: each manoeuvre with the verdict on the recorded signal, and the
-//! agreement.
+//! The shadow report of a recorded drive: the verdict on the signal of each manoeuvre, and the agreement.
 
 use serde::Serialize;
 use serde_json::Value;
@@ -137,10 +136,10 @@ impl ShadowSummary {
             None => text += "\nagreement: nothing to judge",
         }
         for (kind, counts) in &counts.by_kind {
-            let verdicts = VerdictKind::ALL.into_iter().filter(|verdict| counts.of(*verdict) > 0);
-            let verdicts =
-                verdicts.map(|verdict| format!("{} {}", counts.of(verdict), verdict_name(verdict)));
-            text += &format!("\n  {}: {}", kind_name(*kind), verdicts.collect::<Vec<_>>().join(", "));
+            let verdicts = VerdictKind::ALL.map(|verdict| (counts.of(verdict), verdict_name(verdict)));
+            let verdicts = verdicts.into_iter().filter(|(count, _)| *count > 0);
+            let verdicts: Vec<_> = verdicts.map(|(count, name)| format!("{count} {name}")).collect();
+            text += &format!("\n  {}: {}", kind_name(*kind), verdicts.join(", "));
         }
         if counts.unjudged > 0 {
             text += &format!("\n  without a verdict: {}, since an input was missing", counts.unjudged);

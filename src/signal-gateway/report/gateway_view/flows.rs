@@ -108,7 +108,6 @@ pub struct LightView {
     pub text: String,
 }
 
-/// Returns the request to the vehicle, with its reason.
 pub(super) fn commanded(function: &FunctionSnapshot) -> Value {
     let or = |value: Option<LightsValue>, other: &str| {
         value.map_or_else(|| other.to_owned(), |value| value.to_string())
@@ -126,7 +125,6 @@ pub(super) fn commanded(function: &FunctionSnapshot) -> Value {
     }
 }
 
-/// Returns the commands to the vehicle, and the messages that carry them.
 pub(super) fn commands(commands: &CommandSnapshot) -> Section {
     let dry = if commands.is_transmitting { "" } else { ", dry run: nothing is sent" };
     let mode = match (commands.control_mode, commands.undefined_control_mode) {
@@ -141,11 +139,10 @@ pub(super) fn commands(commands: &CommandSnapshot) -> Section {
         Fact::new(name, format!("requested: {text}; {}", lines.join("; ")))
     });
     let messages = commands.messages.iter().map(|message| {
-        let failed = message.counts.queue_full + message.counts.refused;
-        Fact::new(
-            &message.name,
-            format!("{} sent, {failed} failed, {} foreign", message.counts.sent, message.counts.foreign),
-        )
+        let counts = &message.counts;
+        let failed = counts.queue_full + counts.refused;
+        let text = format!("{} sent, {failed} failed, {} foreign", counts.sent, counts.foreign);
+        Fact::new(&message.name, text)
     });
     Section {
         title: format!("commands (from {}, control mode {mode}{dry})", words(&commands.source)),
@@ -264,11 +261,10 @@ impl LightsView {
         };
         let phase = |phase: &Option<String>| phase.clone().unwrap_or_else(|| "no phase yet".to_owned());
         let controllers = lights.controllers.iter();
+        let controllers = controllers.map(|controller| Fact::new(&controller.name, phase(&controller.phase)));
         Self {
             channels: lights.channels.iter().filter(is_known).map(ChannelView::of).collect(),
-            controllers: controllers
-                .map(|controller| Fact::new(&controller.name, phase(&controller.phase)))
-                .collect(),
+            controllers: controllers.collect(),
         }
     }
 }
@@ -310,8 +306,7 @@ impl LightView {
     }
 }
 
-/// Returns a bulb in words: `green left` for `green solidOn left`. The usual properties, a circle and
-/// steadily on, are omitted.
+/// Returns a bulb in words, without the usual circle and solidOn: `green left` for `green solidOn left`.
 pub fn bulb_text(bulb: &Bulb) -> String {
     let (color, status, shape) = (bulb.color, bulb.status, bulb.shape);
     let is_unknown = color == Color::Unknown;

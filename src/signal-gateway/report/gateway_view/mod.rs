@@ -1,12 +1,5 @@
 //! Everything that users see of one moment. It is created once from a snapshot; terminal, live page and
 //! status text only lay it out.
-//!
-//! | module | what it is |
-//! |---|---|
-//! | `reports` | the reports: values, signals, and the steps from the wire to them |
-//! | `flows` | the commands, the buses, the decider and the traffic lights |
-//! | `process` | the process and what it is connected with |
-//! | `value` | the forms that these have in common |
 
 mod flows;
 mod process;
@@ -20,7 +13,7 @@ pub use self::flows::{BusView, CandidateView, ChannelView, DeciderView, LightVie
 pub use self::process::ProcessView;
 pub use self::reports::{Lamp, Mark, Outcome, RawView, ReportView, Step};
 pub use self::value::{Fact, Section, Value};
-use super::text::escaped;
+use super::text::{cut, escaped};
 use crate::process_status::snapshot::Snapshot;
 use gateway_base::diagnostics::Level;
 use gateway_core::gateway::snapshot::StatusSnapshot;
@@ -96,19 +89,15 @@ impl GatewayView {
             // Measured values change constantly, and there are many doors.
             let is_short = |report: &&ReportView| report.mark != Mark::Measured && report.key != "doors";
             let reports = self.reports.iter().chain(&self.vehicle_status).filter(is_short);
-            let texts: Vec<_> = reports
-                .map(|report| format!("{} {}", report.name.to_lowercase(), report.reported.text))
-                .collect();
+            let text =
+                |report: &ReportView| format!("{} {}", report.name.to_lowercase(), report.reported.text);
+            let texts: Vec<_> = reports.map(text).collect();
             if texts.is_empty() { "OK".to_owned() } else { format!("OK: {}", texts.join(", ")) }
         } else {
             let worst = self.diagnostics.iter().filter(|status| status.level == level);
             let texts: Vec<_> = worst.map(|status| format!("{}: {}", status.task, status.message)).collect();
             format!("{level}: {}", texts.join("; "))
         };
-        let text = escaped(&text);
-        if text.chars().count() <= MAX_HEADLINE {
-            return text.into_owned();
-        }
-        text.chars().take(MAX_HEADLINE - 1).chain(['…']).collect()
+        cut(&escaped(&text), MAX_HEADLINE)
     }
 }

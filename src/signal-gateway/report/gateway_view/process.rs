@@ -65,12 +65,10 @@ fn provenance(provenance: &ProvenanceSummary) -> Option<Section> {
     let verified = [(car, "a car"), (recording, "a recording"), (bench, "a bench")];
     let verified = verified.into_iter().filter(|(count, _)| **count > 0);
     let verified = verified.map(|(count, by)| format!("{} by {by}", counted(*count as u64, "fact")));
-    let facts = [("verified", verified.collect()), ("unverified", unverified.clone())];
-    let facts: Vec<_> = facts
-        .into_iter()
-        .filter(|(_, texts): &(_, Vec<String>)| !texts.is_empty())
-        .map(|(name, texts)| Fact::new(name, texts.join(", ")))
-        .collect();
+    let facts =
+        [("verified", verified.collect::<Vec<_>>().join(", ")), ("unverified", unverified.join(", "))];
+    let facts = facts.into_iter().filter(|(_, text)| !text.is_empty());
+    let facts: Vec<_> = facts.map(|(name, text)| Fact::new(name, text)).collect();
     (!facts.is_empty()).then(|| Section { title: "vehicle profile".to_owned(), facts })
 }
 
@@ -79,21 +77,20 @@ fn configuration(configuration: &ConfigurationState, stamp_ns: i64) -> Option<Se
     let last = configuration.last_reload.as_ref()?;
     let millis = stamp_ns.saturating_sub(last.stamp_ns) / 1_000_000;
     let at = age_text(u64::try_from(millis).unwrap_or_default());
-    let result = match &last.reason {
-        None => "reloaded".to_owned(),
-        Some(reason) => {
-            let text = reason.lines().collect::<Vec<_>>().join("; ");
-            format!("refused, the previous one stays in effect: {text}")
-        }
-    };
+    let result = last.reason.as_ref().map_or_else(
+        || "reloaded".to_owned(),
+        |reason| {
+            format!(
+                "refused, the previous one stays in effect: {}",
+                reason.lines().collect::<Vec<_>>().join("; ")
+            )
+        },
+    );
     let changes = last.changes.iter().filter(|_| last.is_applied);
     let changes = changes.map(|change| Fact::new("", change.to_string()));
+    let reloads = counted(configuration.reloads, "reload");
     Some(Section {
-        title: format!(
-            "configuration ({}, {} refused)",
-            counted(configuration.reloads, "reload"),
-            configuration.refused
-        ),
+        title: format!("configuration ({reloads}, {} refused)", configuration.refused),
         facts: [Fact::new(format!("{at} ago"), result)].into_iter().chain(changes).collect(),
     })
 }
@@ -113,7 +110,6 @@ fn topics(ros: &RosSnapshot, text: &str) -> Section {
     Section { title: format!("ROS 2 ({text})"), facts: written.chain(read).collect() }
 }
 
-/// Returns the connection to ROS 2 in a line.
 fn ros_text(ros: &RosSnapshot) -> String {
     let state = match (ros.is_up, &ros.last_failure) {
         (true, _) => {

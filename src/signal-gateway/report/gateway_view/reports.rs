@@ -1,5 +1,4 @@
-//! The reports: commanded, published and received values of each, and the steps of validation that they have
-//! passed.
+//! The reports: commanded, published and received values of each, and the steps of their validation.
 
 use std::collections::BTreeSet;
 
@@ -133,24 +132,32 @@ pub enum Outcome {
     NotReached,
 }
 
-/// Returns the reports on the lights, as far as the profile has them.
 pub(super) fn light_reports(snapshot: &Snapshot) -> Vec<ReportView> {
     let turn = snapshot.turn_indicators.as_ref().map(|report| {
         let commanded = commanded(snapshot, |of| &of.turn_indicators, |decision| decision.turn.to_string());
-        let report = report.map(|value| (value.name().to_owned(), turn_mark(*value)));
+        let report = report.map(|value| {
+            let mark = match value {
+                TurnIndicators::Disable => Mark::Off,
+                TurnIndicators::EnableLeft => Mark::Left,
+                TurnIndicators::EnableRight => Mark::Right,
+            };
+            (value.name().to_owned(), mark)
+        });
         let view = report_view("turn_indicators", UsedBy::VehicleLights, snapshot, &report);
         ReportView { name: "turn", title: "Turn indicators", commanded: Some(commanded), ..view }
     });
     let hazard = snapshot.hazard_lights.as_ref().map(|report| {
         let commanded = commanded(snapshot, |of| &of.hazard_lights, |decision| decision.hazard.to_string());
-        let report = report.map(|value| (value.name().to_owned(), hazard_mark(*value)));
+        let report = report.map(|value| {
+            let mark = if *value == HazardLights::Enable { Mark::Hazard } else { Mark::Off };
+            (value.name().to_owned(), mark)
+        });
         let view = report_view("hazard_lights", UsedBy::VehicleLights, snapshot, &report);
         ReportView { name: "hazard", title: "Hazard lights", commanded: Some(commanded), ..view }
     });
     turn.into_iter().chain(hazard).collect()
 }
 
-/// Returns the reports on the vehicle's status, as far as the profile has them.
 pub(super) fn status_reports(snapshot: &Snapshot) -> Vec<ReportView> {
     let reports = snapshot.vehicle_status.reports();
     let views = reports.iter().map(|(of, report)| {
@@ -165,22 +172,6 @@ pub(super) fn status_reports(snapshot: &Snapshot) -> Vec<ReportView> {
     views.collect()
 }
 
-fn turn_mark(value: TurnIndicators) -> Mark {
-    match value {
-        TurnIndicators::Disable => Mark::Off,
-        TurnIndicators::EnableLeft => Mark::Left,
-        TurnIndicators::EnableRight => Mark::Right,
-    }
-}
-
-fn hazard_mark(value: HazardLights) -> Mark {
-    match value {
-        HazardLights::Disable => Mark::Off,
-        HazardLights::Enable => Mark::Hazard,
-    }
-}
-
-/// Returns a lamp in its published state.
 pub(super) fn lamp(side: Mark, marks: &[Mark]) -> Lamp {
     if marks.contains(&Mark::Hazard) || marks.contains(&side) {
         Lamp::Flashing
@@ -261,14 +252,12 @@ fn report_view(
     }
 }
 
-/// Returns the message that carries a signal.
 fn message_of<'a>(snapshot: &'a Snapshot, signal: &SignalSnapshot) -> Option<&'a MessageSnapshot> {
     snapshot.messages.iter().find(|message| {
         (&message.name, &message.bus, message.used_by) == (&signal.message, &signal.bus, signal.used_by)
     })
 }
 
-/// Describes the result of the integrity check of the last frame.
 fn integrity_text(integrity: &IntegritySnapshot) -> String {
     match (integrity.is_trusted, integrity.last_reject) {
         (None, _) => "not checked yet".to_owned(),
@@ -278,7 +267,6 @@ fn integrity_text(integrity: &IntegritySnapshot) -> String {
 }
 
 impl RawView {
-    /// Creates the view of a signal.
     pub(super) fn of(snapshot: &Snapshot, signal: &SignalSnapshot) -> Self {
         let integrity = message_of(snapshot, signal).and_then(|message| message.integrity.as_ref());
         Self {

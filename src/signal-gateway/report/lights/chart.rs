@@ -7,7 +7,7 @@ use super::display::list;
 use super::entry::{action_of, entry};
 use super::snapshot::Snapshot;
 use crate::config::scenario::LightNames;
-use crate::report::chart::{Along, Bar, Chart, Lane, Look, Mark, Row};
+use crate::report::chart::{Bar, Chart, Lane, Look, Mark, Row};
 use crate::report::seconds;
 use gateway_base::time::MonoTime;
 use lanelet2_map::light_map::LightMap;
@@ -21,7 +21,7 @@ const MAX_ROWS: usize = 10_000;
 
 /// The chart of a scenario, which grows while it runs.
 #[derive(Debug)]
-pub struct LightsChart {
+pub(crate) struct LightsChart {
     map: Arc<LightMap>,
     names: LightNames,
     rows: BTreeMap<Subject, Growing>,
@@ -38,7 +38,6 @@ enum Subject {
     Group { id: i64, is_external: bool },
 }
 
-/// The finished bars of a row, and the unfinished one.
 #[derive(Debug, Default)]
 struct Growing {
     bars: Vec<Bar>,
@@ -46,14 +45,12 @@ struct Growing {
 }
 
 impl LightsChart {
-    /// Creates a chart without snapshots. The map gives the groups of each light; ids with names in `names`
-    /// are shown by name.
-    pub fn new(map: Arc<LightMap>, names: LightNames) -> Self {
+    /// Creates a chart without snapshots. The map has the groups of each light, and `names` names of ids.
+    pub(crate) fn new(map: Arc<LightMap>, names: LightNames) -> Self {
         Self { map, names, rows: BTreeMap::new(), marks: Vec::new(), is_full: false }
     }
 
-    /// Adds a snapshot.
-    pub fn add(&mut self, snapshot: &Snapshot<'_>) {
+    pub(crate) fn add(&mut self, snapshot: &Snapshot<'_>) {
         if !snapshot.has_changed {
             return;
         }
@@ -93,14 +90,17 @@ impl LightsChart {
     }
 
     /// Returns the chart of all snapshots, from zero to `end`.
-    pub fn chart(mut self, title: String, subtitle: String, end: MonoTime, scenario: &Scenario) -> Chart {
+    pub(crate) fn chart(
+        mut self,
+        title: String,
+        subtitle: String,
+        end: MonoTime,
+        scenario: &Scenario,
+    ) -> Chart {
         let to = seconds(end);
         let mut lanes: Vec<Lane> = Vec::new();
-        let left_out = if self.is_full {
-            format!("; {MAX_ROWS} rows are drawn, the others left out")
-        } else {
-            String::new()
-        };
+        let left_out = format!("; {MAX_ROWS} rows are drawn, the others left out");
+        let subtitle = if self.is_full { subtitle + &left_out } else { subtitle };
         for (subject, mut row) in std::mem::take(&mut self.rows) {
             row.end(to);
             let (lane, label) = self.labels(subject, scenario);
@@ -110,17 +110,7 @@ impl LightsChart {
                 None => lanes.push(Lane { label: lane, rows: vec![row] }),
             }
         }
-        Chart {
-            title,
-            subtitle: subtitle + &left_out,
-            along: Along::Time,
-            from: 0.0,
-            to,
-            lanes,
-            marks: self.marks,
-            plan: None,
-            notes: Vec::new(),
-        }
+        Chart { title, subtitle, to, lanes, marks: self.marks, ..Chart::default() }
     }
 
     fn labels(&self, subject: Subject, scenario: &Scenario) -> (String, &'static str) {

@@ -11,11 +11,9 @@ const RESET: &str = "\x1b[0m";
 
 /// Style of text for a terminal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Style {
-    /// Without terminal colours.
+pub(crate) enum Style {
     #[default]
     Plain,
-    /// With terminal colours.
     Colored,
 }
 
@@ -68,7 +66,6 @@ pub(super) fn seconds(at: MonoTime) -> String {
     format!("{}.{:03}", millis / 1_000, millis % 1_000)
 }
 
-/// Joins ids by `, `.
 pub(super) fn list(ids: &[i64]) -> String {
     ids.iter().map(i64::to_string).collect::<Vec<_>>().join(", ")
 }
@@ -78,7 +75,6 @@ pub(in crate::report) fn bulbs_text(bulbs: &[Bulb]) -> String {
     lit(bulbs.iter().map(|bulb| Style::Plain.bulb(*bulb)))
 }
 
-/// Joins bulbs by ` + `.
 fn lit(bulbs: impl Iterator<Item = String>) -> String {
     let bulbs: Vec<_> = bulbs.collect();
     if bulbs.is_empty() { "dark".to_owned() } else { bulbs.join(" + ") }

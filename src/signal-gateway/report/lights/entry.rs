@@ -75,7 +75,6 @@ pub(super) fn action_of(source: ActionSource, scenario: &Scenario) -> Option<&Ac
     }
 }
 
-/// Formats an action as text.
 fn action(action: &Action, scenario: &Scenario) -> String {
     let set = |target: &SignalTarget, text: &str| {
         if text.is_empty() { format!("set {target} to nothing") } else { format!("set {target} to {text}") }

@@ -33,7 +33,6 @@ pub(super) fn object(snapshot: &Snapshot<'_>, names: &LightNames) -> String {
     )
 }
 
-/// Returns the object of an unknown verdict.
 pub(super) fn undecided(at: MonoTime, reason: &str) -> Value {
     json!({ "t": seconds(at), "events": [{ "what": "end", "verdict": "undecided", "reason": reason }] })
 }

@@ -14,7 +14,6 @@ use traffic_lights::target::StoreId;
 pub struct Snapshot<'a> {
     /// Time since the start of the scenario, which is time zero.
     pub at: MonoTime,
-    /// True if a frame was evaluated.
     pub is_frame: bool,
     /// True if there are events or changes.
     pub has_changed: bool,

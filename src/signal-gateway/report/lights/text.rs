@@ -14,7 +14,6 @@ pub(super) fn line(at: MonoTime, subject: &str, what: &str) -> String {
     format!("{:>9}  {subject:<21}  {what}", display::seconds(at))
 }
 
-/// Finds the changes from snapshot to snapshot.
 #[derive(Debug)]
 pub(super) struct Columns {
     style: Style,

@@ -1,5 +1,4 @@
-//! The live page: one document with its style and script, which shows the current state of a gateway from a
-//! stream of events.
+//! The live page: one document that shows the current state of a gateway from a stream of events.
 
 use crate::report::page::Page;
 use crate::report::palette;
@@ -15,8 +14,7 @@ const SCRIPTS: [&str; 5] = [
     include_str!("page.js"),
 ];
 
-/// Assembles the page.
-pub fn page() -> Page {
+pub(crate) fn page() -> Page {
     let script = SCRIPTS.concat();
     let style = palette::style() + STYLE;
     let html = TEMPLATE.replace("{{style}}", &style).replace("{{script}}", &script);

@@ -1,7 +1,6 @@
 //! Colours by meaning: the common table for charts, both pages and the terminal.
 //!
-//! A meaning is never shown only by its colour: a sign, a word or a hatching repeats it. The tests simulate
-//! colour-blind eyes.
+//! A sign, a word or a hatching repeats the meaning of each colour. The tests simulate colour-blind eyes.
 
 use std::fmt::Write as _;
 
@@ -194,8 +193,7 @@ pub fn paints() -> impl Iterator<Item = Paint> {
     SURROUNDINGS.into_iter().chain(meanings).chain(lamps).chain([LAMP_DARK, LAMP_OFF])
 }
 
-/// Returns the beginning of a page's style: the paints as variables, and the rules that show the meaning of
-/// spans and bulbs.
+/// Returns the beginning of a page's style: the paints as variables, and the rules for spans and bulbs.
 pub fn style() -> String {
     let variables = |of: fn(&Paint) -> &'static str| {
         paints().fold(String::new(), |text, paint| text + &format!(" --{}: {};", paint.name, of(&paint)))

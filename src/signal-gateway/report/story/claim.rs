@@ -6,7 +6,6 @@ use serde::Serialize;
 use crate::process_status::snapshot::Snapshot;
 use crate::report::lights::bulbs_text;
 use gateway_base::names::variant_name;
-use gateway_core::command::snapshot::FunctionSnapshot;
 use gateway_core::vehicle_report::ReportSnapshot;
 use traffic_lights::snapshot::TrafficLightsSnapshot;
 use traffic_lights::target::{LightChannel, StoreLayer};
@@ -59,28 +58,23 @@ const NOT_LISTED: &str = "not listed";
 impl Observed {
     /// Returns the name of its value, as programs see it.
     pub fn value(self, snapshot: &Snapshot) -> String {
-        let command = |value: &dyn Fn(&FunctionSnapshot) -> String| {
-            let turn = snapshot.commands.as_ref().map(|commands| &commands.turn_indicators);
-            turn.map(value)
-        };
         let or_nothing = |value: Option<_>| value.as_ref().map_or("nothing", variant_name).to_owned();
+        let report = snapshot.turn_indicators.as_ref();
+        let command = snapshot.commands.as_ref().map(|commands| &commands.turn_indicators);
+        let decision = snapshot.decider.as_ref().and_then(|decider| decider.decision.as_ref());
         let lights = snapshot.traffic_lights.as_ref();
         let value = match self {
-            Self::TurnReport => snapshot.turn_indicators.as_ref().map(published),
+            Self::TurnReport => report.map(published),
             Self::HazardReport => snapshot.hazard_lights.as_ref().map(published),
-            Self::TurnFailure => snapshot
-                .turn_indicators
-                .as_ref()
-                .map(|report| report.failure.as_ref().map_or("none", variant_name).to_owned()),
-            Self::TurnLevel => snapshot.turn_indicators.as_ref().map(|report| report.level.to_string()),
-            Self::Decided => {
-                let decision = snapshot.decider.as_ref().and_then(|decider| decider.decision.as_ref());
-                decision.map(|decision| variant_name(&decision.turn).to_owned())
+            Self::TurnFailure => {
+                report.map(|report| report.failure.as_ref().map_or("none", variant_name).to_owned())
             }
-            Self::Commanded => command(&|turn| or_nothing(turn.commanded)),
-            Self::Requested => command(&|turn| or_nothing(turn.requested)),
-            Self::Compliance => command(&|turn| variant_name(&turn.compliance).to_owned()),
-            Self::CommandLevel => command(&|turn| turn.level.to_string()),
+            Self::TurnLevel => report.map(|report| report.level.to_string()),
+            Self::Decided => decision.map(|decision| variant_name(&decision.turn).to_owned()),
+            Self::Commanded => command.map(|turn| or_nothing(turn.commanded)),
+            Self::Requested => command.map(|turn| or_nothing(turn.requested)),
+            Self::Compliance => command.map(|turn| variant_name(&turn.compliance).to_owned()),
+            Self::CommandLevel => command.map(|turn| turn.level.to_string()),
             Self::Light(id, channel, layer) => lights.and_then(|lights| {
                 let channel = lights.channels.iter().find(|listed| listed.channel == channel)?;
                 let light = channel.states.iter().find(|light| light.id == id && light.layer == layer)?;
@@ -98,7 +92,6 @@ fn published<T: Serialize>(report: &ReportSnapshot<T>) -> String {
     report.published.as_ref().map_or("withheld", variant_name).to_owned()
 }
 
-/// Returns the bulbs of each listed light, by the name of the light.
 pub(super) fn lights(snapshot: &Snapshot) -> impl Iterator<Item = (String, String)> {
     let lights = snapshot.traffic_lights.iter().flat_map(TrafficLightsSnapshot::named_lights);
     lights.map(|(name, light)| (name, bulbs_text(&light.bulbs)))

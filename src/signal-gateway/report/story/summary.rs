@@ -2,11 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use crate::report::gateway::Event;
 use crate::report::text::{escaped, times, wrapped};
 use gateway_base::diagnostics::Level;
 use gateway_base::time::MonoTime;
-use gateway_core::gateway::history::ChangeKind;
+use gateway_core::gateway::history::{Change, ChangeKind};
 
 /// Commands to try next, each with a description.
 pub type TryNext = &'static [(&'static str, &'static str)];
@@ -16,20 +15,19 @@ pub type TryNext = &'static [(&'static str, &'static str)];
 pub struct Summary {
     /// Number of occurrences of each value, by report; the end of a report counts as `None`.
     values: BTreeMap<String, BTreeMap<Option<String>, u64>>,
-    /// Reasons of warnings and errors, in order of occurrence.
     reasons: Vec<String>,
 }
 
 impl Summary {
-    /// Counts an event for the summary.
-    pub fn count(&mut self, event: &Event) {
-        match event.kind {
+    /// Counts a change for the summary.
+    pub fn count(&mut self, change: &Change) {
+        match change.kind {
             ChangeKind::ReportPublished | ChangeKind::ReportWithdrawn => {
-                let value = (event.kind == ChangeKind::ReportPublished).then(|| event.text.clone());
-                *self.values.entry(event.task.clone()).or_default().entry(value).or_default() += 1;
+                let value = (change.kind == ChangeKind::ReportPublished).then(|| change.text.clone());
+                *self.values.entry(change.subject.clone()).or_default().entry(value).or_default() += 1;
             }
-            ChangeKind::Status if event.level > Level::Ok => {
-                let reason = format!("{}: {}", event.task, event.text);
+            ChangeKind::Status if change.level > Level::Ok => {
+                let reason = format!("{}: {}", change.subject, change.text);
                 if !self.reasons.contains(&reason) {
                     self.reasons.push(reason);
                 }
@@ -50,9 +48,8 @@ impl Summary {
         }
         let mut text = format!("\nWhat the gateway did in {seconds} s\n");
         for (task, values) in &self.values {
-            let values = values.iter().rev().map(|(value, count)| match value {
-                Some(value) => format!("{value} {}", times(*count)),
-                None => format!("withheld {}", times(*count)),
+            let values = values.iter().rev().map(|(value, count)| {
+                format!("{} {}", value.as_deref().unwrap_or("withheld"), times(*count))
             });
             text += &indented(&format!("{task:<16} {}", values.collect::<Vec<_>>().join(", ")), width);
         }
@@ -70,8 +67,7 @@ fn indented(text: &str, width: Option<usize>) -> String {
     format!("  {}\n", lines.join("\n    "))
 }
 
-/// Returns the commands to try next in two columns, or each description below its command if the width is not
-/// sufficient.
+/// Returns the commands to try next, with their descriptions beside them, or below if there is no room.
 pub fn try_next_text(commands: TryNext, width: Option<usize>) -> String {
     let longest = |text: fn(&(&'static str, &'static str)) -> &'static str| {
         commands.iter().map(|row| text(row).chars().count()).max().unwrap_or(0)
@@ -93,9 +89,9 @@ pub fn try_next_text(commands: TryNext, width: Option<usize>) -> String {
 mod tests {
     use super::*;
 
-    fn event(task: &str, text: &str, kind: ChangeKind, level: Level) -> Event {
-        let (task, text) = (task.to_owned(), text.to_owned());
-        Event { level, task, text, kind, signals: Vec::new(), remedy: String::new() }
+    fn event(subject: &str, text: &str, kind: ChangeKind, level: Level) -> Change {
+        let (subject, text) = (subject.to_owned(), text.to_owned());
+        Change { level, subject, text, kind, remedy: String::new() }
     }
 
     #[test]

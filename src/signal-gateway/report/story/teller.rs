@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use super::{Caption, Claim, Observed, Story, claim};
+use super::caption::{Caption, Story};
+use super::claim::{self, Claim, Observed};
 use crate::process_status::snapshot::Snapshot;
 use gateway_base::time::MonoTime;
 
@@ -33,7 +34,6 @@ pub struct Teller {
     /// Number of captions shown since then.
     shown: usize,
     next_check: MonoTime,
-    /// Traffic lights at the last check, by name.
     lights: BTreeMap<String, String>,
 }
 
@@ -48,7 +48,6 @@ impl Teller {
         (self.start, self.shown) = (at, 0);
     }
 
-    /// Converts to the time in the story.
     fn story_time(&self, at: MonoTime) -> MonoTime {
         MonoTime::ZERO.after(at.since(self.start))
     }
@@ -71,11 +70,7 @@ impl Teller {
         self.shown > 0 && at >= self.next_check
     }
 
-    /// Checks the current caption against the state. Returns the traffic lights that have changed since the
-    /// last check, each with its bulbs.
-    ///
-    /// # Errors
-    /// Fails if a claim does not hold.
+    /// Checks the current caption. Returns the traffic lights that have changed since, each with its bulbs.
     pub fn check(
         &mut self,
         snapshot: &Snapshot,

@@ -9,11 +9,11 @@ use ratatui::widgets::{Block, Clear, Paragraph};
 use super::car;
 use super::draw_messages::draw_messages;
 use super::ink::{DIM, Ink};
-use super::parts::{bus_line, cut, draw_log, footer, header, lines_of};
+use super::parts::{bus_line, draw_log, footer, header, lines_of};
 use super::view_model::{Keys, Model, STRIP_MS};
 use crate::report::gateway_view::{GatewayView, Mark, Outcome, RawView, ReportView, Step, bulb_text};
 use crate::report::palette::{self, Lamp};
-use crate::report::text::wrapped;
+use crate::report::text::{cut, wrapped};
 use gateway_base::diagnostics::Level;
 use traffic_lights::bulb::{Bulb, Color as BulbColor};
 
@@ -29,9 +29,7 @@ const MIN_LOG: u16 = 3;
 const MAX_REPORTED: usize = 16;
 /// Minimum number of columns beside the car for showing remedies: from a width of 100 on.
 const MIN_REMEDY: usize = 74;
-/// Width of the names of functions.
 const NAME: usize = 8;
-/// Width of the names of the status.
 const STATUS_NAME: usize = 14;
 
 /// Draws the whole view.
@@ -42,30 +40,30 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
         frame.render_widget(Paragraph::new(text), area);
         return;
     }
-    if let Some(table) = &model.messages {
-        draw_messages(frame, model, table, area);
-        if model.has_help {
-            draw_help(frame, model, area);
-        }
-        return;
+    match &model.messages {
+        Some(table) => draw_messages(frame, model, table, area),
+        None => draw_vehicle(frame, model, area),
     }
+    if model.has_help {
+        draw_help(frame, model, area);
+    }
+}
+
+fn draw_vehicle(frame: &mut Frame<'_>, model: &Model, area: Rect) {
     let ink = Ink(model.has_color);
     let [head, body, foot] =
         Layout::vertical([Constraint::Length(1), Constraint::Fill(1), Constraint::Length(1)]).areas(area);
     frame.render_widget(header(model, ink, area.width.into()), head);
     frame.render_widget(footer(model, area.width.into()), foot);
-    if area.width >= SIDE_BY_SIDE && area.height >= WIDE.1 {
+    let log = if area.width >= SIDE_BY_SIDE && area.height >= WIDE.1 {
         let [left, _, log] =
             Layout::horizontal([Constraint::Fill(1), Constraint::Length(1), Constraint::Fill(1)]).areas(body);
         draw_state(frame, model, ink, left, 0);
-        draw_log(frame, model, ink, log);
+        log
     } else {
-        let log = draw_state(frame, model, ink, body, MIN_LOG);
-        draw_log(frame, model, ink, log);
-    }
-    if model.has_help {
-        draw_help(frame, model, area);
-    }
+        draw_state(frame, model, ink, body, MIN_LOG)
+    };
+    draw_log(frame, model, ink, log);
 }
 
 /// Draws the caption, the vehicle, the last minute, the buses and further parts. Returns the area below,
@@ -79,21 +77,16 @@ fn draw_state(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rect, min_re
     } else {
         (car::small(model, ink, width), width)
     };
-    let mut values = values(model, ink, values_width, is_wide);
-    if !model.picture.vehicle_status.is_empty() {
+    let picture = &model.picture;
+    let mut values = values(picture, ink, values_width, is_wide);
+    if !picture.vehicle_status.is_empty() {
         values.push(Line::default());
-        values.extend(
-            model
-                .picture
-                .vehicle_status
-                .iter()
-                .flat_map(|report| status_lines(report, ink, values_width, is_wide)),
-        );
+        let reports = picture.vehicle_status.iter();
+        values.extend(reports.flat_map(|report| status_lines(report, ink, values_width, is_wide)));
     }
-    let more = more_lines(&model.picture, ink, width);
+    let more = more_lines(picture, ink, width);
     // Without a vehicle there are neither a car nor values.
-    let has_vehicle =
-        !model.picture.reports.is_empty() || !model.picture.vehicle_status.is_empty() || more.is_empty();
+    let has_vehicle = !picture.reports.is_empty() || !picture.vehicle_status.is_empty() || more.is_empty();
     let (car, values) = if has_vehicle { (car, values) } else { (Vec::new(), Vec::new()) };
     let [main_height, values_top] = match (lines_of(&car), lines_of(&values)) {
         (car, values) if is_wide => [car.max(values), 0],
@@ -113,7 +106,7 @@ fn draw_state(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rect, min_re
         room -= lines.len();
         lines
     };
-    let buses = fit(model.picture.buses.iter().map(|bus| bus_line(bus, ink, width)).collect());
+    let buses = fit(picture.buses.iter().map(|bus| bus_line(bus, ink, width)).collect());
     let strip = fit(strip(model, ink, width));
     let more = fit(more);
     // The remaining lines separate the strip from the rest.
@@ -124,30 +117,24 @@ fn draw_state(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rect, min_re
     };
     let strip = [vec![Line::default(); before], strip, vec![Line::default(); after]].concat();
     let parts = [strip, buses, more];
-    let heights = [lines_of(&caption), main_height]
-        .into_iter()
-        .chain(parts.iter().map(|part| lines_of(part)))
-        .map(Constraint::Length)
-        .chain([Constraint::Fill(1)]);
-    let areas = Layout::vertical(heights).split(area);
-    let area_of = |index: usize| areas.get(index).copied().unwrap_or_default();
-    frame.render_widget(Paragraph::new(caption), area_of(0));
-    let main = area_of(1);
-    let (car_area, values_area) = if is_wide {
-        let [car, values] =
-            Layout::horizontal([Constraint::Length(car::LARGE_WIDTH + 1), Constraint::Fill(1)]).areas(main);
-        (car, values)
+    let heights =
+        [lines_of(&caption), main_height].into_iter().chain(parts.iter().map(|part| lines_of(part)));
+    let heights = heights.map(Constraint::Length).chain([Constraint::Fill(1)]);
+    let [caption_area, main_area, strip_area, buses_area, more_area, rest]: [Rect; 6] =
+        Layout::vertical(heights).areas(area);
+    frame.render_widget(Paragraph::new(caption), caption_area);
+    let main = if is_wide {
+        Layout::horizontal([Constraint::Length(car::LARGE_WIDTH + 1), Constraint::Fill(1)])
     } else {
-        let [car, values] =
-            Layout::vertical([Constraint::Length(values_top), Constraint::Fill(1)]).areas(main);
-        (car, values)
+        Layout::vertical([Constraint::Length(values_top), Constraint::Fill(1)])
     };
+    let [car_area, values_area] = main.areas(main_area);
     frame.render_widget(Paragraph::new(car), car_area);
     frame.render_widget(Paragraph::new(values), values_area);
-    for (index, part) in (2..).zip(parts) {
-        frame.render_widget(Paragraph::new(part), area_of(index));
+    for (area, part) in [strip_area, buses_area, more_area].into_iter().zip(parts) {
+        frame.render_widget(Paragraph::new(part), area);
     }
-    area_of(5)
+    rest
 }
 
 /// Returns the caption, in two lines if one is too short; empty without a caption.
@@ -160,34 +147,28 @@ fn caption(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
 }
 
 /// Returns the values of each function side by side, with their validation steps below.
-fn values(model: &Model, ink: Ink, width: usize, is_wide: bool) -> Vec<Line<'static>> {
-    let picture = &model.picture;
+fn values(picture: &GatewayView, ink: Ink, width: usize, is_wide: bool) -> Vec<Line<'static>> {
     let reported = picture.reports.iter().map(|function| function.reported.text.chars().count() + 1);
     let needed = reported.max().unwrap_or(0).min(MAX_REPORTED);
     let columns = if width < 60 { [10, needed.max(13)] } else { [12, needed.max(15)] };
     let last = width.saturating_sub(NAME + columns[0] + columns[1]);
-    let row = |name: &str, values: [(String, Style); 3]| {
-        let [first, second, third] = values;
+    let row = |name: &str, values: [&str; 3], styles: [Style; 3]| {
         Line::from(vec![
             Span::raw(format!("{name:<NAME$}")),
-            Span::styled(format!("{:<1$}", cut(&first.0, columns[0] - 1), columns[0]), first.1),
-            Span::styled(format!("{:<1$}", cut(&second.0, columns[1] - 1), columns[1]), second.1),
-            Span::styled(cut(&third.0, last), third.1),
+            Span::styled(format!("{:<1$}", cut(values[0], columns[0] - 1), columns[0]), styles[0]),
+            Span::styled(format!("{:<1$}", cut(values[1], columns[1] - 1), columns[1]), styles[1]),
+            Span::styled(cut(values[2], last), styles[2]),
         ])
     };
-    let titles = if picture.level.is_some() {
-        ["commanded", "reported", "raw"]
-    } else {
-        // A simulated vehicle.
-        ["commanded", "lights", "lamps"]
-    };
-    let mut lines = vec![row("", titles.map(|title| (title.to_owned(), DIM)))];
+    // A simulated vehicle has no level.
+    let titles = if picture.level.is_some() { ["reported", "raw"] } else { ["lights", "lamps"] };
+    let mut lines = vec![row("", ["commanded", titles[0], titles[1]], [DIM; 3])];
     for function in &picture.reports {
-        let commanded = function.commanded.as_ref().map_or("–", |commanded| &commanded.text).to_owned();
+        let commanded = function.commanded.as_ref().map_or("–", |commanded| &commanded.text);
         let raw = function.raw.iter().map(RawView::text).collect::<Vec<_>>().join("  ");
-        let raw = if raw.is_empty() { "–".to_owned() } else { raw };
-        let reported = (function.reported.text.clone(), mark_style(function.mark, ink));
-        lines.push(row(function.name, [(commanded, Style::new()), reported, (raw, Style::new())]));
+        let raw = if raw.is_empty() { "–" } else { &raw };
+        let styles = [Style::new(), mark_style(function.mark, ink), Style::new()];
+        lines.push(row(function.name, [commanded, &function.reported.text, raw], styles));
     }
     if let Some(ReportView { steps, .. }) = picture.reports.iter().find(|report| !report.steps.is_empty()) {
         let widths = step_widths(steps, width);
@@ -201,9 +182,8 @@ fn values(model: &Model, ink: Ink, width: usize, is_wide: bool) -> Vec<Line<'sta
         lines.extend(picture.reports.iter().map(|function| steps_line(function, &widths, ink)));
     }
     for function in &picture.reports {
-        let text =
-            wrapped(&format!("{}: {}", function.name, function.message), Some(width.saturating_sub(3)), 0);
-        lines.extend(reason_lines(function, text, ink));
+        let text = format!("{}: {}", function.name, function.message);
+        lines.extend(reason_lines(function, wrapped(&text, Some(width.saturating_sub(3)), 0), ink));
         lines.extend(remedy_line(&function.remedy, width).filter(|_| is_wide));
     }
     lines
@@ -230,11 +210,8 @@ fn status_lines(report: &ReportView, ink: Ink, width: usize, is_wide: bool) -> V
 /// Returns the fault of a report in these lines of text; empty if it is simply published.
 fn reason_lines(report: &ReportView, text: Vec<String>, ink: Ink) -> Vec<Line<'static>> {
     let Some(level) = bad_level(report) else { return Vec::new() };
-    let indents = ["└ "].into_iter().chain(std::iter::repeat("  "));
-    indents
-        .zip(text)
-        .map(|(indent, text)| Line::styled(format!("{indent}{text}"), ink.level(level)))
-        .collect()
+    let lines = ["└ "].into_iter().chain(std::iter::repeat("  ")).zip(text);
+    lines.map(|(indent, text)| Line::styled(format!("{indent}{text}"), ink.level(level))).collect()
 }
 
 /// Returns the level of a report that is not simply published.
@@ -285,7 +262,6 @@ fn mark_style(mark: Mark, ink: Ink) -> Style {
     }
 }
 
-/// Returns the last minute, with a row for each function.
 fn strip(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
     let functions = &model.picture.reports;
     let columns = width.saturating_sub(NAME + 1);
@@ -305,11 +281,10 @@ fn strip(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
             }
         }
         let mut spans = vec![Span::raw(format!("{:<NAME$}", function.name))];
-        let mut last = Mark::Nothing;
+        let mut shown = Mark::Nothing;
         for mark in marks {
             // A column without its own state continues the previous one.
-            let shown = mark.unwrap_or(last);
-            last = shown;
+            shown = mark.unwrap_or(shown);
             let sign = match shown {
                 Mark::Nothing | Mark::Measured | Mark::Named => " ",
                 Mark::Off => "─",
@@ -326,7 +301,6 @@ fn strip(model: &Model, ink: Ink, width: usize) -> Vec<Line<'static>> {
     lines
 }
 
-/// Width of the names of further parts.
 const MORE_NAME: usize = 28;
 
 /// Returns a line each for the decider, the traffic lights and ROS 2.

@@ -27,7 +27,6 @@ impl Ink {
         })
     }
 
-    /// Returns the amber of lit turn indicators.
     pub(super) fn amber(self) -> Style {
         self.terminal(palette::AMBER_TERMINAL).add_modifier(Modifier::BOLD)
     }

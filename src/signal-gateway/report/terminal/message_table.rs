@@ -9,7 +9,6 @@ use serde::Serialize;
 use can_signal::can::CanId;
 use gateway_base::names::variant_name;
 
-/// Number of rows per page when scrolling.
 const PAGE: usize = 10;
 /// Maximum length of the filter, characters.
 const MAX_FILTER: usize = 40;
@@ -86,8 +85,7 @@ impl MessageRow {
         self.bytes.iter().filter_map(|(_, since)| *since).min()
     }
 
-    /// Returns true if the identifier, name, interface or a signal of the row contains `text`, which must be
-    /// in lower case.
+    /// Returns true if identifier, name, interface or a signal contains `text`, which is in lower case.
     fn contains(&self, text: &str) -> bool {
         let id = self.id.to_string();
         let texts = [&id, &self.interface].into_iter().chain(&self.name);

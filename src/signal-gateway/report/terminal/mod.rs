@@ -1,12 +1,5 @@
 //! The live view on a terminal: a common view of the state for all long-running commands.
 //!
-//! | module | what it is |
-//! |---|---|
-//! | [`vehicle`] | the state of a simulated vehicle |
-//! | [`message_table`] | the messages on the buses, in its place |
-//! | [`view_model`] | all that the view shows, and what its keys do |
-//! | [`mod@draw`] | the layout and its parts |
-//!
 //! The view has its own thread, which draws ten times a second. It is fed through a bounded queue whose
 //! writers never wait for room, so a slow or blocked terminal does not affect them.
 
@@ -38,7 +31,6 @@ use crate::report::text::clock_text;
 use gateway_base::diagnostics::Level;
 use gateway_base::time::MonoTime;
 
-/// Interval between drawings.
 const FRAME_TIME: Duration = Duration::from_millis(100);
 /// Maximum time to wait for the thread at the end.
 const PATIENCE: Duration = Duration::from_millis(500);
@@ -48,57 +40,49 @@ const MAX_WAITING: usize = 1024;
 /// Receives a line for the simulated vehicle.
 pub type DriverLine = Box<dyn Fn(&str) + Send>;
 
-/// Creates the view of a moment.
-type MakeView = Box<dyn FnOnce() -> GatewayView + Send>;
+/// A change of what is shown, which the thread of the view makes.
+type Change = Box<dyn FnOnce(&mut Model) + Send>;
 
 /// A running view, which ends when this is dropped.
 pub struct TerminalView {
-    messages: SyncSender<Message>,
+    changes: SyncSender<Change>,
     is_over: Arc<AtomicBool>,
     thread: JoinHandle<()>,
     next_picture: Instant,
 }
 
-enum Message {
-    Line(Option<Level>, String),
-    Earlier(Vec<(Level, String)>),
-    View(MonoTime, MakeView),
-    Picture(Box<GatewayView>),
-    Messages(Vec<MessageRow>),
-    Caption(String),
-}
-
 impl TerminalView {
     /// Takes the terminal and shows `model`; `driver` receives the requests of the driver's keys.
-    ///
-    /// # Errors
-    /// See [`Screen::take`].
     pub fn start(model: Model, driver: Option<DriverLine>) -> io::Result<Self> {
-        let (messages, received) = sync_channel(MAX_WAITING);
-        let lines = messages.clone();
-        let screen = Screen::take(move |line| drop(lines.try_send(Message::Line(None, line))))?;
+        let (changes, received) = sync_channel::<Change>(MAX_WAITING);
+        let lines = changes.clone();
+        let screen = Screen::take(move |line| {
+            drop(lines.try_send(Box::new(move |model| add_log_line(model, &line))));
+        })?;
         let keys = if driver.is_some() { Keys::Driver } else { Keys::View };
         let model = Model { keys, ..model };
         let is_over = Arc::<AtomicBool>::default();
         let ended = Arc::clone(&is_over);
         let show = move || run(screen, model, (&received, &ended), driver.as_deref());
         let thread = thread::Builder::new().name("view".to_owned()).spawn(show)?;
-        Ok(Self { messages, is_over, thread, next_picture: Instant::now() })
+        Ok(Self { changes, is_over, thread, next_picture: Instant::now() })
     }
 
     /// Adds a line to the log, with this time since the start.
     pub fn line(&self, level: Level, at: MonoTime, text: &str) {
-        self.send(Message::Line(Some(level), line_text(at.since(MonoTime::ZERO), text)));
+        let text = plain(&line_text(at.since(MonoTime::ZERO), text));
+        self.change(move |model| model.add_line(Some(level), text));
     }
 
     /// Adds lines of an earlier process to the log, each with its level.
     pub fn earlier(&self, lines: Vec<(Level, String)>) {
-        self.send(Message::Earlier(lines));
+        self.change(|model| lines.into_iter().for_each(|(level, text)| model.add_line(Some(level), text)));
     }
 
     /// Shows another caption from now on.
     pub fn caption(&self, text: &str) {
-        self.send(Message::Caption(text.to_owned()));
+        let text = text.to_owned();
+        self.change(|model| model.caption = text);
     }
 
     /// Returns true if a new picture would be drawn.
@@ -109,24 +93,26 @@ impl TerminalView {
     /// Shows the state of a gateway at this time since its start. The thread of the view calls `make`.
     pub fn show(&mut self, at: MonoTime, make: impl FnOnce() -> GatewayView + Send + 'static) {
         self.next_picture = Instant::now() + FRAME_TIME;
-        self.send(Message::View(at, Box::new(make)));
+        self.change(move |model| {
+            model.at = Some(at.since(MonoTime::ZERO));
+            model.show(make());
+        });
     }
 
     /// Shows another state from now on.
     pub fn picture(&mut self, picture: GatewayView) {
         self.next_picture = Instant::now() + FRAME_TIME;
-        self.send(Message::Picture(Box::new(picture)));
+        self.change(|model| model.show(picture));
     }
 
     /// Shows the messages on the buses.
     pub fn messages(&mut self, rows: Vec<MessageRow>) {
-        self.send(Message::Messages(rows));
+        self.change(|model| model.show_messages(rows));
     }
 
-    /// Sends a message. If the queue is full, the message is lost; the next picture makes up for it, except
-    /// for log lines.
-    fn send(&self, message: Message) {
-        let _ = self.messages.try_send(message);
+    /// Sends a change. A full queue loses it; the next picture makes up for that, except for log lines.
+    fn change(&self, change: impl FnOnce(&mut Model) + Send + 'static) {
+        let _ = self.changes.try_send(Box::new(change));
     }
 }
 
@@ -145,12 +131,12 @@ impl Drop for TerminalView {
 fn run(
     mut screen: Screen,
     mut model: Model,
-    (messages, is_over): (&Receiver<Message>, &AtomicBool),
+    (changes, is_over): (&Receiver<Change>, &AtomicBool),
     driver: Option<&(dyn Fn(&str) + Send)>,
 ) {
     let started = Instant::now();
     while !is_over.load(Ordering::Acquire) {
-        messages.try_iter().take(MAX_WAITING).for_each(|message| take(&mut model, message));
+        changes.try_iter().take(MAX_WAITING).for_each(|change| change(&mut model));
         let now = Instant::now();
         model.elapsed = now - started;
         // A terminal that cannot be drawn to is gone, or available again for the next drawing.
@@ -165,30 +151,15 @@ fn run(
     }
 }
 
-fn take(model: &mut Model, message: Message) {
-    match message {
-        Message::Line(level, text) => {
-            let text = strip_str(&text).to_string();
-            let (known, text) = match level {
-                Some(_) => (level, text),
-                // From the log of the process, which passes no time to the view.
-                None => (level_in(&text), line_text(model.time(), &text)),
-            };
-            model.add_line(known, escaped(&text).into_owned());
-        }
-        Message::Earlier(lines) => {
-            for (level, text) in lines {
-                model.add_line(Some(level), text);
-            }
-        }
-        Message::View(at, make) => {
-            model.at = Some(at.since(MonoTime::ZERO));
-            model.show(make());
-        }
-        Message::Picture(picture) => model.show(*picture),
-        Message::Messages(rows) => model.show_messages(rows),
-        Message::Caption(text) => model.caption = text,
-    }
+/// Adds a line of the process's log, which comes without a time.
+fn add_log_line(model: &mut Model, line: &str) {
+    let line = plain(line);
+    model.add_line(level_in(&line), line_text(model.time(), &line));
+}
+
+/// Returns a line without control sequences.
+fn plain(line: &str) -> String {
+    escaped(&strip_str(line).to_string()).into_owned()
 }
 
 /// Formats a line of the log with its time, to the millisecond.

@@ -9,27 +9,18 @@ use ratatui::widgets::{Block, Paragraph};
 use super::ink::{DIM, Ink};
 use super::view_model::{Keys, Model};
 use crate::report::gateway_view::BusView;
-use crate::report::text::{clock_text, counted};
+use crate::report::text::{clock_text, counted, cut};
 use gateway_base::diagnostics::Level;
 
 /// Width from which a bus has a longer name, and an unknown load is stated.
 const WIDE: usize = 70;
 /// Indentation of the further rows of a log line.
 const LOG_INDENT: usize = 12;
-/// Number of cells in the bar of a load.
 const BAR: u8 = 10;
 
 /// Returns the number of lines, which is small.
 pub(super) fn lines_of(lines: &[Line<'_>]) -> u16 {
     u16::try_from(lines.len()).unwrap_or(u16::MAX)
-}
-
-/// Shortens a text to `width`, with an ellipsis.
-pub(super) fn cut(text: &str, width: usize) -> String {
-    if text.chars().count() <= width {
-        return text.to_owned();
-    }
-    text.chars().take(width.saturating_sub(1)).chain(['…']).collect()
 }
 
 /// Returns the header: title on the left, time and level on the right.
@@ -59,16 +50,13 @@ pub(super) fn bus_line(bus: &BusView, ink: Ink, width: usize) -> Line<'static> {
     if let Some(load) = bus.load_percent {
         let filled = (1..=BAR).filter(|cell| load >= 10.0 * f64::from(*cell) - 5.0).count();
         let (full, empty) = ("█".repeat(filled), "░".repeat(usize::from(BAR) - filled));
-        let style = if load < 60.0 {
-            Level::Ok
-        } else if load < 85.0 {
-            Level::Warn
-        } else {
-            Level::Error
+        let level = match load {
+            ..60.0 => Level::Ok,
+            60.0..85.0 => Level::Warn,
+            _ => Level::Error,
         };
-        spans.push(Span::styled(full, ink.level(style)));
-        spans.push(Span::styled(empty, DIM));
-        spans.push(Span::raw(format!(" {load:>3.0} %  ")));
+        let percent = Span::raw(format!(" {load:>3.0} %  "));
+        spans.extend([Span::styled(full, ink.level(level)), Span::styled(empty, DIM), percent]);
     } else if !is_narrow {
         spans.push(Span::styled(" load unknown  ", DIM));
     }
@@ -108,8 +96,7 @@ pub(super) fn draw_log(frame: &mut Frame<'_>, model: &Model, ink: Ink, area: Rec
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
-/// Returns the rows of a log line: its whole text, broken between words, or within a word that is longer than
-/// a row.
+/// Returns the rows of a log line, broken between words, or within a word that is longer than a row.
 fn rows_of(text: &str, width: usize) -> Vec<String> {
     let indent = if width > 2 * LOG_INDENT { LOG_INDENT } else { 0 };
     let mut rows = vec![String::new()];

@@ -13,7 +13,6 @@ use gateway_base::diagnostics::Level;
 pub const STRIP_MS: i64 = 60_000;
 /// Maximum number of stored log lines: some hours of changes.
 const MAX_LINES: usize = 20_000;
-/// Number of log lines per page when scrolling.
 const PAGE: usize = 10;
 /// Half a period of a blinking arrow: 1.5 Hz.
 const HALF_BLINK: Duration = Duration::from_millis(333);
@@ -153,7 +152,6 @@ impl Model {
     }
 }
 
-/// Returns the driver's action for a key.
 #[allow(clippy::wildcard_enum_match_arm)] // as above
 fn driver(code: KeyCode) -> Option<&'static str> {
     Some(match code {

@@ -1,11 +1,10 @@
 //! The timeline as a chart.
 
 use super::{Curve, Group, MOTION, Span, Timeline, Tone};
-use crate::report::chart::{self, Along, Bar, Chart, CommandKind, IndicatorState, Look, Note};
+use crate::report::chart::{self, Bar, Chart, CommandKind, CurvePoint, IndicatorState, Look, Note};
 use gateway_base::diagnostics::Level;
 
 impl Timeline {
-    /// Returns the timeline as a chart.
     pub fn chart(&self) -> Chart {
         let curves: Vec<_> = self.curves.iter().map(curve_row).collect();
         let motion = chart::Lane { label: MOTION.to_owned(), rows: curves };
@@ -21,18 +20,10 @@ impl Timeline {
                 None => lanes.push(chart::Lane { label: heading.to_owned(), rows: vec![row] }),
             }
         }
+        let (title, subtitle, to) = (self.title.clone(), self.subtitle.clone(), self.length_s);
         let note = Note { heading: "Left out".to_owned(), lines: self.remarks.clone() };
-        Chart {
-            title: self.title.clone(),
-            subtitle: self.subtitle.clone(),
-            along: Along::Time,
-            from: 0.0,
-            to: self.length_s,
-            lanes,
-            marks: Vec::new(),
-            plan: None,
-            notes: (!self.remarks.is_empty()).then_some(note).into_iter().collect(),
-        }
+        let notes = (!note.lines.is_empty()).then_some(note).into_iter().collect();
+        Chart { title, subtitle, to, lanes, notes, ..Chart::default() }
     }
 }
 
@@ -59,9 +50,10 @@ fn curve_row(curve: &Curve) -> chart::Row {
     let bars = curve.parts().map(|part| {
         let (from, to) = (part[0].from_s, part[part.len() - 1].to_s);
         let along = |at_s: f64| if to > from { (at_s - from) / (to - from) } else { 0.0 };
-        let points = part.iter().flat_map(|column| {
-            [(along(column.from_s), share(column.low)), (along(column.to_s), share(column.high))]
-        });
+        let point = |at_s, value| CurvePoint { along: along(at_s), share: share(value) };
+        let points = part
+            .iter()
+            .flat_map(|column| [point(column.from_s, column.low), point(column.to_s, column.high)]);
         let lowest = part.iter().map(|column| column.low).fold(f64::INFINITY, f64::min);
         let highest = part.iter().map(|column| column.high).fold(f64::NEG_INFINITY, f64::max);
         let text = format!("{lowest:.2}{unit} to {highest:.2}{unit}");
@@ -72,20 +64,21 @@ fn curve_row(curve: &Curve) -> chart::Row {
 
 /// Returns the bar of a span; `None` if nothing is published.
 fn bar(span: &Span, group: Group) -> Option<Bar> {
-    let signal = |indicator| Look::Command(CommandKind::Signal, indicator);
-    let look = match (span.tone, group) {
-        (Tone::Nothing, Group::Reports | Group::Commands) => return None,
-        (Tone::Left, Group::Reports | Group::Commands) => signal(IndicatorState::Left),
-        (Tone::Right, Group::Reports | Group::Commands) => signal(IndicatorState::Right),
-        (Tone::Hazard, Group::Reports | Group::Commands) => signal(IndicatorState::Hazard),
-        (Tone::Off, Group::Reports | Group::Commands) => signal(IndicatorState::Off),
-        (Tone::Ok, _) => Look::Status(Level::Ok, span.text.clone()),
-        (Tone::Warn, _) => Look::Status(Level::Warn, span.text.clone()),
-        (Tone::Error, _) => Look::Status(Level::Error, span.text.clone()),
-        (Tone::Left, _) => Look::Value(IndicatorState::Left, span.text.clone()),
-        (Tone::Right, _) => Look::Value(IndicatorState::Right, span.text.clone()),
-        (Tone::Hazard, _) => Look::Value(IndicatorState::Hazard, span.text.clone()),
-        (Tone::Off | Tone::Nothing | Tone::Plain | Tone::Folded, _) => Look::Named(span.text.clone()),
+    let is_signal = matches!(group, Group::Reports | Group::Commands);
+    let text = || span.text.clone();
+    let lights = |state| {
+        if is_signal { Look::Command(CommandKind::Signal, state) } else { Look::Value(state, text()) }
+    };
+    let look = match span.tone {
+        Tone::Nothing if is_signal => return None,
+        Tone::Left => lights(IndicatorState::Left),
+        Tone::Right => lights(IndicatorState::Right),
+        Tone::Hazard => lights(IndicatorState::Hazard),
+        Tone::Off if is_signal => lights(IndicatorState::Off),
+        Tone::Ok => Look::Status(Level::Ok, text()),
+        Tone::Warn => Look::Status(Level::Warn, text()),
+        Tone::Error => Look::Status(Level::Error, text()),
+        Tone::Off | Tone::Nothing | Tone::Plain | Tone::Folded => Look::Named(text()),
     };
     Some(Bar { from: span.from_s, to: span.to_s, look })
 }

@@ -8,7 +8,6 @@ const FIRST_WIDTH_S: f64 = 0.01;
 /// A measured value over time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
-    /// Name of the value.
     pub label: String,
     /// Unit, including the space before it, if any.
     pub unit: &'static str,
@@ -25,21 +24,17 @@ pub struct Column {
     pub from_s: f64,
     /// Time of the last value, seconds after the first frame.
     pub to_s: f64,
-    /// Lowest value.
     pub low: f64,
-    /// Highest value.
     pub high: f64,
     /// True if nothing was published before it.
     pub is_begin: bool,
 }
 
 impl Curve {
-    /// Creates a curve without values.
     pub fn new(label: impl Into<String>, unit: &'static str) -> Self {
         Self { label: label.into(), unit, columns: Vec::new(), width_s: FIRST_WIDTH_S, is_interrupted: true }
     }
 
-    /// Adds a value.
     pub fn add(&mut self, at_s: f64, value: f64) {
         let is_begin = std::mem::replace(&mut self.is_interrupted, false);
         let column = Column { from_s: at_s, to_s: at_s, low: value, high: value, is_begin };

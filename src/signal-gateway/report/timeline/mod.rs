@@ -6,11 +6,13 @@ mod chart;
 mod curve;
 mod page;
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use serde::{Deserialize, Serialize};
 
 use gateway_base::diagnostics::Level;
 
-pub use curve::{Column, Curve};
+pub(crate) use curve::{Column, Curve};
 
 /// Maximum number of spans in a lane; beyond it, short spans are folded.
 const MAX_SPANS: usize = 1_500;
@@ -28,7 +30,6 @@ pub struct Timeline {
     pub length_s: f64,
     /// Published measured values, from top to bottom above the lanes.
     pub curves: Vec<Curve>,
-    /// From top to bottom.
     pub lanes: Vec<Lane>,
     /// Frames to which spans refer.
     pub frames: Vec<CausingFrame>,
@@ -41,7 +42,6 @@ pub struct Timeline {
 pub struct OpenedAt {
     /// Group of the lane.
     pub group: Group,
-    /// Label of the lane.
     pub label: String,
     /// Time, seconds after the first frame.
     pub at_s: f64,
@@ -53,13 +53,10 @@ pub struct OpenedAt {
 pub enum Group {
     /// Raw values of bound signals, with their meaning.
     Raw,
-    /// Published reports.
     Reports,
     /// Commands of the decider, and frames to the vehicle.
     Commands,
-    /// Diagnostic statuses.
     Diagnostics,
-    /// Published traffic lights.
     TrafficLights,
     /// State of the buses.
     Links,
@@ -69,19 +66,12 @@ pub enum Group {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Tone {
-    /// Left.
     Left,
-    /// Right.
     Right,
-    /// Hazard lights on.
     Hazard,
-    /// Off.
     Off,
-    /// OK, without further meaning.
     Ok,
-    /// A warning.
     Warn,
-    /// An error.
     Error,
     /// Nothing is published, or nothing is known.
     Nothing,
@@ -106,7 +96,6 @@ impl From<Level> for Tone {
 pub struct Lane {
     /// The subject.
     pub group: Group,
-    /// Name of the item.
     pub label: String,
     /// Spans in ascending order; the last one extends to the end of the timeline.
     pub spans: Vec<Span>,
@@ -121,7 +110,6 @@ pub struct Span {
     pub from_s: f64,
     /// End, seconds after the first frame; not before the start.
     pub to_s: f64,
-    /// Appearance of the span.
     pub tone: Tone,
     /// The state in words.
     pub text: String,
@@ -142,7 +130,6 @@ pub struct CausingFrame {
     pub interface: String,
     /// Identifier in candump notation.
     pub id: String,
-    /// Name of its message.
     pub message: String,
     /// Data bytes in hexadecimal.
     pub bytes: String,
@@ -151,7 +138,6 @@ pub struct CausingFrame {
 }
 
 impl Lane {
-    /// Creates a lane without states.
     pub fn new(group: Group, label: impl Into<String>) -> Self {
         Self { group, label: label.into(), spans: Vec::new(), folded: 0 }
     }
@@ -206,28 +192,18 @@ impl Lane {
     }
 }
 
-/// Heading of the curves.
 const MOTION: &str = "motion";
 
 impl Timeline {
     /// Removes frames to which no span refers, and adds remarks on folded lanes. Call it once, at the end.
     pub fn close(&mut self) {
-        let mut used: Vec<bool> = vec![false; self.frames.len()];
-        let spans = || self.lanes.iter().flat_map(|lane| &lane.spans);
-        spans().filter_map(|span| span.frame).for_each(|frame| used[frame] = true);
-        let mut next = 0;
-        let moved: Vec<usize> = used
-            .iter()
-            .map(|used| {
-                let position = next;
-                next += usize::from(*used);
-                position
-            })
-            .collect();
-        let mut used = used.into_iter();
-        self.frames.retain(|_| used.next().unwrap_or(false));
+        let spans = self.lanes.iter().flat_map(|lane| &lane.spans);
+        let used: BTreeSet<usize> = spans.filter_map(|span| span.frame).collect();
+        let moved: BTreeMap<usize, usize> = used.into_iter().zip(0..).collect();
+        let mut positions = 0..;
+        self.frames.retain(|_| positions.next().is_some_and(|position| moved.contains_key(&position)));
         for span in self.lanes.iter_mut().flat_map(|lane| &mut lane.spans) {
-            span.frame = span.frame.map(|frame| moved[frame]);
+            span.frame = span.frame.and_then(|frame| moved.get(&frame).copied());
         }
         let folded: u64 = self.lanes.iter().map(|lane| lane.folded).sum();
         if folded > 0 {

@@ -12,8 +12,7 @@ const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
 impl Timeline {
-    /// Returns the timeline as a document, which works from a file and loads nothing. With `opened_at` it
-    /// opens at that position.
+    /// Returns the timeline as a document that works from a file, and opens at `opened_at` if given.
     pub fn to_html(&self, opened_at: Option<&OpenedAt>) -> String {
         let title = format!("{} - signal-gateway", self.title);
         let places = [
@@ -24,8 +23,7 @@ impl Timeline {
         ];
         let mut page = String::new();
         let mut rest = TEMPLATE;
-        // Placeholders are replaced from left to right, so that no text of the recording is mistaken for a
-        // placeholder.
+        // From left to right, so that no text of the recording is mistaken for a placeholder.
         for (place, content) in places {
             let (before, after) = rest.split_once(place).unwrap_or((rest, ""));
             page.push_str(before);
@@ -63,8 +61,7 @@ impl Timeline {
             })
         });
         let events = self.lanes.iter().map(|lane| lane.spans.len()).sum::<usize>();
-        let summary =
-            format!("{}, {}", seconds(self.length_s), counted(events.try_into().unwrap_or(0), "state"));
+        let summary = format!("{:.3} s, {}", self.length_s, counted(events as u64, "state"));
         let data = json!({
             "title": self.title,
             "subtitle": self.subtitle,
@@ -90,10 +87,6 @@ fn column(column: &Column) -> Value {
     // A fifth decimal would not be visible.
     let rounded = |value: f64| (value * 1e4).round() / 1e4;
     json!([rounded(column.from_s), rounded(column.to_s), rounded(column.low), rounded(column.high)])
-}
-
-fn seconds(seconds: f64) -> String {
-    format!("{seconds:.3} s")
 }
 
 fn html(text: &str) -> String {

@@ -21,18 +21,15 @@ key_rows! {
 }
 
 const fn tolerance(name: &'static str, default: f64) -> ConfigKey<Duration> {
-    number_as(name, (0.0, 3600.0), "s", |s| Some(Duration::from_secs_f64(s))).or_number(default)
+    number_as(name, 0.0, 3600.0, "s", |s| Some(Duration::from_secs_f64(s))).or_number(default)
 }
 
-/// Reads the section; keys that are absent have their defaults.
-pub(super) fn arbiter(fields: Fields<'_>) -> ArbiterSettings {
-    let settings = ArbiterSettings {
+pub(super) fn arbiter(fields: &Fields<'_>) -> ArbiterSettings {
+    ArbiterSettings {
         external_delay_tolerance: fields.read(&EXTERNAL_DELAY_TOLERANCE_S),
         external_time_tolerance: fields.read(&EXTERNAL_TIME_TOLERANCE_S),
         perception_time_tolerance: fields.read(&PERCEPTION_TIME_TOLERANCE_S),
         priority: fields.read(&SOURCE_PRIORITY),
         matching: fields.read(&ENABLE_SIGNAL_MATCHING),
-    };
-    fields.done();
-    settings
+    }
 }

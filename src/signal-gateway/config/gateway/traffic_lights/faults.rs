@@ -52,8 +52,7 @@ const fn color(name: &'static str) -> ConfigKey<Color> {
     other(name, || ValueShape::Text, read, |_| None)
 }
 
-/// Reads the faults of one channel.
-pub(super) fn faults(fields: Fields<'_>) -> Option<ChannelFaults> {
+pub(super) fn faults(fields: &Fields<'_>) -> Option<ChannelFaults> {
     let spells = |probability, length| Spells {
         probability: fields.read(probability),
         mean_length: fields.read(length),
@@ -71,18 +70,13 @@ pub(super) fn faults(fields: Fields<'_>) -> Option<ChannelFaults> {
         confidence_mean: fields.given(&CONFIDENCE),
         confidence_spread: fields.read(&CONFIDENCE_SPREAD),
     };
-    let faults = fields.checker.accept(fields.location(), ChannelFaults::new(settings), "");
-    fields.done();
-    faults
+    fields.checker.accept(fields.location(), ChannelFaults::new(settings), "")
 }
 
 fn confusions(fields: &Fields<'_>, key: &'static str) -> Vec<Confusion> {
-    fields.tables(key).filter_map(confusion).collect()
-}
-
-fn confusion(fields: Fields<'_>) -> Option<Confusion> {
-    fields.require(&[FROM.name, TO.name, PROBABILITY.name], "");
-    let (from, to, probability) = (fields.given(&FROM), fields.given(&TO), fields.given(&PROBABILITY));
-    fields.done();
-    Some(Confusion { from: from?, to: to?, probability: probability? })
+    fields.read_tables(key, |fields| {
+        fields.require(&[FROM.name, TO.name, PROBABILITY.name], "");
+        let (from, to, probability) = (fields.given(&FROM), fields.given(&TO), fields.given(&PROBABILITY));
+        Some(Confusion { from: from?, to: to?, probability: probability? })
+    })
 }

@@ -6,13 +6,13 @@ pub(super) mod topics;
 mod v2i;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
 use crate::config::built_in::{BuiltIn, display};
 use crate::config::files::Files;
-use crate::config::map::{MapLights, read_lights, refuse as refuse_map};
+use crate::config::map::{MapLights, read_lights, read_named};
 use crate::config::named_file;
 use crate::config::reading::{
     ConfigKey, Entry, Fields, Keywords, Value, ValueShape, collection, flag, key_rows, keyword, limit,
@@ -67,7 +67,7 @@ key_rows! {
 }
 
 const fn rate(name: &'static str) -> ConfigKey<Rate> {
-    number_as(name, (*RATES_HZ.start(), *RATES_HZ.end()), "Hz", Rate::from_hz)
+    number_as(name, *RATES_HZ.start(), *RATES_HZ.end(), "Hz", Rate::from_hz)
 }
 
 /// Topics of the traffic lights.
@@ -104,12 +104,12 @@ pub(super) fn traffic_lights(
     let [frame_rate, ground_truth_rate, v2i_rate] =
         [&FRAME_RATE_HZ, &GROUND_TRUTH_RATE_HZ, &V2I_RATE_HZ].map(|key| fields.given(key));
     let v2i_timeout = fields.given(&V2I_TIMEOUT_MS);
-    let arbiter = fields.table("arbiter").map(arbiter::arbiter);
-    let outputs = architecture
-        .map(|types| outputs(fields.section("topics"), types, arbiter.is_some()))
-        .unwrap_or_default();
+    let arbiter = fields.table("arbiter").map(|section| section.read_all(arbiter::arbiter));
+    let topics_of =
+        |types| fields.section("topics").read_all(|section| outputs(section, types, arbiter.is_some()));
+    let outputs = architecture.map(topics_of).unwrap_or_default();
     let InputTopics { states, camera, command } =
-        inputs(fields.section("inputs"), &outputs, arbiter.is_some());
+        fields.section("inputs").read_all(|section| inputs(section, &outputs, arbiter.is_some()));
     let use_sim_time = use_sim_time.unwrap_or(fields.read(&USE_SIM_TIME));
     // The command line has priority.
     fields.record(&USE_SIM_TIME, use_sim_time.to_string());
@@ -121,10 +121,9 @@ pub(super) fn traffic_lights(
         let remedy = "correct the map or its map_projector_info.yaml, or leave out topics.markers";
         fields.refuse("map", format!("lamps cannot be placed for the markers: {reason}"), remedy);
     }
-    let channels = fields.section("faults");
-    let [camera_faults, v2i_faults] =
-        ["camera", "v2i"].map(|channel| channels.table(channel).and_then(faults));
-    channels.done();
+    let [camera_faults, v2i_faults] = fields
+        .section("faults")
+        .read_all(|section| ["camera", "v2i"].map(|channel| section.read_table(channel, faults)));
     if let (Some(scenario), Some(map)) = (&scenario, &map) {
         checker.adopt(scenario.check_against(&map.lights, compat));
     }
@@ -194,7 +193,6 @@ fn packages(fields: &Fields<'_>, key: &'static str) -> BTreeMap<String, PathBuf>
     entries.iter().filter_map(folder).collect()
 }
 
-/// Reads the bulbs of lights by position.
 fn bulb_orders(fields: &Fields<'_>, key: &'static str) -> Vec<BulbOrder> {
     let values = fields.list(key, "give the bulbs by position: bulb_order = [\"red,yellow,green\"]");
     let order = |value: &Value| {
@@ -205,7 +203,6 @@ fn bulb_orders(fields: &Fields<'_>, key: &'static str) -> Vec<BulbOrder> {
     values.iter().filter_map(order).collect()
 }
 
-/// Reads the values of scenario modifiers by name.
 fn modifiers(fields: &Fields<'_>, key: &'static str) -> BTreeMap<String, String> {
     let entries =
         fields.entries(key, "give the value of each scenario modifier: modifiers = { NAME = \"value\" }");
@@ -220,10 +217,9 @@ fn read_map(files: &dyn Files, fields: &Fields<'_>, scenario: Option<&ScenarioFi
     if fields.has(MAP.name) {
         let named = named?;
         let path = named_file::find(BuiltIn::Map, files, &named, fields.checker.beside(&named));
-        let remedy =
-            named_file::remedy(BuiltIn::Map, files, &path, "name a lanelet2 map, relative to this file");
-        let refuse = |problem| refuse_map(fields.checker, fields.at("map"), problem, &remedy);
-        return read_lights(files, &path, lamps).map_err(refuse).ok();
+        let remedy = "name a lanelet2 map, relative to this file";
+        let read = |files: &dyn Files, path: &Path| read_lights(files, path, lamps);
+        return read_named(files, fields.checker, fields.at("map"), &path, remedy, read);
     }
     let reason = match scenario {
         // Its problems are already listed.
@@ -244,11 +240,9 @@ fn read_map(files: &dyn Files, fields: &Fields<'_>, scenario: Option<&ScenarioFi
             return Some(MapLights { lights: LightMap::new([], &scenario.groups), unplaced: None });
         }
     };
-    fields.refuse("scenario", reason, "name the lanelet2 map with [traffic_lights] map = \"….osm\"");
-    None
+    fields.refused("scenario", reason, "name the lanelet2 map with [traffic_lights] map = \"….osm\"")
 }
 
-/// Reads the messages of the camera topic and of the V2I topics.
 fn messages(fields: &Fields<'_>, compat: Compat) -> Option<[LightsType; 2]> {
     let types = Architecture::parse(&fields.read(&ARCHITECTURE), compat)
         .and_then(|architecture| Ok([architecture.camera()?, architecture.v2i()?]));

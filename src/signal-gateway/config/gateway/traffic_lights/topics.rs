@@ -36,7 +36,7 @@ pub(in crate::config::gateway) mod written {
 
 /// Reads the published topics; a topic without a name is not published.
 pub(super) fn outputs(
-    fields: Fields<'_>,
+    fields: &Fields<'_>,
     [camera, v2i]: [LightsType; 2],
     has_arbiter: bool,
 ) -> Vec<LightsOutput> {
@@ -67,7 +67,6 @@ pub(super) fn outputs(
         }
         outputs.push(LightsOutput { topic, name, message });
     }
-    fields.done();
     outputs
 }
 
@@ -95,19 +94,16 @@ pub(in crate::config::gateway) mod read {
     }
 }
 
-/// The subscribed topics.
 #[derive(Debug, Default)]
 pub(super) struct InputTopics {
     /// Topics of states, each for one store.
     pub(super) states: Vec<(StoreId, String)>,
     /// The topic of a camera pipeline, for the arbiter.
     pub(super) camera: Option<String>,
-    /// The topic of actions.
     pub(super) command: Option<String>,
 }
 
-/// Reads the subscribed topics.
-pub(super) fn inputs(fields: Fields<'_>, outputs: &[LightsOutput], has_arbiter: bool) -> InputTopics {
+pub(super) fn inputs(fields: &Fields<'_>, outputs: &[LightsOutput], has_arbiter: bool) -> InputTopics {
     let mut taken: Vec<String> = outputs.iter().map(|lights_output| lights_output.name.clone()).collect();
     let mut input = |key: &'static ConfigKey<String>| {
         let name = fields.given(key)?;
@@ -126,6 +122,5 @@ pub(super) fn inputs(fields: Fields<'_>, outputs: &[LightsOutput], has_arbiter: 
     if camera.is_some() && !has_arbiter {
         fields.refuse("camera", "there is no arbiter", "add [traffic_lights.arbiter]");
     }
-    fields.done();
     InputTopics { states: states.into_iter().flatten().collect(), camera, command }
 }

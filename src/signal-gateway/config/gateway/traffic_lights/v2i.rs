@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::config::reading::Problem;
+use crate::config::reading::{Problem, Refusal};
 use crate::config::vehicle::LocatedId;
 use can_signal::validation::meaning::Meaning;
 use gateway_core::v2i_reception::binding::{BoundGroup, V2iBinding};
@@ -15,7 +15,7 @@ use traffic_lights::bulb::Color;
 pub(in super::super) fn check_ids(ids: &[LocatedId], binding: &V2iBinding, map: &LightMap) -> Vec<Problem> {
     let positions: BTreeMap<i64, usize> = ids.iter().enumerate().map(|(at, bound)| (bound.id, at)).collect();
     let states: BTreeMap<i64, &BoundGroup> = binding.groups().map(|bound| (bound.id, bound)).collect();
-    let mut reasons: BTreeMap<usize, (String, String)> = BTreeMap::new();
+    let mut refusals: BTreeMap<usize, Refusal> = BTreeMap::new();
     for (at, LocatedId { id, .. }) in ids.iter().enumerate() {
         let reason = match (map.group(*id), map.head(*id)) {
             (Some(LightGroup { heads, .. }), _) if heads.is_empty() => {
@@ -26,7 +26,7 @@ pub(in super::super) fn check_ids(ids: &[LocatedId], binding: &V2iBinding, map: 
         };
         let remedy =
             "give the id of a traffic_light regulatory element of the map of [traffic_lights], or of a head";
-        reasons.insert(at, (reason, remedy.to_owned()));
+        refusals.insert(at, Refusal::new(reason, remedy));
     }
     for (relation_id, group) in map.groups() {
         let way_ids = group.heads.iter().filter_map(|head| map.at(*head)).map(|head| head.way_id);
@@ -40,7 +40,7 @@ pub(in super::super) fn check_ids(ids: &[LocatedId], binding: &V2iBinding, map: 
                 let reason =
                     format!("{} is a head of the group {relation_id}, which has a signal too", head.id);
                 let remedy = format!("remove it: the state of {relation_id} is for all of its heads");
-                reasons.entry(at).or_insert((reason, remedy));
+                refusals.entry(at).or_insert(Refusal { reason, remedy });
             }
         } else if let Some([(_, first), (at, second)]) = contradicting(heads) {
             let reason = format!(
@@ -48,13 +48,13 @@ pub(in super::super) fn check_ids(ids: &[LocatedId], binding: &V2iBinding, map: 
                 first.id, second.id
             );
             let remedy = format!("bind one signal with id = {relation_id}, or show arrows with one of them");
-            reasons.entry(at).or_insert((reason, remedy));
+            refusals.entry(at).or_insert(Refusal { reason, remedy });
         }
     }
-    let problem = |(at, (reason, remedy)): (usize, (String, String))| {
+    let problem = |(at, Refusal { reason, remedy }): (usize, Refusal)| {
         Some(ids.get(at)?.location.problem(reason, remedy))
     };
-    reasons.into_iter().filter_map(problem).collect()
+    refusals.into_iter().filter_map(problem).collect()
 }
 
 type BoundHead<'b> = (usize, &'b BoundGroup);

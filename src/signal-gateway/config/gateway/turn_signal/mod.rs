@@ -11,7 +11,7 @@ use crate::config::built_in::BuiltIn;
 use crate::config::decider;
 use crate::config::files::Files;
 use crate::config::gateway::topic_names::TopicNames;
-use crate::config::map::{read_lane_network, refuse as refuse_map};
+use crate::config::map::{read_lane_network, read_named};
 use crate::config::named_file;
 use crate::config::reading::{Fields, Keywords, flag, key_rows, keyword, millis, number_as, text};
 use gateway_core::vehicle_status::binding::StatusBinding;
@@ -57,7 +57,7 @@ key_rows! {
         .doc("the lanelet2 map, or its folder; projected by map_projector_info.yaml beside it, else by MGRS");
     COMPAT_KEY: DeciderCompat = keyword("compat", COMPAT).or_text("improved")
         .doc("\"improved\", \"upstream\": as Autoware's behavior path planner, weaknesses included, or \"path_generator\": as its core path generator, turns only");
-    PLANNING_HZ: Duration = number_as("planning_hz", (1.0, 100.0), "Hz", period).or_number(10.0).doc("cycles, and commands, a second");
+    PLANNING_HZ: Duration = number_as("planning_hz", 1.0, 100.0, "Hz", period).or_number(10.0).doc("cycles, and commands, a second");
     SHADOW_TOLERANCE_MS: Duration = millis("shadow_tolerance_ms", 0, 60_000).or(500)
         .doc("shadow: so long commands may differ before it counts");
 }
@@ -68,7 +68,6 @@ fn period(hz: f64) -> Option<Duration> {
     Some(Duration::from_micros(period.try_into().ok()?))
 }
 
-/// Reads the section; `None` if a problem was recorded.
 pub(super) fn turn_signal(
     files: &dyn Files,
     fields: Fields<'_>,
@@ -82,7 +81,9 @@ pub(super) fn turn_signal(
     let decider = decider::decider(files, &fields, compat, outline);
     let (period, tolerance) = (fields.read(&PLANNING_HZ), fields.read(&SHADOW_TOLERANCE_MS));
     let (is_enabled, is_shadow) = (fields.read(&ENABLED), fields.read(&SHADOW));
-    let (inputs, outputs) = topics(fields.section("inputs"), fields.section("outputs"), !is_shadow);
+    let (inputs, outputs) = fields
+        .section("inputs")
+        .read_all(|from| fields.section("outputs").read_all(|to| topics(from, to, !is_shadow)));
     let vehicle = vehicle::vehicle_use(&fields, profile);
     if is_enabled && is_shadow {
         fields.refuse("shadow", "a shadow publishes nothing", "set enabled = false, or shadow = false");
@@ -107,7 +108,6 @@ pub(super) fn turn_signal(
     })
 }
 
-/// Reads the lanelets of the named map.
 fn map(files: &dyn Files, fields: &Fields<'_>) -> Option<(PathBuf, LaneNetwork)> {
     let remedy = "name the lanelet2 map, relative to this file, with [turn_signal] map = \"….osm\"";
     if !fields.has("map") {
@@ -115,9 +115,6 @@ fn map(files: &dyn Files, fields: &Fields<'_>) -> Option<(PathBuf, LaneNetwork)>
     }
     let named = fields.given(&MAP)?;
     let path = named_file::find(BuiltIn::Map, files, &named, fields.checker.beside(&named));
-    let road = read_lane_network(files, &path);
-    let remedy = named_file::remedy(BuiltIn::Map, files, &path, remedy);
-    let refuse = |problem| refuse_map(fields.checker, fields.at("map"), problem, &remedy);
-    let road = road.map_err(refuse).ok()?;
+    let road = read_named(files, fields.checker, fields.at("map"), &path, remedy, read_lane_network)?;
     Some((path, road))
 }

@@ -10,7 +10,6 @@ const TURN_COMMAND: &str = "/planning/turn_indicators_cmd";
 const HAZARD_COMMAND: &str = "/planning/hazard_lights_cmd";
 const PATH: &str = "/planning/scenario_planning/lane_driving/behavior_planning/path_with_lane_id";
 
-/// The subscribed topics.
 pub(in crate::config::gateway) static INPUTS: [ConfigKey<String>; 11] = [
     topic("odometry", "/localization/kinematic_state").doc("nav_msgs/Odometry"),
     topic("route", "/planning/mission_planning/route").doc("LaneletRoute"),
@@ -29,7 +28,6 @@ pub(in crate::config::gateway) static INPUTS: [ConfigKey<String>; 11] = [
 /// Key of the prefix under which each module of the planner publishes its planning factors.
 const FACTORS: &str = "planning_factors";
 
-/// The published topics.
 pub(in crate::config::gateway) static OUTPUTS: LazyLock<Vec<ConfigKey<String>>> =
     LazyLock::new(|| written("turn_signal.outputs"));
 
@@ -41,8 +39,8 @@ pub(super) fn is_command(key: &str) -> bool {
 /// Reads the topics of both sections, and refuses duplicate names, so that a published topic does not come
 /// back as an input. Autoware's own commands are subscribed to only if none are published, so they may share
 /// names.
-pub(super) fn topics(from: Fields<'_>, to: Fields<'_>, publishes: bool) -> (TopicNames, TopicNames) {
-    let (inputs, outputs) = (TopicNames::read(&from, &INPUTS), TopicNames::read(&to, &OUTPUTS));
+pub(super) fn topics(from: &Fields<'_>, to: &Fields<'_>, publishes: bool) -> (TopicNames, TopicNames) {
+    let (inputs, outputs) = (TopicNames::read(from, &INPUTS), TopicNames::read(to, &OUTPUTS));
     let folder = inputs.name(FACTORS);
     let is_factors = |name: &str| {
         !folder.is_empty() && FactorTopic::ALL.iter().any(|topic| topic.in_folder(folder) == name)
@@ -50,14 +48,12 @@ pub(super) fn topics(from: Fields<'_>, to: Fields<'_>, publishes: bool) -> (Topi
     let is_own = |key: &str| key.starts_with("own_");
     let read = inputs.iter().filter(|(key, _)| *key != FACTORS && !(publishes && is_own(key)));
     let written = outputs.iter().filter(|(key, _)| publishes || !is_command(key));
-    let topics: Vec<_> = read.map(|topic| (&from, topic)).chain(written.map(|topic| (&to, topic))).collect();
+    let topics: Vec<_> = read.map(|topic| (from, topic)).chain(written.map(|topic| (to, topic))).collect();
     for (fields, (key, name)) in &topics {
         let is_shared = is_factors(name) || topics.iter().filter(|(_, (_, other))| other == name).count() > 1;
         if fields.has(key) && is_shared && !name.is_empty() {
             fields.refuse(key, "another topic has this name", "give each its own");
         }
     }
-    from.done();
-    to.done();
     (inputs, outputs)
 }

@@ -30,11 +30,8 @@ pub(super) fn vehicle_use(fields: &Fields<'_>, profile: Option<&StatusBinding>) 
             ("hazard_in_reverse", in_reverse && !gear, "[gear]"),
         ];
         for (key, _, section) in needed.into_iter().filter(|(_, is_missing, _)| *is_missing) {
-            fields.refuse(
-                key,
-                format!("the vehicle profile has no {section}"),
-                "add it there, or remove this key",
-            );
+            let reason = format!("the vehicle profile has no {section}");
+            fields.refuse(key, reason, "add it there, or remove this key");
         }
     }
     let hazards = [(at_open_door, VehicleHazard::OpenDoor), (in_reverse, VehicleHazard::Reverse)];

@@ -28,7 +28,6 @@ const STATES: Keywords<ElementState> = &[
     ("stops", ElementState::StopTransition),
 ];
 
-/// Reads a trigger: the value of `when`.
 pub(super) fn trigger(reader: &mut ScenarioReader<'_>, value: &Value, known: &KnownNames<'_>) -> Trigger {
     let any = Fields::of_table(reader.checker, value).filter(|fields| fields.has("any"));
     let Some(fields) = any else {
@@ -89,8 +88,8 @@ fn test(
             let name = name?;
             if !known.events.contains(&name.text) {
                 let remedy = listed(known.events.iter().map(String::as_str));
-                reader.refuse(&name.location, format!("no event is called {:?}", name.text), &remedy);
-                return None;
+                let reason = format!("no event is called {:?}", name.text);
+                return reader.refused(&name.location, reason, &remedy);
             }
             Some(Test::Element { name: name.text, state })
         }

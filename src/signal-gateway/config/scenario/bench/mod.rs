@@ -25,15 +25,16 @@ pub(super) fn interpret(root: &Value, reader: &mut ScenarioReader<'_>) -> Scenar
     if file.map.is_some() && !file.groups.is_empty() {
         top.refuse("map", "both a map and groups", "keep one of them");
     }
-    let drafts = top.tables("controller").filter_map(|fields| controller(reader, fields)).collect();
+    let drafts = top.read_tables("controller", |fields| controller(reader, fields));
     let controllers = resolve(reader, drafts);
     let events: Vec<_> = top.tables("event").collect();
     let (names, known_events) = event_names(&events);
     let known = KnownNames { controllers: &controllers, events: &known_events };
     let init = top.value("init");
     let init = init.map(|init| action::actions(reader, init, &known)).unwrap_or_default();
-    let events = events.into_iter().zip(names);
-    let events: Vec<_> = events.map(|(fields, name)| event(reader, fields, name, &known)).collect();
+    let mut event =
+        |(fields, name): (Fields<'_>, String)| fields.read_all(|fields| event(reader, fields, name, &known));
+    let events: Vec<_> = events.into_iter().zip(names).map(&mut event).collect();
     let stop = trigger(reader, &top, ["stop_at_s", "stop_when"], &known);
     top.done();
     let acts = if events.is_empty() {
@@ -77,17 +78,16 @@ fn key(entry: &Entry) -> LocatedText {
     LocatedText { text: entry.key.clone(), location: entry.location.clone() }
 }
 
-fn controller(reader: &mut ScenarioReader<'_>, fields: Fields<'_>) -> Option<ControllerDraft> {
+fn controller(reader: &mut ScenarioReader<'_>, fields: &Fields<'_>) -> Option<ControllerDraft> {
     let name = fields.required_text("name");
     let reference = fields.text("reference");
     let delay = fields.text("delay_s");
-    let phases = fields.tables("phase").filter_map(|fields| phase(reader, fields)).collect();
+    let phases = fields.read_tables("phase", |fields| phase(reader, fields));
     let location = fields.location().clone();
-    fields.done();
     Some(ControllerDraft { name: name?.text, location, reference, delay, phases })
 }
 
-fn phase(reader: &mut ScenarioReader<'_>, fields: Fields<'_>) -> Option<PhaseDraft> {
+fn phase(reader: &mut ScenarioReader<'_>, fields: &Fields<'_>) -> Option<PhaseDraft> {
     let name = fields.required_text("name");
     let seconds = match fields.unquoted("duration_s") {
         Some(given) => reader.phase_seconds(&given),
@@ -119,7 +119,6 @@ fn phase(reader: &mut ScenarioReader<'_>, fields: Fields<'_>) -> Option<PhaseDra
             reader.refuse(&value.location, reason, "give a table: { \"21\" = \"green\" }");
         }
     }
-    fields.done();
     Some(PhaseDraft { name: name?.text, seconds: seconds?, entries })
 }
 
@@ -151,12 +150,16 @@ fn event_names(events: &[Fields<'_>]) -> (Vec<String>, Vec<String>) {
     (assigned, own)
 }
 
-fn event(reader: &mut ScenarioReader<'_>, fields: Fields<'_>, name: String, known: &KnownNames<'_>) -> Event {
-    let start = trigger(reader, &fields, ["at_s", "when"], known);
+fn event(
+    reader: &mut ScenarioReader<'_>,
+    fields: &Fields<'_>,
+    name: String,
+    known: &KnownNames<'_>,
+) -> Event {
+    let start = trigger(reader, fields, ["at_s", "when"], known);
     let max_executions = fields.number("times", 1..=u32::MAX, "").unwrap_or(1);
     fields.require(&["do"], "give the actions: do = [{ clear = \"21\" }]");
     let actions = fields.value("do").map(|value| action::actions(reader, value, known)).unwrap_or_default();
-    fields.done();
     let action_names = (0..actions.len()).map(|index| action_path(&name, index)).collect();
     Event { name, start, max_executions, action_names, actions }
 }
@@ -175,8 +178,7 @@ fn trigger(
         (Some(at), None) => Some(Trigger { groups: vec![vec![after(reader, &at)?]] }),
         (Some(_), Some(_)) => {
             let reason = format!("both {at_s} and {when}");
-            fields.refuse(at_s, reason, "keep one; when = { after_s = 5 } is a time");
-            None
+            fields.refused(at_s, reason, "keep one; when = { after_s = 5 } is a time")
         }
     }
 }

@@ -93,15 +93,15 @@ impl Document<'_, '_> {
                     "MultiplyByValue" => Modification::Multiply(number),
                     name => {
                         let reason = format!("{name} is not a rule of a ModifyAction");
-                        self.reader.refuse(&change.location, reason, "give AddValue or MultiplyByValue");
-                        return None;
+                        let remedy = "give AddValue or MultiplyByValue";
+                        return self.reader.refused(&change.location, reason, remedy);
                     }
                 };
                 let kind = self.variables.get(variable.0).map(|variable| &variable.value);
                 if !matches!(kind, Some(VariableValue::Number(_))) {
                     let reason = format!("{} changes a number, and this is not one", change.name);
-                    self.reader.refuse(&change.location, reason, "use SetAction, or declare it as a number");
-                    return None;
+                    let remedy = "use SetAction, or declare it as a number";
+                    return self.reader.refused(&change.location, reason, remedy);
                 }
                 Some(Action::ModifyVariable { variable, by })
             }

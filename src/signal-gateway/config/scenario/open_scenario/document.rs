@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::super::reader::ScenarioReader;
 use super::parameters::{Declared, DeclaredParameter, ParameterScopes, is_name};
-use crate::config::reading::{Attribute, Element, LocatedText};
+use crate::config::reading::{Attribute, Element, LocatedText, Position, Refusal};
 use traffic_lights::compat::Compat;
 use traffic_lights::scenario::TrafficSignalController;
 use traffic_lights::variable::{Variable, VariableIndex, VariableValue};
@@ -15,14 +15,11 @@ pub(super) struct Document<'r, 'c> {
     pub(super) reader: &'r mut ScenarioReader<'c>,
     pub(super) parameters: ParameterScopes,
     /// Parameters of each element that can have parameters, by its position in the file.
-    pub(super) scopes: BTreeMap<(usize, usize), BTreeMap<String, Declared>>,
+    pub(super) scopes: BTreeMap<Position, BTreeMap<String, Declared>>,
     pub(super) variables: Vec<Variable>,
-    /// The controllers, which are read before the storyboard.
     pub(super) controllers: Vec<TrafficSignalController>,
     /// Reason why the map cannot be found, with the remedy.
     pub(super) unresolved_map: Option<String>,
-    /// Number of conditions so far that refer to elements of the storyboard.
-    pub(super) references: usize,
 }
 
 impl Document<'_, '_> {
@@ -86,16 +83,14 @@ impl Document<'_, '_> {
     }
 
     /// Returns the name of a declaration whose value depends on a launch system or the choice of a run, with
-    /// the reason and the remedy. The declaration is listed, and refused where it is used.
-    fn unknown_declaration(&mut self, element: &Element) -> Option<(String, (String, String))> {
+    /// the reason. The declaration is listed, and refused where it is used.
+    fn unknown_declaration(&mut self, element: &Element) -> Option<(String, Refusal)> {
         let value = element.attribute("value")?;
-        let unknown = match self.reader.modifiers.not_chosen_in(&value.value) {
-            Some(unknown) => unknown,
-            None if value.value.contains("$(") => self.parameters.value(&value.value).err()?,
-            None => return None,
-        };
+        let unknown = self.reader.modifiers.not_chosen_in(&value.value);
+        let of_launch_system = || self.parameters.value(&value.value).err();
+        let unknown = unknown.or_else(|| value.value.contains("$(").then(of_launch_system)?)?;
         let name = self.declared_name(element)?;
-        self.reader.leave_out(&value.location, &format!("the value of {name:?}: {}", unknown.0));
+        self.reader.leave_out(&value.location, &format!("the value of {name:?}: {}", unknown.reason));
         Some((name, unknown))
     }
 
@@ -128,19 +123,27 @@ impl Document<'_, '_> {
 
     /// Finds the parameter or variable that an attribute names, with or without `$`.
     pub(super) fn variable(&mut self, element: &Element, name: &'static str) -> Option<VariableIndex> {
-        let Some(attribute) = element.attribute(name) else {
-            let reason = format!("the attribute {name} is missing");
-            return self.reader.refused(&element.location, reason, "OpenSCENARIO requires it");
-        };
+        let attribute = self.required_attribute(element, name)?;
         let named = attribute.value.trim_start_matches('$');
         let found = match name {
             "variableRef" => self.parameters.variable(named),
             _ => self.parameters.parameter(named).map(|parameter| parameter.variable),
         };
-        match found {
-            Ok(variable) => Some(variable),
-            Err((reason, remedy)) => self.reader.refused(&attribute.location, reason, &remedy),
+        self.accept(attribute, found)
+    }
+
+    fn required_attribute<'e>(&self, element: &'e Element, name: &str) -> Option<&'e Attribute> {
+        let attribute = element.attribute(name);
+        if attribute.is_none() {
+            let reason = format!("the attribute {name} is missing");
+            self.reader.refuse(&element.location, reason, "OpenSCENARIO requires it");
         }
+        attribute
+    }
+
+    fn accept<T>(&self, attribute: &Attribute, result: Result<T, Refusal>) -> Option<T> {
+        let refuse = |Refusal { reason, remedy }| self.reader.refuse(&attribute.location, reason, &remedy);
+        result.map_err(refuse).ok()
     }
 
     /// Reads a value for a variable, of the kind that it has.
@@ -166,17 +169,12 @@ impl Document<'_, '_> {
     /// Returns the attribute with its parameters replaced; `None` if it is missing or refused.
     pub(super) fn given(&mut self, element: &Element, name: &str) -> Option<LocatedText> {
         let attribute = element.attribute(name)?;
-        match self.value(&attribute.value) {
-            Ok(text) => Some(LocatedText { text, location: attribute.location.clone() }),
-            Err((reason, remedy)) => self.reader.refused(&attribute.location, reason, &remedy),
-        }
+        let text = self.accept(attribute, self.value(&attribute.value))?;
+        Some(LocatedText { text, location: attribute.location.clone() })
     }
 
     /// Returns the text with its references replaced.
-    ///
-    /// # Errors
-    /// Returns the reason and the remedy.
-    fn value(&self, text: &str) -> Result<String, (String, String)> {
+    fn value(&self, text: &str) -> Result<String, Refusal> {
         match self.reader.modifiers.not_chosen_in(text) {
             Some(unknown) => Err(unknown),
             None => self.parameters.value(text),
@@ -185,10 +183,7 @@ impl Document<'_, '_> {
 
     /// Returns the attribute like [`Self::given`], but refuses a missing one.
     pub(super) fn required(&mut self, element: &Element, name: &str) -> Option<LocatedText> {
-        if element.attribute(name).is_none() {
-            let reason = format!("the attribute {name} is missing");
-            self.reader.refuse(&element.location, reason, "OpenSCENARIO requires it");
-        }
+        self.required_attribute(element, name)?;
         self.given(element, name)
     }
 

@@ -1,10 +1,21 @@
 //! The storyboard as read, with names for the references between its elements.
 
+use std::cell::Cell;
 use std::ops::Range;
 use std::time::Duration;
 
 use crate::config::reading::{Element, LocatedText, Location};
 use traffic_lights::scenario::{Action, Edge, ElementState, Test};
+
+/// The position of an element in the storyboard as read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum At {
+    Story(usize),
+    Act(usize),
+    Group { act: usize, group: usize },
+    Event { act: usize, event: usize },
+    Action { act: usize, event: usize, action: usize },
+}
 
 pub(super) struct StoryDraft {
     pub(super) path: Vec<String>,
@@ -62,7 +73,8 @@ pub(super) enum TestDraft {
     Ready(Test),
     /// The state of an element of the storyboard, which is resolved after all elements have been read.
     Element {
-        number: usize,
+        /// The element; `None` until it is resolved, or if it was refused.
+        target: Cell<Option<At>>,
         /// Kind of the element: `story`, `act`, `maneuverGroup`, `maneuver`, `event` or `action`.
         kind: &'static str,
         reference: LocatedText,

@@ -26,7 +26,6 @@ pub(super) fn list(root: &Element, reader: &mut ScenarioReader<'_>) {
     }
 }
 
-/// Elements or attributes of one kind.
 struct Leftover {
     location: Location,
     times: usize,
@@ -37,7 +36,7 @@ fn collect(element: &Element, kinds: &mut BTreeMap<String, Leftover>) {
     for attribute in element.attributes.iter().filter(|attribute| !attribute.is_interpreted.get()) {
         add(kinds, &attribute.location, 0);
     }
-    if !element.content.is_interpreted.get() && !element.content.text.is_empty() {
+    if !element.is_text_interpreted.get() && !element.text.is_empty() {
         add(kinds, &element.location, 0);
     }
     for child in &element.children {

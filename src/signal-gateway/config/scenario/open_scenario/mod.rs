@@ -44,8 +44,7 @@ pub(super) fn interpret(root: &Element, reader: &mut ScenarioReader<'_>) -> Scen
     let parameters = ParameterScopes::new(reader.options.packages.clone());
     let (controllers, variables) = (Vec::new(), Vec::new());
     let scopes = BTreeMap::new();
-    let mut document =
-        Document { reader, parameters, scopes, variables, controllers, unresolved_map: None, references: 0 };
+    let mut document = Document { reader, parameters, scopes, variables, controllers, unresolved_map: None };
     document.declare(root);
     if let Some(network) = network {
         file.map = document.map(network);

@@ -14,10 +14,9 @@ impl Document<'_, '_> {
         let logic = network.child("LogicFile")?;
         let attribute = logic.attribute("filepath").or_else(|| logic.attribute("filePath"))?;
         let is_in_package = self.parameters.is_of_launch_system(&attribute.value);
-        if is_in_package && let Err((reason, remedy)) = self.parameters.value(&attribute.value) {
-            let reason = format!("{reason}; {remedy}");
-            self.reader.leave_out(&attribute.location, &reason);
-            self.unresolved_map = Some(reason);
+        if is_in_package && let Err(refusal) = self.parameters.value(&attribute.value) {
+            self.reader.leave_out(&attribute.location, &refusal.to_string());
+            self.unresolved_map = Some(refusal.to_string());
             return None;
         }
         let named = self.given(logic, &attribute.name)?.text;

@@ -5,13 +5,14 @@ use std::path::PathBuf;
 
 use super::super::naming::listed;
 use super::expression::{compute, is_constant};
+use crate::config::reading::Refusal;
 use traffic_lights::variable::VariableIndex;
 
 /// The substitutions of a launch system that name the folder of a package.
 const PACKAGE_SUBSTITUTIONS: [&str; 2] = ["find-pkg-share ", "ros2 pkg prefix --share "];
 
-/// A declared parameter, or the reason why its value is unknown, with the remedy.
-pub(super) type Declared = Result<DeclaredParameter, (String, String)>;
+/// A declared parameter, or the reason why its value is unknown.
+pub(super) type Declared = Result<DeclaredParameter, Refusal>;
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct DeclaredParameter {
@@ -35,7 +36,6 @@ pub(super) struct ParameterScopes {
 }
 
 impl ParameterScopes {
-    /// Creates scopes without parameters; `packages` are the folders of packages by name.
     pub(super) fn new(packages: BTreeMap<String, PathBuf>) -> Self {
         Self { packages, ..Self::default() }
     }
@@ -66,23 +66,16 @@ impl ParameterScopes {
         self.variables.insert(name, variable);
     }
 
-    /// Returns the variable of a name.
-    ///
-    /// # Errors
-    /// Returns the reason and the remedy.
-    pub(super) fn variable(&self, name: &str) -> Result<VariableIndex, (String, String)> {
+    pub(super) fn variable(&self, name: &str) -> Result<VariableIndex, Refusal> {
         self.variables.get(name).copied().ok_or_else(|| {
             let known = listed(self.variables.keys().map(String::as_str));
-            (format!("no variable is called {name}"), known)
+            Refusal::new(format!("no variable is called {name}"), known)
         })
     }
 
     /// Returns the text with its references replaced: `$name`, `${name}` and `${$name}` are the value of a
     /// parameter, `${$name * 2}` is computed, and `$(find-pkg-share NAME)` is the folder of a package.
-    ///
-    /// # Errors
-    /// Returns the reason and the remedy.
-    pub(super) fn value(&self, text: &str) -> Result<String, (String, String)> {
+    pub(super) fn value(&self, text: &str) -> Result<String, Refusal> {
         if text.contains("$(") {
             return self.with_packages(text);
         }
@@ -112,18 +105,15 @@ impl ParameterScopes {
 
     /// Returns the parameter of a name in the innermost scope that has one. `::name` is one of the whole
     /// document, and `element::name` one below an element of the storyboard, as TIER IV writes them.
-    ///
-    /// # Errors
-    /// Returns the reason and the remedy.
-    pub(super) fn parameter(&self, name: &str) -> Result<&DeclaredParameter, (String, String)> {
+    pub(super) fn parameter(&self, name: &str) -> Result<&DeclaredParameter, Refusal> {
         let found = self.declared(name).ok_or_else(|| {
             let known = self.scopes.iter().flat_map(BTreeMap::keys);
-            (format!("no parameter is called {name}"), listed(known.map(String::as_str)))
+            Refusal::new(format!("no parameter is called {name}"), listed(known.map(String::as_str)))
         })?;
-        let unknown = |(reason, remedy): &(String, String)| {
-            (format!("the value of the parameter {name} is not known: {reason}"), remedy.clone())
-        };
-        found.as_ref().map_err(unknown)
+        found.as_ref().map_err(|Refusal { reason, remedy }| {
+            let reason = format!("the value of the parameter {name} is not known: {reason}");
+            Refusal::new(reason, remedy.as_str())
+        })
     }
 
     fn declared(&self, name: &str) -> Option<&Declared> {
@@ -142,7 +132,7 @@ impl ParameterScopes {
         }
     }
 
-    fn computed(&self, expression: &str) -> Result<String, (String, String)> {
+    fn computed(&self, expression: &str) -> Result<String, Refusal> {
         let mut parts = expression.split('$');
         let mut numbers = parts.next().unwrap_or_default().to_owned();
         for part in parts {
@@ -159,10 +149,11 @@ impl ParameterScopes {
             // In parentheses, since it may be negative.
             numbers.extend(["(", &self.parameter(name)?.value, ")", after]);
         }
-        compute(&numbers).map_err(|reason| (reason, "correct the expression, or write its value".to_owned()))
+        let remedy = "correct the expression, or write its value";
+        compute(&numbers).map_err(|error| Refusal::new(error.to_string(), remedy))
     }
 
-    fn with_packages(&self, text: &str) -> Result<String, (String, String)> {
+    fn with_packages(&self, text: &str) -> Result<String, Refusal> {
         let mut parts = text.split("$(");
         let mut replaced = parts.next().unwrap_or_default().to_owned();
         for part in parts {
@@ -176,11 +167,11 @@ impl ParameterScopes {
             let name = PACKAGE_SUBSTITUTIONS.iter().find_map(|prefix| substitution.strip_prefix(prefix));
             let Some(name) = name.map(str::trim) else {
                 let reason = format!("`$({substitution})` is replaced by the launch system");
-                return Err((reason, "write its value".to_owned()));
+                return Err(Refusal::new(reason, "write its value"));
             };
             let Some(folder) = self.packages.get(name) else {
                 let remedy = format!("give it with --package {name}=FOLDER, or write the path");
-                return Err((format!("the folder of the package {name} is not known"), remedy));
+                return Err(Refusal::new(format!("the folder of the package {name} is not known"), remedy));
             };
             replaced.push_str(&folder.display().to_string());
             replaced.push_str(after);
@@ -215,9 +206,9 @@ mod tests {
             assert_eq!(parameters.value(text), Ok("2".to_owned()), "{text}");
         }
         let refused = |text| parameters.value(text).unwrap_err();
-        assert_eq!(refused("$dark"), ("no parameter is called dark".into(), "there are light, light".into()));
+        assert_eq!(refused("$dark"), Refusal::new("no parameter is called dark", "there are light, light"));
         assert_eq!(parameters.value("$(var light)/$(var light)"), Ok("2/2".to_owned()));
-        assert!(refused("$(env light)").0.contains("launch system"));
+        assert!(refused("$(env light)").reason.contains("launch system"));
     }
 
     #[test]
@@ -233,7 +224,8 @@ mod tests {
         let texts = ["$light", "$::light", "$act::light", "$story::m::light", "$::story::act::light"];
         let values = ["1", "1", "3", "3", "3"];
         assert_eq!(texts.map(|text| parameters.value(text).unwrap()), values);
-        assert_eq!(parameters.value("$m::act::light").unwrap_err().0, "no parameter is called m::act::light");
+        let refused = parameters.value("$m::act::light").unwrap_err();
+        assert_eq!(refused.reason, "no parameter is called m::act::light");
     }
 
     #[test]
@@ -257,9 +249,10 @@ mod tests {
         ] {
             assert_eq!(parameters.value(text).as_deref(), Ok(value), "{text}");
         }
-        assert!(parameters.value("${$color + 1}").unwrap_err().0.contains("is not an expression"));
-        assert_eq!(parameters.value("${$pi}").unwrap_err().0, "no parameter is called pi");
-        assert_eq!(parameters.value("${$wax + 1}").unwrap_err().0, "no parameter is called wax");
+        let reason = |text| parameters.value(text).unwrap_err().reason;
+        assert!(reason("${$color + 1}").contains("is not an expression"));
+        assert_eq!(reason("${$pi}"), "no parameter is called pi");
+        assert_eq!(reason("${$wax + 1}"), "no parameter is called wax");
     }
 
     #[test]
@@ -269,8 +262,8 @@ mod tests {
         for text in ["$(find-pkg-share town)/map.osm", "$(ros2 pkg prefix --share town)/map.osm"] {
             assert_eq!(parameters.value(text).as_deref(), Ok("/maps/town/map.osm"), "{text}");
         }
-        let (reason, remedy) = parameters.value("$(find-pkg-share city)/map.osm").unwrap_err();
-        assert_eq!(reason, "the folder of the package city is not known");
-        assert_eq!(remedy, "give it with --package city=FOLDER, or write the path");
+        let remedy = "give it with --package city=FOLDER, or write the path";
+        let refusal = Refusal::new("the folder of the package city is not known", remedy);
+        assert_eq!(parameters.value("$(find-pkg-share city)/map.osm"), Err(refusal));
     }
 }

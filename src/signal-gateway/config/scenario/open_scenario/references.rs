@@ -10,43 +10,25 @@ use std::ops::Range;
 use super::super::file::UncertainEnd;
 use super::super::naming::{Names, action_path, event_path};
 use super::super::reader::ScenarioReader;
-use super::draft::{ActDraft, ConditionDraft, EventDraft, StoryDraft, TestDraft, TriggerDraft};
+use super::draft::{ActDraft, At, ConditionDraft, EventDraft, StoryDraft, TestDraft, TriggerDraft};
 use crate::config::reading::{Element, LocatedText, Location};
-use traffic_lights::scenario::{Act, Action, Condition, Event, EventGroup, Story, Test, Trigger};
+use traffic_lights::scenario::{Act, Action, Condition, Event, EventGroup, Scenario, Story, Test, Trigger};
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum At {
-    Story(usize),
-    Act(usize),
-    Group { act: usize, group: usize },
-    Event { act: usize, event: usize },
-    Action { act: usize, event: usize, action: usize },
-}
-
-pub(super) struct Resolved {
-    /// Stories whose acts can all run.
-    pub(super) stories: Vec<Story>,
-    pub(super) acts: Vec<Act>,
-    pub(super) stop: Option<Trigger>,
-    /// Ends of the scenario that could occur at a different time than simulated, or not at all.
-    pub(super) uncertain_ends: Vec<UncertainEnd>,
-}
-
-/// Returns the stories that can run, and lists the omitted elements.
+/// Adds what can run to the scenario, and lists the omitted elements. Returns the ends of the scenario that
+/// could occur at a different time than simulated, or not at all.
 pub(super) fn resolve(
     reader: &mut ScenarioReader<'_>,
     stories: &[StoryDraft],
     acts: Vec<ActDraft<'_>>,
     stop: Option<(&Element, TriggerDraft)>,
-) -> Resolved {
+    scenario: &mut Scenario,
+) -> Vec<UncertainEnd> {
     let mut board = References::new(reader, stories, &acts, stop.as_ref().map(|(_, groups)| groups));
     board.leave_out_undecidable(&acts);
     if let Some((storyboard, groups)) = &stop {
         board.list_stop(reader, storyboard, groups);
     }
-    let names = names(&elements(stories, &acts));
     board.list(reader, &acts);
-    let finish = Finish { board: &board, names: &names };
     let is_uncertain = |(at, event): &(At, &EventDraft<'_>)| {
         board.is_left_out(*at) || event.start.iter().flatten().any(|group| board.obstacle_of(group).is_some())
     };
@@ -54,7 +36,7 @@ pub(super) fn resolve(
         let actions = event.actions.iter().flat_map(|action| &action.actions);
         let ends = actions
             .filter_map(|action| if let Action::End(success) = action { Some(*success) } else { None });
-        let event = finish.name(at);
+        let event = board.name(at);
         ends.map(move |success| UncertainEnd { event: Some(event.clone()), success: Some(success) })
     });
     let mut uncertain_ends: Vec<_> = uncertain_ends.collect();
@@ -62,14 +44,14 @@ pub(super) fn resolve(
     if stop_groups.any(|group| board.obstacle_of(group).is_some()) {
         uncertain_ends.push(UncertainEnd { event: None, success: None });
     }
-    let stop = stop.map(|(_, groups)| finish.trigger(groups));
-    let stories = finish.stories(stories);
-    Resolved { stories, acts: finish.acts(acts), stop, uncertain_ends }
+    scenario.stop = stop.map(|(_, groups)| board.trigger(groups));
+    scenario.stories = board.stories(stories);
+    scenario.acts = board.acts(acts);
+    uncertain_ends
 }
 
 struct References {
-    /// The target of each reference, by its number.
-    targets: BTreeMap<usize, At>,
+    names: BTreeMap<At, String>,
     /// Omitted acts and events, with the reason.
     left_out: BTreeMap<At, String>,
     /// Elements of which only a part runs, so that their state is unknown.
@@ -85,24 +67,23 @@ impl References {
         acts: &[ActDraft<'_>],
         stop: Option<&TriggerDraft>,
     ) -> Self {
+        let elements = elements(stories, acts);
         let mut board = Self {
-            targets: BTreeMap::new(),
+            names: names(&elements),
             left_out: BTreeMap::new(),
             partial: BTreeSet::new(),
             members: BTreeMap::new(),
         };
         let mut known = Known::new();
-        for element in elements(stories, acts) {
+        for element in elements {
             if let Some(name) = element.1.last() {
                 known.entry(name.as_str()).or_default().push(element);
             }
         }
         let triggers = triggers(acts).map(|(_, trigger)| trigger).chain(stop);
         for condition in triggers.flatten().flatten() {
-            let TestDraft::Element { number, kind, reference, .. } = &condition.test else { continue };
-            if let Some(at) = find(reader, &known, kind, reference) {
-                board.targets.insert(*number, at);
-            }
+            let TestDraft::Element { target, kind, reference, .. } = &condition.test else { continue };
+            target.set(find(reader, &known, kind, reference));
         }
         for (story, draft) in stories.iter().enumerate() {
             board.members.insert(At::Story(story), draft.acts.clone().map(At::Act).collect());
@@ -180,19 +161,16 @@ impl References {
         match &condition.test {
             TestDraft::Ready(_) => None,
             TestDraft::Undecidable { what, location } => {
-                Some((format!("its trigger needs {what} (line {})", location.position.0), location))
+                Some((format!("its trigger needs {what} (line {})", location.position.line), location))
             }
-            TestDraft::Element { number, reference, .. } => {
-                let at = *self.targets.get(number)?;
-                self.is_unknown(at).then(|| {
-                    let line = reference.location.position.0;
-                    let reason = format!(
-                        "its trigger waits for {:?}, which is not interpreted (line {line})",
-                        reference.text
-                    );
-                    (reason, &reference.location)
-                })
-            }
+            TestDraft::Element { target, reference, .. } => self.is_unknown(target.get()?).then(|| {
+                let line = reference.location.position.line;
+                let reason = format!(
+                    "its trigger waits for {:?}, which is not interpreted (line {line})",
+                    reference.text
+                );
+                (reason, &reference.location)
+            }),
         }
     }
 
@@ -348,19 +326,14 @@ fn names(elements: &[KnownElement<'_>]) -> BTreeMap<At, String> {
     assigned
 }
 
-struct Finish<'a> {
-    board: &'a References,
-    names: &'a BTreeMap<At, String>,
-}
-
-impl Finish<'_> {
+impl References {
     fn name(&self, at: At) -> String {
         self.names.get(&at).cloned().unwrap_or_default()
     }
 
     /// Returns the positions of members after omissions; `None` if one of them is omitted.
     fn kept(&self, members: Range<usize>, at: impl Fn(usize) -> At) -> Option<Range<usize>> {
-        let is_kept = |member: &usize| !self.board.is_left_out(at(*member));
+        let is_kept = |member: &usize| !self.is_left_out(at(*member));
         let before = (0..members.start).filter(is_kept).count();
         let are_all_kept = members.clone().all(|member| is_kept(&member));
         are_all_kept.then(|| before..before + members.len())
@@ -378,7 +351,7 @@ impl Finish<'_> {
     fn acts(&self, acts: Vec<ActDraft<'_>>) -> Vec<Act> {
         let mut finished = Vec::new();
         for (act, draft) in acts.into_iter().enumerate() {
-            if self.board.is_left_out(At::Act(act)) {
+            if self.is_left_out(At::Act(act)) {
                 continue;
             }
             let groups = draft.groups.into_iter().enumerate().filter_map(|(group, draft)| {
@@ -387,8 +360,7 @@ impl Finish<'_> {
             });
             let groups = groups.collect();
             let events = draft.events.into_iter().enumerate();
-            let events =
-                events.filter(|(event, _)| !self.board.is_left_out(At::Event { act, event: *event }));
+            let events = events.filter(|(event, _)| !self.is_left_out(At::Event { act, event: *event }));
             finished.push(Act {
                 name: self.name(At::Act(act)),
                 start: draft.start.map(|groups| self.trigger(groups)),
@@ -417,7 +389,7 @@ impl Finish<'_> {
     }
 
     fn trigger(&self, groups: TriggerDraft) -> Trigger {
-        let groups = groups.into_iter().filter(|group| self.board.obstacle_of(group).is_none());
+        let groups = groups.into_iter().filter(|group| self.obstacle_of(group).is_none());
         let group = |group: Vec<ConditionDraft>| group.into_iter().filter_map(|draft| self.condition(draft));
         Trigger { groups: groups.map(|conditions| group(conditions).collect()).collect() }
     }
@@ -426,9 +398,8 @@ impl Finish<'_> {
     fn condition(&self, ConditionDraft { name, edge, delay, test }: ConditionDraft) -> Option<Condition> {
         let test = match test {
             TestDraft::Ready(test) => test,
-            TestDraft::Element { number, state, .. } => {
-                let at = self.board.targets.get(&number)?;
-                Test::Element { name: self.name(*at), state }
+            TestDraft::Element { target, state, .. } => {
+                Test::Element { name: self.name(target.get()?), state }
             }
             TestDraft::Undecidable { .. } => return None,
         };

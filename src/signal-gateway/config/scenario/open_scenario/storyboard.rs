@@ -27,9 +27,7 @@ impl Document<'_, '_> {
         }
         let stop = self.trigger(storyboard, "StopTrigger");
         let stop = stop.map(|groups| (storyboard, groups));
-        let resolved = resolve(self.reader, &stories, acts, stop);
-        (scenario.stories, scenario.acts, scenario.stop) = (resolved.stories, resolved.acts, resolved.stop);
-        resolved.uncertain_ends
+        resolve(self.reader, &stories, acts, stop, scenario)
     }
 
     fn act<'e>(&mut self, act: &'e Element, story: &[String]) -> ActDraft<'e> {

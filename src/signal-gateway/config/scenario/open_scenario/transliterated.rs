@@ -5,9 +5,7 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
-use crate::config::reading::{
-    Attribute, Content, Element, Entry, KeyPath, Kind, Location, Problem, Text, Value,
-};
+use crate::config::reading::{Attribute, Element, Entry, KeyPath, Kind, Location, Problem, Text, Value};
 
 /// Converts the table under the name of the root to the root element.
 ///
@@ -24,12 +22,13 @@ fn element(text: &Text, name: &str, location: Location, value: &Value) -> Result
         location,
         attributes: Vec::new(),
         children: Vec::new(),
-        content: Content::default(),
-        is_interpreted: Cell::new(false),
+        text: String::new(),
+        is_text_interpreted: Cell::default(),
+        is_interpreted: Cell::default(),
     };
     match &value.kind {
         Kind::Null => {}
-        Kind::Scalar { text, .. } => text.trim().clone_into(&mut element.content.text),
+        Kind::Scalar { text, .. } => text.trim().clone_into(&mut element.text),
         Kind::List(_) => {
             let reason = format!("{name} is a list within a list");
             return Err(text.problem(value.location.position, &reason, "write a table for each element"));
@@ -88,7 +87,7 @@ mod tests {
             .map(|given| format!(" {}={:?} {}", given.name, given.value, given.location.key))
             .collect();
         let children: String = element.children.iter().map(shape).collect();
-        format!("({} {}{attributes} {children}{})", element.name, element.location.key, element.content.text)
+        format!("({} {}{attributes} {children}{})", element.name, element.location.key, element.text)
     }
 
     #[test]
@@ -98,7 +97,7 @@ mod tests {
         let xml = text("<A n='1.0'><B m='x'/><B m='y'><C/></B><D/></A>");
         let element = from_values(&yaml, &entries[0]).unwrap();
         assert_eq!(shape(&element), shape(&from_xml(&xml).unwrap()));
-        assert_eq!(element.children[1].attributes[0].location.position, (5, 10));
+        assert_eq!(element.children[1].attributes[0].location.position.to_string(), "5:10");
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Triggers and their conditions.
 
+use std::cell::Cell;
 use std::time::Duration;
 
 use super::document::Document;
@@ -33,17 +34,9 @@ const STATES: Keywords<ElementState> = &[
     ("stopTransition", ElementState::StopTransition),
     ("skipTransition", ElementState::SkipTransition),
 ];
-const KINDS: Keywords<&str> = &[
-    ("story", "story"),
-    ("act", "act"),
-    ("maneuverGroup", "maneuverGroup"),
-    ("maneuver", "maneuver"),
-    ("event", "event"),
-    ("action", "action"),
-];
+const KINDS: [&str; 6] = ["story", "act", "maneuverGroup", "maneuver", "event", "action"];
 
 impl Document<'_, '_> {
-    /// Reads the trigger with a name; `None` if there is none.
     pub(super) fn trigger(&mut self, parent: &Element, name: &str) -> Option<TriggerDraft> {
         let trigger = parent.child(name)?;
         let group = |group: &Element| group.all("Condition").filter_map(|it| self.condition(it)).collect();
@@ -162,11 +155,10 @@ impl Document<'_, '_> {
         let kind = self.required(element, "storyboardElementType");
         let reference = self.required(element, "storyboardElementRef");
         let state = self.required(element, "state");
-        let (kind, state) =
-            (self.reader.checker.keyword(&kind?, KINDS), self.reader.checker.keyword(&state?, STATES));
+        let kind = self.reader.checker.keyword(&kind?, &KINDS.map(|kind| (kind, kind)));
+        let state = self.reader.checker.keyword(&state?, STATES);
         let (kind, reference, state) = (kind?, reference?, state?);
-        self.references += 1;
-        Some(TestDraft::Element { number: self.references, kind, reference, state })
+        Some(TestDraft::Element { target: Cell::default(), kind, reference, state })
     }
 }
 

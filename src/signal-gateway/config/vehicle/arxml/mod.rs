@@ -8,6 +8,7 @@ mod signal;
 mod tree;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Display;
 
 use roxmltree::{Document, Error, Node, ParsingOptions};
 
@@ -18,7 +19,7 @@ use can_signal::dbc::model::{
     Contradiction, Database, DbcFinding, DbcSeverity, MAX_ENTRIES, Message, Number, Signal,
 };
 use signal::{PlacedSignal, Scales, byte_order};
-use tree::{NamedElements, descend, listed, number, text_of, whole_of};
+use tree::{NamedElements, Unread, descend, listed, number, text_of, whole_of};
 
 /// Maximum number of nodes (elements, texts etc.) in a small file. The parser uses about 90 bytes for each.
 const MIN_NODES: usize = 1_000_000;
@@ -63,9 +64,6 @@ pub(super) enum ArxmlError {
 }
 
 /// Reads the messages of the CAN cluster with this name, or of the only cluster.
-///
-/// # Errors
-/// Returns the reason why there are none.
 pub(super) fn read(content: &[u8], cluster: Option<&str>) -> Result<Database, ArxmlError> {
     let text = str::from_utf8(content).map_err(|error| ArxmlError::Xml(format!("not UTF-8: {error}")))?;
     let text = text.trim_start_matches('\u{FEFF}');
@@ -100,10 +98,17 @@ pub(super) fn read(content: &[u8], cluster: Option<&str>) -> Result<Database, Ar
     };
     let names = || clusters.keys().map(|name| (*name).to_owned()).collect();
     let chosen = *chosen.ok_or_else(|| ArxmlError::Choose(names()))?;
-    Ok(ClusterReader::new(NamedElements::of(&document)).database(chosen))
+    let reader = ClusterReader {
+        elements: NamedElements::of(&document),
+        scales: Scales::default(),
+        database: Database::default(),
+        ids: BTreeSet::new(),
+        names: BTreeSet::new(),
+        entries: 0,
+    };
+    Ok(reader.database(chosen))
 }
 
-/// The signals of a frame while they are collected.
 #[derive(Default)]
 struct FrameContent<'d> {
     signals: Vec<CollectedSignal<'d>>,
@@ -117,7 +122,6 @@ struct CollectedSignal<'d> {
     selected_by: Option<(Layout, u64)>,
 }
 
-/// The selector of a multiplexed PDU.
 struct Selector<'d> {
     pdu: Node<'d, 'd>,
     layout: Layout,
@@ -135,17 +139,6 @@ struct ClusterReader<'d> {
 }
 
 impl<'d> ClusterReader<'d> {
-    fn new(elements: NamedElements<'d>) -> Self {
-        Self {
-            elements,
-            scales: Scales::default(),
-            database: Database::default(),
-            ids: BTreeSet::new(),
-            names: BTreeSet::new(),
-            entries: 0,
-        }
-    }
-
     fn database(mut self, cluster: Node<'d, 'd>) -> Database {
         let conditionals = listed(cluster, "CAN-CLUSTER-VARIANTS", "CAN-CLUSTER-CONDITIONAL");
         let channels =
@@ -174,14 +167,14 @@ impl<'d> ClusterReader<'d> {
         self.entries + self.scales.texts + self.database.findings.len() > MAX_ENTRIES
     }
 
-    fn find(&mut self, element: Node<'_, '_>, severity: DbcSeverity, reason: impl Into<String>) {
+    fn find(&mut self, element: Node<'_, '_>, severity: DbcSeverity, reason: impl Display) {
         let name = text_of(element, "SHORT-NAME").unwrap_or_else(|| element.tag_name().name());
         let excerpt = name.chars().filter(|char| !char.is_control()).take(60).collect();
         let line = self.elements.line(element);
-        self.database.findings.push(DbcFinding { line, severity, excerpt, reason: reason.into() });
+        self.database.findings.push(DbcFinding { line, severity, excerpt, reason: reason.to_string() });
     }
 
-    fn message(&mut self, triggering: Node<'d, 'd>) -> Result<(), String> {
+    fn message(&mut self, triggering: Node<'d, 'd>) -> Result<(), Unread> {
         self.entries += 1;
         let frame = self.elements.follow(triggering, "FRAME-REF").ok_or("FRAME-REF leads nowhere")?;
         let name = text_of(frame, "SHORT-NAME").ok_or("its frame has no SHORT-NAME")?;
@@ -203,7 +196,7 @@ impl<'d> ClusterReader<'d> {
                 lines: [known.line, line],
             }));
             let taken = if has_id { format!("identifier {id}") } else { format!("the name {name}") };
-            return Err(format!("{taken} is taken by a message above"));
+            return Err(format!("{taken} is taken by a message above").into());
         }
         self.ids.insert(id);
         self.names.insert(name.to_owned());
@@ -225,17 +218,9 @@ impl<'d> ClusterReader<'d> {
         };
         let (cycle_ms, line) = (content.cycle_ms, self.elements.line(triggering));
         let signals = self.signals(name, length, content);
-        let name = name.to_owned();
-        self.database.messages.push(Message {
-            name,
-            other_name: None,
-            id,
-            length,
-            format,
-            cycle_ms,
-            line,
-            signals,
-        });
+        let (name, other_name) = (name.to_owned(), None);
+        let message = Message { name, other_name, id, length, format, cycle_ms, line, signals };
+        self.database.messages.push(message);
         Ok(())
     }
 
@@ -244,11 +229,9 @@ impl<'d> ClusterReader<'d> {
     fn pdu(&mut self, pdu: Node<'d, 'd>, offset: u16, is_part: bool, content: &mut FrameContent<'d>) {
         let period = descend(pdu, &PERIOD).and_then(|value| number(value.text()?.trim()));
         content.cycle_ms = [content.cycle_ms, period.and_then(milliseconds)].into_iter().flatten().min();
-        let unread = match pdu.tag_name().name() {
-            "CONTAINER-I-PDU" => Err("containers of PDUs are not read".to_owned()),
-            "MULTIPLEXED-I-PDU" if is_part => {
-                Err("a multiplexed PDU within another one is not read".to_owned())
-            }
+        let read = match pdu.tag_name().name() {
+            "CONTAINER-I-PDU" => Err("containers of PDUs are not read".into()),
+            "MULTIPLEXED-I-PDU" if is_part => Err("a multiplexed PDU within another one is not read".into()),
             "MULTIPLEXED-I-PDU" => self.multiplexed(pdu, offset, content),
             "SECURED-I-PDU" => self.secured(pdu, offset, is_part, content),
             _ => {
@@ -256,19 +239,18 @@ impl<'d> ClusterReader<'d> {
                 Ok(())
             }
         };
-        if let Err(reason) = unread {
+        if let Err(reason) = read {
             self.find(pdu, DbcSeverity::Rejected, reason);
         }
     }
 
-    /// Collects the signals of the payload of a secured PDU.
     fn secured(
         &mut self,
         pdu: Node<'d, 'd>,
         offset: u16,
         is_part: bool,
         content: &mut FrameContent<'d>,
-    ) -> Result<(), String> {
+    ) -> Result<(), Unread> {
         let triggering = self.elements.follow(pdu, "PAYLOAD-REF");
         let payload = triggering.and_then(|triggering| self.elements.follow(triggering, "I-PDU-REF"));
         let payload = payload.filter(|payload| payload.tag_name().name() != "SECURED-I-PDU");
@@ -310,7 +292,7 @@ impl<'d> ClusterReader<'d> {
         pdu: Node<'d, 'd>,
         offset: u16,
         content: &mut FrameContent<'d>,
-    ) -> Result<(), String> {
+    ) -> Result<(), Unread> {
         let field = |key| whole_of::<u16>(pdu, key).ok_or_else(|| format!("without a {key}"));
         let start = field("SELECTOR-FIELD-START-POSITION")?.checked_add(8 * offset);
         let start = start.ok_or("the selector lies beyond every frame")?;
@@ -334,11 +316,9 @@ impl<'d> ClusterReader<'d> {
             content.cycle_ms = [content.cycle_ms, dynamic.cycle_ms].into_iter().flatten().min();
             for CollectedSignal { signal, .. } in dynamic.signals {
                 if (signal.layout.start, signal.layout.length) == (layout.start, layout.length) {
-                    let new = signal
-                        .values()
-                        .iter()
-                        .filter(|(raw, _)| values.iter().all(|(known, _)| known != raw));
-                    let new: Vec<_> = new.cloned().collect();
+                    let is_new = |raw: i128| values.iter().all(|(known, _)| *known != raw);
+                    let new = signal.values().iter().filter(|(raw, _)| is_new(*raw)).cloned();
+                    let new: Vec<_> = new.collect();
                     self.entries += new.len();
                     values.extend(new);
                 } else {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use roxmltree::{Node, NodeId};
 
-use super::tree::{NamedElements, child, descend, listed, number, text_of, whole, whole_of};
+use super::tree::{NamedElements, Unread, child, descend, listed, number, text_of, whole, whole_of};
 use can_signal::dbc::codec::{ByteOrder, Layout, SignalCodec};
 use can_signal::dbc::model::{Number, Signal};
 
@@ -22,7 +22,6 @@ pub(super) struct PlacedSignal<'d> {
     unit: String,
 }
 
-/// The scaling and texts of a computation method.
 #[derive(Debug, Clone)]
 struct Scale {
     factor: f64,
@@ -32,7 +31,6 @@ struct Scale {
     unit: Option<String>,
 }
 
-/// The computation methods that were read.
 #[derive(Default)]
 pub(super) struct Scales {
     known: HashMap<NodeId, Scale>,
@@ -46,15 +44,12 @@ pub(super) type Omission = &'static str;
 impl<'d> PlacedSignal<'d> {
     /// Reads the signal of a mapping, which begins `offset` bytes into the frame; `None` for a group of
     /// signals.
-    ///
-    /// # Errors
-    /// Returns the reason why it cannot be read.
     pub(super) fn of_mapping(
         elements: &NamedElements<'d>,
         mapping: Node<'d, 'd>,
         offset: u16,
         scales: &mut Scales,
-    ) -> Result<Option<(Self, Vec<Omission>)>, String> {
+    ) -> Result<Option<(Self, Vec<Omission>)>, Unread> {
         if child(mapping, "I-SIGNAL-REF").is_none() {
             return Ok(None);
         }
@@ -86,38 +81,38 @@ impl<'d> PlacedSignal<'d> {
         Ok(Some((Self { element, name, layout, number, scale, unit }, omissions)))
     }
 
-    /// Returns the signal with its codec.
     pub(super) fn compiled(self, line: usize, codec: SignalCodec) -> Signal {
         let Scale { factor, offset, values, .. } = self.scale;
         let (name, number, unit) = (self.name.to_owned(), self.number, self.unit);
         Signal { name, other_name: None, line, codec, number, factor, offset, unit, values }
     }
 
-    /// Returns the texts of its raw values.
     pub(super) fn values(&self) -> &[(i128, String)] {
         &self.scale.values
     }
 }
 
 /// Reads a byte order; the start of a big-endian signal is its most significant bit, as in a DBC.
-pub(super) fn byte_order(element: Node<'_, '_>, key: &str) -> Result<ByteOrder, String> {
+pub(super) fn byte_order(element: Node<'_, '_>, key: &str) -> Result<ByteOrder, Unread> {
     match text_of(element, key) {
         Some("MOST-SIGNIFICANT-BYTE-FIRST") => Ok(ByteOrder::Motorola),
         Some("MOST-SIGNIFICANT-BYTE-LAST") | None => Ok(ByteOrder::Intel),
-        Some(other) => Err(format!("{key} {other} cannot be read")),
+        Some(other) => Err(format!("{key} {other} cannot be read").into()),
     }
 }
 
 /// Returns for this base type and length whether the signal is signed, and its number format.
-fn number_format(base_type: Option<Node<'_, '_>>, length: u16) -> Result<(bool, Number), String> {
+fn number_format(base_type: Option<Node<'_, '_>>, length: u16) -> Result<(bool, Number), Unread> {
     let encoding = base_type.map(|base_type| text_of(base_type, "BASE-TYPE-ENCODING"));
     match (encoding.flatten(), length) {
         (Some("2C"), _) => Ok((true, Number::Integer)),
         (Some("IEEE754"), 32) => Ok((false, Number::Float32)),
         (Some("IEEE754"), 64) => Ok((false, Number::Float64)),
-        (Some("IEEE754"), bits) => Err(format!("a floating-point number of {bits} bits cannot be read")),
+        (Some("IEEE754"), bits) => {
+            Err(format!("a floating-point number of {bits} bits cannot be read").into())
+        }
         (Some(encoding @ ("1C" | "SM")), _) => {
-            Err(format!("encoding {encoding} cannot be read, only two's complement"))
+            Err(format!("encoding {encoding} cannot be read, only two's complement").into())
         }
         (Some(_) | None, _) => Ok((false, Number::Integer)),
     }

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use derive_more::{Display, From};
 use roxmltree::{Document, Node, NodeId};
 
 /// Maximum number of children among which a single child is searched for. More children form a list, with
@@ -11,12 +12,15 @@ const MAX_SINGLE: usize = 128;
 /// Maximum length of a reference, bytes.
 const MAX_PATH: usize = 8 << 10;
 
-/// The named elements of a document.
+/// Reason why an element is not read.
+#[derive(Debug, Display, From)]
+#[from(String, &str)]
+pub(super) struct Unread(String);
+
 pub(super) struct NamedElements<'d> {
     document: &'d Document<'d>,
     /// Elements by their enclosing named element (the document itself at the top) and their names.
     names: HashMap<(NodeId, &'d str), NodeId>,
-    /// Offsets of the line ends.
     lines: Vec<usize>,
 }
 
@@ -37,12 +41,10 @@ impl<'d> NamedElements<'d> {
         Self { document, names, lines }
     }
 
-    /// Returns the first element of this kind.
     pub(super) fn first(&self, kind: &str) -> Option<Node<'d, 'd>> {
         self.document.descendants().find(|node| node.tag_name().name() == kind)
     }
 
-    /// Returns the line of an element, from 1.
     pub(super) fn line(&self, element: Node<'_, '_>) -> usize {
         1 + self.lines.partition_point(|end| *end < element.range().start)
     }

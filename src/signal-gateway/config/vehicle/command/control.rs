@@ -13,9 +13,8 @@ const OVERRIDES: Keywords<Grants> = &[
 ];
 
 /// Reads a signal that indicates that the driver has taken over, and the affected functions.
-pub(super) fn driver_sign(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<DriverSign> {
-    let role = binder.switch(&fields, ["on", "off"], NOT_AVAILABLE, "");
+pub(super) fn driver_sign(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<DriverSign> {
+    let role = binder.switch(fields, ["on", "off"], NOT_AVAILABLE, "");
     let overrides = fields.keyword("overrides", OVERRIDES).unwrap_or(BOTH);
-    fields.done();
     Some(DriverSign { role: role?, overrides })
 }

@@ -27,7 +27,6 @@ const WAIT_MS: u64 = 800;
 const MAX_PRESS_MS: u64 = 60_000;
 const ATTEMPTS: u8 = 3;
 
-/// Reads one message; `None` if a problem was recorded.
 pub(super) fn command_message(
     binder: &Binder<'_>,
     allowed: &mut AllowList,
@@ -54,9 +53,9 @@ pub(super) fn command_message(
     let idle = fields.keyword("idle", IDLE);
     let accompanies = fields.flag("accompanies").unwrap_or_default();
     let before_parts = binder.checker.count();
-    let turn = fields.table("turn").and_then(|section| parts.turn(section));
-    let hazard = fields.table("hazard").and_then(|section| parts.hazard(section, timing));
-    let enable = fields.table("enable").and_then(|section| parts.enable(section));
+    let turn = fields.read_table("turn", |section| parts.turn(section));
+    let hazard = fields.read_table("hazard", |section| parts.hazard(section, timing));
+    let enable = fields.read_table("enable", |section| parts.enable(section));
     let constants = fields.value("constants").map(|value| parts.group(&[value])).unwrap_or_default();
     let protection = protection(binder, fields, message);
     if binder.checker.count() > before_parts {
@@ -92,30 +91,24 @@ struct MessageParts<'b> {
     message: &'b Message,
     /// Bits that are set together, per group.
     placed: Vec<Patch>,
-    /// Names of the signals that have a value.
     named: Vec<String>,
 }
 
 impl MessageParts<'_> {
-    fn turn(&mut self, fields: Fields<'_>) -> Option<TurnPart> {
-        let states = self.states(&fields, ["off", "left", "right"], ["hazard", "none"]);
-        fields.done();
-        let ([off, left, right], [hazard, none]) = states?;
+    fn turn(&mut self, fields: &Fields<'_>) -> Option<TurnPart> {
+        let ([off, left, right], [hazard, none]) =
+            self.states(fields, ["off", "left", "right"], ["hazard", "none"])?;
         Some(TurnPart { off, left, right, hazard, none })
     }
 
-    fn hazard(&mut self, fields: Fields<'_>, timing: SendTiming) -> Option<HazardPart> {
-        let button = fields.table("button").map(|section| button_rules(section, timing));
-        let states = self.states(&fields, ["off", "on"], ["none"]);
-        fields.done();
-        let ([off, on], [none]) = states?;
+    fn hazard(&mut self, fields: &Fields<'_>, timing: SendTiming) -> Option<HazardPart> {
+        let button = fields.read_table("button", |section| Some(button_rules(section, timing)));
+        let ([off, on], [none]) = self.states(fields, ["off", "on"], ["none"])?;
         Some(HazardPart { off, on, none, button })
     }
 
-    fn enable(&mut self, fields: Fields<'_>) -> Option<Enable> {
-        let states = self.states(&fields, ["on", "off"], []);
-        fields.done();
-        let ([on, off], []) = states?;
+    fn enable(&mut self, fields: &Fields<'_>) -> Option<Enable> {
+        let ([on, off], []) = self.states(fields, ["on", "off"], [])?;
         Some(Enable { on, off })
     }
 
@@ -272,17 +265,14 @@ fn timing(binder: &Binder<'_>, fields: &Fields<'_>, name: &LocatedText, message:
     }
 }
 
-/// Reads how a button that springs back is pressed.
-fn button_rules(fields: Fields<'_>, timing: SendTiming) -> PushButtonSettings {
+fn button_rules(fields: &Fields<'_>, timing: SendTiming) -> PushButtonSettings {
     // Without a frame during the press there is no press.
     let range = millis(timing.period)..=MAX_PRESS_MS;
-    let rules = PushButtonSettings {
-        press: within(&fields, "press_ms", PRESS_MS, range.clone()),
-        wait: within(&fields, "wait_ms", WAIT_MS, range),
+    PushButtonSettings {
+        press: within(fields, "press_ms", PRESS_MS, range.clone()),
+        wait: within(fields, "wait_ms", WAIT_MS, range),
         attempts: fields.number("attempts", 1..=u8::MAX, "").unwrap_or(ATTEMPTS),
-    };
-    fields.done();
-    rules
+    }
 }
 
 /// Reads a time within a range of milliseconds; if absent, returns the time in the range that is nearest to
@@ -325,16 +315,13 @@ fn check_requests(
         }
         (Some(turn), Some(hazard)) => {
             if turn.hazard.is_some() {
-                refuse(
-                    "this message requests the hazard lights twice",
-                    "remove the state `hazard` of `turn`, or the part `hazard`",
-                );
+                let remedy = "remove the state `hazard` of `turn`, or the part `hazard`";
+                refuse("this message requests the hazard lights twice", remedy);
             }
             if turn.none.is_none() || hazard.none.is_none() {
-                refuse(
-                    "turn indicators and hazard lights share this message, but are requested separately",
-                    "give `turn` and `hazard` a state `none` each, which requests nothing",
-                );
+                let reason =
+                    "turn indicators and hazard lights share this message, but are requested separately";
+                refuse(reason, "give `turn` and `hazard` a state `none` each, which requests nothing");
             }
         }
         (Some(_), None) | (None, Some(_)) => {}

@@ -28,7 +28,7 @@ pub(super) fn command(
     let messages: Vec<_> = compiled.collect();
     each_is_requested_once(&fields, &files);
     buttons_need_a_report(&files, hazard);
-    let driver: Vec<_> = fields.tables("driver").filter_map(|section| driver_sign(binder, section)).collect();
+    let driver = fields.read_tables("driver", |section| driver_sign(binder, section));
     let needs_consent = needs_consent(&fields);
     fields.done();
     for file in files {
@@ -36,24 +36,16 @@ pub(super) fn command(
         file.done();
     }
     let table = SignalTable::default();
-    (binder.checker.count() == before).then_some(CommandBinding {
-        allowed,
-        messages,
-        table,
-        driver,
-        needs_consent,
-    })
+    let binding = CommandBinding { allowed, messages, table, driver, needs_consent };
+    (binder.checker.count() == before).then_some(binding)
 }
 
 /// Reads the warning that a user must consent to before frames are sent.
 fn needs_consent(fields: &Fields<'_>) -> Option<String> {
     let reason = fields.string("needs_consent")?.text;
     if reason.trim().is_empty() {
-        fields.refuse(
-            "needs_consent",
-            "the text is empty",
-            "say what a user must know before frames are sent",
-        );
+        let remedy = "say what a user must know before frames are sent";
+        fields.refuse("needs_consent", "the text is empty", remedy);
     }
     Some(reason)
 }
@@ -61,24 +53,22 @@ fn needs_consent(fields: &Fields<'_>) -> Option<String> {
 /// Refuses profiles that do not request turn indicators and hazard lights by one message each. `files` are
 /// the tables of the messages, which may have been refused for other reasons.
 fn each_is_requested_once(fields: &Fields<'_>, files: &[Fields<'_>]) {
-    let turns = |file: &&Fields<'_>| file.has("turn");
-    let hazards = |file: &&Fields<'_>| file.has("hazard") || has_within(file, "turn", "hazard");
-    let requesting =
-        |requests: &dyn Fn(&&Fields<'_>) -> bool| files.iter().filter(requests).collect::<Vec<_>>();
-    let remedy = "give one message `turn`";
-    is_requested_once(fields, &requesting(&turns), "the turn indicators", remedy);
-    let remedy = "give one message `hazard`, or its `turn` a state `hazard`: Autoware's emergency needs them";
-    is_requested_once(fields, &requesting(&hazards), "the hazard lights", remedy);
-}
-
-fn is_requested_once(fields: &Fields<'_>, messages: &[&Fields<'_>], what: &str, remedy: &str) {
-    match messages {
-        [] => fields.checker.refuse(fields.location(), format!("no message requests {what}"), remedy),
-        [_] => {}
-        [_, second, ..] => {
-            second.refuse("name", format!("a second message requests {what}"), "keep one of them");
+    let is_requested_once = |what: &str, requests: &dyn Fn(&Fields<'_>) -> bool, remedy: &str| {
+        let mut requesting = files.iter().filter(|file| requests(file));
+        match (requesting.next(), requesting.next()) {
+            (None, _) => {
+                fields.checker.refuse(fields.location(), format!("no message requests {what}"), remedy);
+            }
+            (Some(_), None) => {}
+            (Some(_), Some(second)) => {
+                second.refuse("name", format!("a second message requests {what}"), "keep one of them");
+            }
         }
-    }
+    };
+    is_requested_once("the turn indicators", &|file| file.has("turn"), "give one message `turn`");
+    let hazards = |file: &Fields<'_>| file.has("hazard") || has_within(file, "turn", "hazard");
+    let remedy = "give one message `hazard`, or its `turn` a state `hazard`: Autoware's emergency needs them";
+    is_requested_once("the hazard lights", &hazards, remedy);
 }
 
 /// Returns true if a subtable of a table has a key.

@@ -35,20 +35,13 @@ const KINDS: Keywords<fn(&Fields<'_>, &Message) -> Option<ChecksumRule>> = &[
     ("crc16", crc16),
 ];
 
-/// Reads the rule with the signal that holds the checksum.
-pub(super) fn checksum(binder: &Binder<'_>, fields: Fields<'_>, message: &Message) -> Option<Checksum> {
+pub(super) fn checksum(binder: &Binder<'_>, fields: &Fields<'_>, message: &Message) -> Option<Checksum> {
     fields.require(&["kind", "signal"], "");
-    let signal = fields.string("signal");
-    let field = signal.as_ref().and_then(|signal| binder.field(message, signal));
-    let Some(rule) = fields.keyword("kind", KINDS) else {
-        fields.accept_rest();
-        return None;
-    };
+    let field = fields.string("signal").and_then(|signal| binder.field(message, &signal));
+    let rule = fields.form("kind", KINDS)?;
     fields.set_form("with this kind of checksum");
-    let rule = rule(&fields, message);
-    let at = fields.at("signal");
-    fields.done();
-    binder.checker.accept(at, Checksum::new(rule?, field?), "bind the signal that holds the checksum")
+    let checksum = Checksum::new(rule(fields, message)?, field?);
+    binder.checker.accept(fields.at("signal"), checksum, "bind the signal that holds the checksum")
 }
 
 fn giorgio(fields: &Fields<'_>, _: &Message) -> Option<ChecksumRule> {

@@ -8,18 +8,14 @@ use can_signal::validation::integrity::counter::{Counter, CounterRule, Increment
 const INCREMENTS_ON: Keywords<IncrementsOn> =
     &[("sends", IncrementsOn::Sends), ("changes", IncrementsOn::Changes)];
 
-/// Reads the rule with the signal that holds the counter.
-pub(super) fn counter(binder: &Binder<'_>, fields: Fields<'_>, message: &Message) -> Option<Counter> {
+pub(super) fn counter(binder: &Binder<'_>, fields: &Fields<'_>, message: &Message) -> Option<Counter> {
     fields.require(&["signal"], "");
     let value = |key| fields.whole(key);
     let (first, last, max_step) = (value("first"), value("last"), value("max_step").unwrap_or(1));
     let repeats = fields.number("tolerated_repeats", 0..=u8::MAX, "").unwrap_or(0);
     let sync_after = fields.number("sync_after", 0..=u8::MAX, "").unwrap_or(1);
     let increments_on = fields.keyword("increments_on", INCREMENTS_ON).unwrap_or_default();
-    let signal = fields.string("signal");
-    let at = fields.location();
-    fields.done();
-    let signal = binder.field(message, &signal?)?;
+    let signal = binder.field(message, &fields.string("signal")?)?;
     let (lowest, highest) = signal.range();
     let limit = |value: i128| u32::try_from(value).unwrap_or(if value < 0 { 0 } else { u32::MAX });
     let counter = CounterRule::new(first.unwrap_or(limit(lowest)), last.unwrap_or(limit(highest)))
@@ -30,5 +26,6 @@ pub(super) fn counter(binder: &Binder<'_>, fields: Fields<'_>, message: &Message
             rule.sync_after = sync_after;
             Counter::new(rule, signal)
         });
-    binder.checker.accept(at, counter, "see [message.*] counter in config/gateway.toml")
+    let see = "see [message.*] counter in config/gateway.toml";
+    binder.checker.accept(fields.location(), counter, see)
 }

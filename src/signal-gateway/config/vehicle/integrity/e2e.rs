@@ -24,19 +24,14 @@ const PROFILES: Keywords<fn(&Fields<'_>) -> Option<E2eProfile>> = &[
 ];
 
 /// Reads the profile with its offset in a frame of `length` bytes.
-pub(super) fn e2e(fields: Fields<'_>, length: usize) -> Option<Protection> {
+pub(super) fn e2e(fields: &Fields<'_>, length: usize) -> Option<Protection> {
     fields.require(&["profile"], "");
     let offset = fields.number("offset", 0..=64, "bytes").unwrap_or(0);
     let max_step = fields.whole("max_step").unwrap_or(1);
-    let Some(profile) = fields.keyword("profile", PROFILES) else {
-        fields.accept_rest();
-        return None;
-    };
+    let profile = fields.form("profile", PROFILES)?;
     fields.set_form("with this profile");
-    let profile = profile(&fields);
     let (checker, at) = (fields.checker, fields.location());
-    fields.done();
-    let e2e = checker.accept(at, E2e::new(profile?, offset, length), SEE)?;
+    let e2e = checker.accept(at, E2e::new(profile(fields)?, offset, length), SEE)?;
     checker.accept(at, Protection::e2e(e2e, max_step), SEE)
 }
 

@@ -20,14 +20,13 @@ use window::window;
 /// Reads the protection of a message by its fields or by an E2E profile; `None` if it has none, or if a
 /// problem was recorded.
 pub(super) fn protection(binder: &Binder<'_>, fields: &Fields<'_>, message: &Message) -> Option<Protection> {
-    let checksum = fields.table("checksum").and_then(|section| checksum(binder, section, message));
-    let counter = fields.table("counter").and_then(|section| counter(binder, section, message));
-    let e2e = fields.table("e2e").and_then(|section| e2e(section, message.length));
+    let checksum = fields.read_table("checksum", |section| checksum(binder, section, message));
+    let counter = fields.read_table("counter", |section| counter(binder, section, message));
+    let e2e = fields.read_table("e2e", |section| e2e(section, message.length));
     let has_fields = fields.has("checksum") || fields.has("counter");
     if has_fields && fields.has("e2e") {
         let reason = "an E2E profile has its own checksum and counter";
-        fields.refuse("e2e", reason, "give `e2e`, or `checksum` and `counter`");
-        return None;
+        return fields.refused("e2e", reason, "give `e2e`, or `checksum` and `counter`");
     }
     if has_fields { Some(Protection::Fields { checksum, counter }) } else { e2e }
 }
@@ -40,7 +39,7 @@ pub(super) fn integrity(
     forget_after: Option<Duration>,
 ) -> Option<MessageIntegrity> {
     let length = fields.number("length", 1..=64, "bytes");
-    let window = fields.table("window").and_then(window);
+    let window = fields.read_table("window", window);
     let protection = match protection(binder, fields, message) {
         Some(protection) => protection,
         None if length.is_some() => Protection::Fields { checksum: None, counter: None },

@@ -9,17 +9,15 @@ use gateway_core::vehicle_status::control_mode::{Axes, ControlModeBinding, Contr
 /// Publication while the mode is unknown; true for `NOT_READY`.
 const ON_UNKNOWN: Keywords<bool> = &[("withhold", false), ("not_ready", true)];
 
-/// Reads the binding; `None` if a problem was recorded.
-pub(super) fn control_mode(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<ControlModeBinding> {
+pub(super) fn control_mode(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<ControlModeBinding> {
     let is_not_ready_while_unknown = fields.keyword("on_unknown", ON_UNKNOWN).unwrap_or_default();
     let source = if fields.has("signal") {
         fields.set_form("with `signal`");
-        named(binder, &fields).map(ControlModeSource::Named)
+        named(binder, fields).map(ControlModeSource::Named)
     } else {
         fields.set_form("with a bit for each axis");
-        axes(binder, &fields).map(|axes| ControlModeSource::Axes(Box::new(axes)))
+        axes(binder, fields).map(|axes| ControlModeSource::Axes(Box::new(axes)))
     };
-    fields.done();
     Some(ControlModeBinding { source: source?, is_not_ready_while_unknown })
 }
 
@@ -36,26 +34,18 @@ fn named(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<Role<ControlMod
 
 fn axes(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<Axes> {
     let before = binder.checker.count();
-    let switch = |binder: &mut Binder<'_>, fields: Fields<'_>| {
-        let role = binder.switch(&fields, ["on", "off"], NOT_AVAILABLE, "");
-        fields.done();
-        role
-    };
-    let mut one = |key| fields.table(key).and_then(|fields| switch(binder, fields));
-    let steering = one("steering");
-    let longitudinal = [one("accelerator"), one("brake"), one("speed")];
-    let ready = one("ready");
-    let mut several =
-        |key| -> Vec<_> { fields.tables(key).filter_map(|fields| switch(binder, fields)).collect() };
-    let (overrides, faults) = (several("override"), several("fault"));
+    let mut switch = |fields: &Fields<'_>| binder.switch(fields, ["on", "off"], NOT_AVAILABLE, "");
+    let [steering, accelerator, brake, speed, ready] =
+        ["steering", "accelerator", "brake", "speed", "ready"].map(|key| fields.read_table(key, &mut switch));
+    let longitudinal = [accelerator, brake, speed];
+    let [overrides, faults] = ["override", "fault"].map(|key| fields.read_tables(key, &mut switch));
     let longitudinal: Vec<_> = longitudinal.into_iter().flatten().collect();
     if binder.checker.count() > before {
         return None;
     }
     if steering.is_none() && longitudinal.is_empty() {
         let remedy = "give `signal`, or a bit for `steering`, `accelerator`, `brake` or `speed`";
-        fields.refuse("steering", "no axis is given", remedy);
-        return None;
+        return fields.refused("steering", "no axis is given", remedy);
     }
     Some(Axes { steering, longitudinal, ready: ready.into_iter().collect(), overrides, faults })
 }

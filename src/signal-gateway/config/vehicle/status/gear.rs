@@ -25,10 +25,9 @@ const GEARS: &[(&str, Gear)] = &[
 /// Report while a gearbox only shows that reverse is not engaged.
 const OTHERWISE: Keywords<Gear> = &[("drive", Gear::Drive)];
 
-/// Reads the binding; `None` if a problem was recorded.
-pub(super) fn gear(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<GearBinding> {
+pub(super) fn gear(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<GearBinding> {
     let shifting = fields.limit("shifting_ms").unwrap_or(SHIFTING);
-    let sources = sources(binder, &fields, |binder, fields, name| {
+    let sources = sources(binder, fields, |binder, fields, name| {
         let otherwise = fields.keyword("otherwise", OTHERWISE);
         let not_reverse = otherwise.map_or(GearCode::NotReverse, GearCode::Engaged);
         let mut codes: Vec<_> = GEARS.iter().map(|(key, gear)| (*key, GearCode::Engaged(*gear))).collect();
@@ -38,15 +37,11 @@ pub(super) fn gear(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<GearBi
             fields.refuse("drive", "no gear has a raw value", remedy);
         }
         if otherwise.is_some() && !fields.has("not_reverse") {
-            fields.refuse(
-                "otherwise",
-                "`otherwise` needs not_reverse",
-                "remove it, or give the raw values of not_reverse",
-            );
+            let remedy = "remove it, or give the raw values of not_reverse";
+            fields.refuse("otherwise", "`otherwise` needs not_reverse", remedy);
         }
         let role = binder.states(fields, [&[], &codes], UNUSABLE, "a gear needs signal")?;
         Some(GearSource { name, role })
     });
-    fields.done();
     (!sources.is_empty()).then_some(GearBinding { sources, shifting })
 }

@@ -24,10 +24,10 @@ pub(super) fn status(binder: &mut Binder<'_>, top: &Fields<'_>) -> Option<Status
     let before = binder.checker.count();
     let binding = StatusBinding {
         velocity: top.table("velocity").and_then(|fields| velocity(binder, fields)),
-        steering: top.table("steering").map(|fields| steering(binder, fields)).unwrap_or_default(),
-        gear: top.table("gear").and_then(|fields| gear(binder, fields)),
-        control_mode: top.table("control_mode").and_then(|fields| control_mode(binder, fields)),
-        doors: top.table("doors").map_or_else(Vec::new, |fields| doors(binder, fields)),
+        steering: top.read_table("steering", |fields| Some(steering(binder, fields))).unwrap_or_default(),
+        gear: top.read_table("gear", |fields| gear(binder, fields)),
+        control_mode: top.read_table("control_mode", |fields| control_mode(binder, fields)),
+        doors: top.read_table("doors", |fields| Some(doors(binder, fields))).unwrap_or_default(),
         ..StatusBinding::default()
     };
     let needs = binding.velocity.as_ref();

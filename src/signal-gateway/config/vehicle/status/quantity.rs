@@ -82,7 +82,7 @@ pub(super) struct ReadQuantity {
 /// Reads a quantity; `None` if a problem was recorded.
 pub(super) fn quantity(
     binder: &mut Binder<'_>,
-    fields: Fields<'_>,
+    fields: &Fields<'_>,
     kind: &QuantityKind,
 ) -> Option<ReadQuantity> {
     let is_complete = fields.require(&["signal", "unit", "valid"], "a quantity needs signal, unit and valid");
@@ -98,24 +98,16 @@ pub(super) fn quantity(
         fields.refuse("sign", "a sign needs `positive`", remedy);
     }
     let scale = fields.number("scale", 0.01..=100.0, "").unwrap_or(1.0);
-    let mut meanings: Meanings<()> = RawValues::some_given(&fields, "valid")
-        .map(|values| (values, Meaning::Defined(())))
-        .into_iter()
-        .collect();
-    meanings.extend(unusable_values(&fields, UNUSABLE));
+    let valid = RawValues::some_given(fields, "valid").map(|values| (values, Meaning::Defined(())));
+    let mut meanings: Meanings<()> = valid.into_iter().collect();
+    meanings.extend(unusable_values(fields, UNUSABLE));
     let opposite = fields.table("sign").map(|sign| {
-        let role = binder.switch(
-            &sign,
-            ["negative", "positive"],
-            UNUSABLE,
-            "a sign needs signal, positive and negative",
-        );
-        sign.done();
-        role
+        let remedy = "a sign needs signal, positive and negative";
+        sign.read_all(|sign| binder.switch(sign, ["negative", "positive"], UNUSABLE, remedy))
     });
-    let flags: Vec<_> = fields.tables("flags").map(|flag| quality_flag(binder, flag)).collect();
+    let flags = fields.tables("flags").map(|flag| flag.read_all(|flag| quality_flag(binder, flag)));
+    let flags: Vec<_> = flags.collect();
     let plus = fields.string("plus");
-    fields.done();
     is_complete?;
     let given = given?;
     let role = binder.role(&given, &meanings);
@@ -126,8 +118,7 @@ pub(super) fn quantity(
             let (bus, message, term) = binder.find_signal(&plus)?;
             if (bus, &message.name) != (main_bus, &main_message.name) {
                 let reason = format!("{} is in another message than {}", term.name, main.name);
-                binder.refuse(&plus.location, reason, "name a signal of the same message");
-                return None;
+                return binder.checker.refused(&plus.location, reason, "name a signal of the same message");
             }
             Some((binder.signal(&plus)?.0, term))
         }
@@ -151,11 +142,10 @@ pub(super) fn quantity(
 }
 
 /// Reads a quality flag; `None` if a problem was recorded.
-fn quality_flag(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<QualityFlag> {
+fn quality_flag(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<QualityFlag> {
     fields.require(&["text"], "say what is not good, for diagnostics");
     let text = fields.string("text");
     let role =
-        binder.switch(&fields, ["good", "bad"], NOT_AVAILABLE, "a quality flag needs signal, good and bad");
-    fields.done();
+        binder.switch(fields, ["good", "bad"], NOT_AVAILABLE, "a quality flag needs signal, good and bad");
     Some(QualityFlag { role: role?, text: text?.text })
 }

@@ -15,8 +15,7 @@ pub(super) fn sources<S>(
     }
     fields.set_form("beside `source`");
     let mut names: Vec<String> = Vec::new();
-    let mut sources = Vec::new();
-    for part in fields.tables("source") {
+    let sources = fields.read_tables("source", |part| {
         part.require(&["name"], "name the source for diagnostics");
         let name = part.string("name").map(|name| name.text).unwrap_or_default();
         if part.has("name") && (name.is_empty() || names.contains(&name)) {
@@ -28,9 +27,8 @@ pub(super) fn sources<S>(
             part.refuse("name", reason, "give each source a name of its own");
         }
         names.push(name.clone());
-        sources.extend(source(binder, &part, name));
-        part.done();
-    }
+        source(binder, part, name)
+    });
     if names.is_empty() {
         fields.refuse("source", "no source is given", "describe at least one");
     }

@@ -7,24 +7,21 @@ use crate::config::vehicle::binder::Binder;
 use gateway_core::vehicle_status::steering::{AngleOf, SteeringSource};
 
 /// Reads the sources, most trusted first; omits sources with a problem.
-pub(super) fn steering(binder: &mut Binder<'_>, fields: Fields<'_>) -> Vec<SteeringSource> {
-    let sources = sources(binder, &fields, |binder, fields, name| {
+pub(super) fn steering(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Vec<SteeringSource> {
+    sources(binder, fields, |binder, fields, name| {
         let (angle_of, angle) = match (fields.table("wheel"), fields.table("tire")) {
             (Some(wheel), None) => (AngleOf::SteeringWheel, wheel),
             (None, Some(tire)) => (AngleOf::Tire, tire),
             (None, None) => {
                 let remedy = "give `wheel`, or `tire` if the vehicle sends the angle of the front wheels";
-                fields.refuse("wheel", "missing key `wheel`", remedy);
-                return None;
+                return fields.refused("wheel", "missing key `wheel`", remedy);
             }
             (Some(_), Some(_)) => {
-                fields.refuse("tire", "the angle of the steering wheel is given as well", "keep one of them");
-                return None;
+                let remedy = "keep one of them";
+                return fields.refused("tire", "the angle of the steering wheel is given as well", remedy);
             }
         };
-        let angle = quantity(binder, angle, &STEERING_ANGLE)?.quantity;
+        let angle = angle.read_all(|fields| quantity(binder, fields, &STEERING_ANGLE))?.quantity;
         Some(SteeringSource { name, angle_of, angle })
-    });
-    fields.done();
-    sources
+    })
 }

@@ -55,8 +55,7 @@ pub(super) fn lamps(
     let [left, right] = [&pair.left, &pair.right].map(|role| binder.signals[role.signal.0].message);
     if left != right {
         let reason = "the lamps are in different messages, so they are not received at the same time";
-        fields.refuse("right_signal", reason, "bind two lamps of one message");
-        return None;
+        return fields.refused("right_signal", reason, "bind two lamps of one message");
     }
     let message = binder.messages[left.0].1;
     let sampling = sampling(fields, times, &given, message)?;
@@ -79,8 +78,7 @@ pub(super) fn lamps(
         Unresolvable::HoldTooShort { .. } => ("hold_ms", "remove hold_ms: the default is long enough"),
     };
     let at = if times.has(key) { times.at(key) } else { fields.at("left_signal") };
-    binder.refuse(at, format!("{}: {why}", message.name), remedy);
-    None
+    binder.checker.refused(at, format!("{}: {why}", message.name), remedy)
 }
 
 fn sampling(fields: &Fields<'_>, times: &Fields<'_>, given: &Given, message: &Message) -> Option<Sampling> {

@@ -16,21 +16,14 @@ use stalk::stalk_settings;
 const FORMS: &str = "give `signal` with off, left and right, or `left_signal`, `right_signal` and `both_on`, \
                      or `kind`, or [[turn.source]], or `fitted = false`";
 
-/// A source whose signals do not show the state directly.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum TurnKind {
-    /// Lamps, which flash while a side is on.
-    Lamp,
-    /// A stalk that springs back.
-    Stalk,
-}
-
-const KINDS: Keywords<TurnKind> = &[("lamp", TurnKind::Lamp), ("stalk", TurnKind::Stalk)];
+/// Sources whose signals do not show the state directly: lamps, which flash while a side is on, or a stalk
+/// that springs back.
+const KINDS: Keywords<fn(&mut Binder<'_>, &Fields<'_>) -> Option<TurnSource>> =
+    &[("lamp", lamp), ("stalk", stalk)];
 const BOTH_ON: Keywords<BothOn> = &[("hazard", BothOn::Hazard), ("undefined", BothOn::Undefined)];
 const WHILE_HAZARD: Keywords<TurnWhileHazard> =
     &[("disable", TurnWhileHazard::Disable), ("keep", TurnWhileHazard::Keep)];
 
-/// Reads the binding; `None` if a problem was recorded.
 pub(super) fn turn(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<TurnBinding> {
     if fields.flag("fitted") == Some(false) {
         fields.set_form("with fitted = false");
@@ -44,18 +37,7 @@ fn source(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<TurnSource> {
     let pair_key = ["left_signal", "right_signal", "both_on"].into_iter().find(|key| fields.has(key));
     let is_enumerated = ["signal", "off", "left", "right", "both"].iter().any(|key| fields.has(key));
     match (fields.keyword("kind", KINDS), pair_key) {
-        (Some(TurnKind::Lamp), _) => {
-            fields.set_form("with kind = \"lamp\"");
-            let times = fields.section("lamp");
-            let pair = pair(binder, fields);
-            let lamps = lamps(binder, pair, fields, &times);
-            times.done();
-            lamps
-        }
-        (Some(TurnKind::Stalk), _) => {
-            fields.set_form("with kind = \"stalk\"");
-            stalk(binder, fields)
-        }
+        (Some(read), _) => read(binder, fields),
         (None, Some(pair_key)) if is_enumerated => {
             let reason = "an enumerated signal cannot be combined with a pair of signals";
             fields.refuse(pair_key, reason, FORMS);
@@ -76,8 +58,7 @@ fn source(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<TurnSource> {
             enumerated(binder, fields)
         }
         (None, None) => {
-            binder.refuse(fields.location(), "no signal is bound for the turn state", FORMS);
-            None
+            binder.checker.refused(fields.location(), "no signal is bound for the turn state", FORMS)
         }
     }
 }
@@ -95,21 +76,24 @@ fn pair(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<SidePair> {
     fields.require(&["left_signal", "right_signal", "both_on"], remedy);
     // Any other value is refused by now, and hides no other problems.
     let both = fields.keyword("both_on", BOTH_ON).or(fields.has("both_on").then_some(BothOn::Undefined));
-    let [left, right] = ["left_signal", "right_signal"].map(|key| {
-        let side = fields.table(key)?;
-        let role = binder.switch(&side, ["on", "off"], UNUSABLE, "");
-        side.done();
-        role
-    });
+    let [left, right] = ["left_signal", "right_signal"]
+        .map(|key| fields.read_table(key, |side| binder.switch(side, ["on", "off"], UNUSABLE, "")));
     let pair = SidePair { left: left?, right: right?, both: both? };
     if pair.left.signal == pair.right.signal {
-        fields.refuse("right_signal", "left and right are the same signal", "bind one signal for each side");
-        return None;
+        let remedy = "bind one signal for each side";
+        return fields.refused("right_signal", "left and right are the same signal", remedy);
     }
     Some(pair)
 }
 
+fn lamp(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<TurnSource> {
+    fields.set_form("with kind = \"lamp\"");
+    let pair = pair(binder, fields);
+    fields.section("lamp").read_all(|times| lamps(binder, pair, fields, times))
+}
+
 fn stalk(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<TurnSource> {
+    fields.set_form("with kind = \"stalk\"");
     let required = [
         ("idle", StalkPosition::Idle),
         ("left_full", StalkPosition::LeftFull),
@@ -119,7 +103,7 @@ fn stalk(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<TurnSource> {
     let remedy =
         "a stalk needs signal, idle, left_full and right_full; left_half and right_half if it has them";
     let role = binder.states(fields, [&required, &optional], UNUSABLE, remedy);
-    let settings = stalk_settings(fields.section("stalk"));
+    let settings = fields.section("stalk").read_all(stalk_settings);
     Some(TurnSource::Stalk { role: role?, settings })
 }
 

@@ -9,11 +9,11 @@ const REPEATED: Keywords<RepeatedPress> =
     &[("cancels", RepeatedPress::Cancels), ("keeps", RepeatedPress::Keeps)];
 
 /// Reads the rules and times; the defaults fit most cars.
-pub(super) fn stalk_settings(fields: Fields<'_>) -> StalkSettings {
+pub(super) fn stalk_settings(fields: &Fields<'_>) -> StalkSettings {
     let default = StalkSettings::default();
-    let comfort = comfort(&fields, default.comfort);
+    let comfort = comfort(fields, default.comfort);
     let startup_delay = default.startup_delay.max(comfort.duration());
-    let settings = StalkSettings {
+    StalkSettings {
         comfort,
         opposite_half: fields.keyword("opposite_half", OPPOSITE).unwrap_or(default.opposite_half),
         opposite_full: fields.keyword("opposite_full", OPPOSITE).unwrap_or(default.opposite_full),
@@ -21,9 +21,7 @@ pub(super) fn stalk_settings(fields: Fields<'_>) -> StalkSettings {
         max_on: fields.limit("max_on_ms"),
         max_gap: fields.limit("max_gap_ms").unwrap_or(default.max_gap),
         startup_delay: fields.limit("startup_delay_ms").unwrap_or(startup_delay),
-    };
-    fields.done();
-    settings
+    }
 }
 
 /// Reads the flashing after a tap.

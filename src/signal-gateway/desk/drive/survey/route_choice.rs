@@ -22,7 +22,7 @@ const STEP_M: f64 = 4.0;
 
 /// The routes of a survey.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RouteChoice {
+pub(crate) enum RouteChoice {
     /// This many routes from all over the map.
     Any(usize),
     /// At most this many different routes that meet themselves: they come near an earlier part of themselves,
@@ -37,11 +37,9 @@ impl RouteChoice {
             Self::Any(count) => routes(road, ROUTE_M, MAX_LANES).take(count).collect(),
             Self::Loops(count) => {
                 let mut known = BTreeSet::new();
+                let is_new = |lanes: &Vec<_>| known.insert(lanes.clone()) && meets_itself(road, lanes);
                 let tried = routes(road, LOOP_M, MAX_LOOP_LANES).take(count.saturating_mul(TRIES));
-                tried
-                    .filter(|lanes| known.insert(lanes.clone()) && meets_itself(road, lanes))
-                    .take(count)
-                    .collect()
+                tried.filter(is_new).take(count).collect()
             }
         }
     }

@@ -22,7 +22,7 @@ const ROUNDING: f64 = 1e6;
 
 /// Setting that changes from one survey to the next.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Sweep {
+pub(crate) enum Sweep {
     /// A parameter, by its documented name, and its values.
     Parameter(&'static str, Vec<f64>),
     /// The rules of each shipped country.
@@ -31,14 +31,12 @@ pub enum Sweep {
 
 /// Reason why a sweep is invalid, with remedy.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub enum SweepError {
+pub(crate) enum SweepError {
     /// The text is neither `country` nor a parameter with its range.
     #[error("expected KEY=FROM..TO, KEY=FROM..TO:STEP or country; give e.g. turn_signal_search_time=1..5")]
     Form,
-    /// There is no parameter of this name.
     #[error("{0:?} is not a parameter of the turn signal decider; {1}")]
     UnknownKey(String, String),
-    /// The values of the parameter are words.
     #[error("{0} takes no numbers; give a parameter with numbers, or set it with --config")]
     NoNumbers(&'static str),
     /// An end or the step is not a number, the end lies before the start, or the step leads nowhere.
@@ -46,19 +44,10 @@ pub enum SweepError {
         "{0} is not a range that ascends; give FROM..TO or FROM..TO:STEP with FROM below TO and STEP above 0"
     )]
     Range(String),
-    /// More than a hundred values.
     #[error("{0} has more than {MAX_VALUES} values; give a longer step")]
     TooMany(String),
-    /// The parameter does not accept this value.
     #[error("{name} cannot be {value}; give {expected}")]
-    Value {
-        /// Name of the parameter.
-        name: &'static str,
-        /// The rejected value.
-        value: String,
-        /// Accepted values.
-        expected: &'static str,
-    },
+    Value { name: &'static str, value: String, expected: &'static str },
 }
 
 impl FromStr for Sweep {
@@ -71,26 +60,18 @@ impl FromStr for Sweep {
         let (key, range) = text.split_once('=').ok_or(SweepError::Form)?;
         let Some(parameter) = DeciderParameter::named(key) else {
             let names = PARAMETERS.iter().filter(|row| row.takes_numbers()).map(|row| row.name);
-            let remedy = did_you_mean(
-                key,
-                names,
-                "give one of docs/spec/turn-signal-decider.md#parameters".to_owned(),
-            );
-            return Err(SweepError::UnknownKey(key.to_owned(), remedy));
+            let otherwise = "give one of docs/spec/turn-signal-decider.md#parameters".to_owned();
+            return Err(SweepError::UnknownKey(key.to_owned(), did_you_mean(key, names, otherwise)));
         };
         if !parameter.takes_numbers() {
             return Err(SweepError::NoNumbers(parameter.name));
         }
         let values = values(range)?;
         for value in &values {
-            DeciderParameters::DEPLOYED.clone().set(parameter.name, &value.to_string()).map_err(|error| {
-                match error {
-                    ParameterError::Value { name, value, expected } => {
-                        SweepError::Value { name, value, expected }
-                    }
-                    ParameterError::Unknown { .. } => SweepError::Form,
-                }
-            })?;
+            let set = DeciderParameters::DEPLOYED.clone().set(parameter.name, &value.to_string());
+            if let Err(ParameterError::Value { name, value, expected }) = set {
+                return Err(SweepError::Value { name, value, expected });
+            }
         }
         Ok(Self::Parameter(parameter.name, values))
     }
@@ -108,16 +89,14 @@ fn values(range: &str) -> Result<Vec<f64>, SweepError> {
         return Err(bad());
     }
     let steps = (0..=u32::try_from(MAX_VALUES).unwrap_or(u32::MAX)).map(f64::from);
-    let values: Vec<f64> = steps
-        .map(|index| ((from + step * index) * ROUNDING).round() / ROUNDING)
-        .take_while(|value| *value <= to)
-        .collect();
+    let values = steps.map(|index| ((from + step * index) * ROUNDING).round() / ROUNDING);
+    let values: Vec<f64> = values.take_while(|value| *value <= to).collect();
     if values.len() > MAX_VALUES { Err(SweepError::TooMany(range.to_owned())) } else { Ok(values) }
 }
 
 impl Sweep {
     /// Returns the name of the changed parameter, or `country`.
-    pub fn key(&self) -> &'static str {
+    pub(crate) fn key(&self) -> &'static str {
         match self {
             Self::Parameter(name, _) => name,
             Self::Countries => "country",
@@ -125,7 +104,7 @@ impl Sweep {
     }
 
     /// Returns each value as text, with `given` changed to it. The rules of a country replace all parameters.
-    pub fn variants(&self, given: &DeciderSettings) -> Vec<(String, DeciderSettings)> {
+    pub(crate) fn variants(&self, given: &DeciderSettings) -> Vec<(String, DeciderSettings)> {
         match self {
             Self::Parameter(name, values) => {
                 let variant = |value: &f64| {

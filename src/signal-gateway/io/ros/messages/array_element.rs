@@ -19,7 +19,7 @@ pub(super) enum StampPosition {
 }
 
 /// An element of the array that a message consists of.
-pub(super) trait ArrayElement: Serialize {
+pub(super) trait ArrayElement: Serialize + Debug + Clone {
     /// The item of [`LightsContent`](traffic_lights::emission::LightsContent) that the element shows.
     type Item: Debug + Clone + PartialEq;
     /// Position of the stamp in the message.

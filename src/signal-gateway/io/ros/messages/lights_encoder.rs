@@ -41,12 +41,13 @@ pub struct LightsEncoder {
     array: AnyArray,
 }
 
+/// The last messages of one type, newest first.
 #[derive(Debug)]
 enum AnyArray {
-    Lights(ArrayEncoder<TrafficLightV1>),
-    Signals(ArrayEncoder<TrafficSignal>),
-    Groups(ArrayEncoder<TrafficLightGroup>),
-    Markers(ArrayEncoder<Marker>),
+    Lights(Vec<EncodedArray<TrafficLightV1>>),
+    Signals(Vec<EncodedArray<TrafficSignal>>),
+    Groups(Vec<EncodedArray<TrafficLightGroup>>),
+    Markers(Vec<EncodedArray<Marker>>),
     /// The clock: not an array, and nothing to reuse.
     Clock,
 }
@@ -55,10 +56,10 @@ impl LightsEncoder {
     /// Creates an encoder that has encoded nothing yet.
     pub fn new(lights: LightsType, compat: Compat) -> Self {
         let array = match lights {
-            LightsType::ArrayV1 => AnyArray::Lights(ArrayEncoder::default()),
-            LightsType::SignalArray => AnyArray::Signals(ArrayEncoder::default()),
-            LightsType::GroupArray => AnyArray::Groups(ArrayEncoder::default()),
-            LightsType::MarkerArray => AnyArray::Markers(ArrayEncoder::default()),
+            LightsType::ArrayV1 => AnyArray::Lights(Vec::new()),
+            LightsType::SignalArray => AnyArray::Signals(Vec::new()),
+            LightsType::GroupArray => AnyArray::Groups(Vec::new()),
+            LightsType::MarkerArray => AnyArray::Markers(Vec::new()),
             LightsType::Clock => AnyArray::Clock,
         };
         Self { compat, array }
@@ -70,16 +71,16 @@ impl LightsEncoder {
         let (stamp, compat) = (emission.stamp, self.compat);
         Ok(match (&mut self.array, &emission.content) {
             (AnyArray::Lights(array), LightsContent::Lights(lights)) => {
-                vec![array.encode(lights, stamp, compat)?]
+                vec![encode(array, lights, stamp, compat)?]
             }
             (AnyArray::Signals(array), LightsContent::Groups(groups)) => {
-                vec![array.encode(groups, stamp, compat)?]
+                vec![encode(array, groups, stamp, compat)?]
             }
             (AnyArray::Groups(array), LightsContent::Groups(groups)) => {
-                vec![array.encode(groups, stamp, compat)?]
+                vec![encode(array, groups, stamp, compat)?]
             }
             (AnyArray::Markers(array), LightsContent::Markers(markers)) => {
-                let spheres = array.encode(markers, stamp, compat)?;
+                let spheres = encode(array, markers, stamp, compat)?;
                 match compat {
                     Compat::Improved => vec![spheres],
                     Compat::Upstream => vec![CdrBytes::encode(&delete_all(stamp))?, spheres],
@@ -99,81 +100,60 @@ impl LightsEncoder {
     }
 }
 
-/// Encodes arrays of one kind of element.
-#[derive(Debug)]
-struct ArrayEncoder<E: ArrayElement> {
-    /// The last messages, newest first.
-    kept: Vec<EncodedArray<E::Item>>,
-}
-
-impl<E: ArrayElement> Default for ArrayEncoder<E> {
-    fn default() -> Self {
-        Self { kept: Vec::new() }
+/// Encodes an array; `kept` are the last messages, newest first.
+fn encode<E: ArrayElement>(
+    kept: &mut Vec<EncodedArray<E>>,
+    items: &Arc<Vec<E::Item>>,
+    stamp: WallStamp,
+    compat: Compat,
+) -> cdr_encoding::Result<CdrBytes> {
+    if let Some(last) = kept.first().filter(|last| E::STAMP == StampPosition::Nowhere && last.shows(items)) {
+        return Ok(last.bytes.clone());
     }
-}
-
-impl<E: ArrayElement> ArrayEncoder<E> {
-    fn encode(
-        &mut self,
-        items: &Arc<Vec<E::Item>>,
-        stamp: WallStamp,
-        compat: Compat,
-    ) -> cdr_encoding::Result<CdrBytes> {
-        if let Some(last) =
-            self.kept.first().filter(|last| E::STAMP == StampPosition::Nowhere && last.shows(items))
-        {
-            return Ok(last.bytes.clone());
+    let free = kept.iter_mut().position(|kept| Arc::get_mut(&mut kept.bytes.0).is_some());
+    let mut encoded = match free {
+        Some(index) => kept.remove(index),
+        None => kept.first().cloned().unwrap_or_default(),
+    };
+    if !encoded.shows(items) {
+        if !encoded.patch(items, stamp, compat)? {
+            encoded.rebuild(items, stamp, compat)?;
         }
-        let free = self.kept.iter_mut().position(|kept| Arc::get_mut(&mut kept.bytes.0).is_some());
-        let mut encoded = match free {
-            Some(index) => self.kept.remove(index),
-            None => self.kept.first().cloned().unwrap_or_default(),
-        };
-        if !encoded.shows(items) {
-            if !encoded.patch::<E>(items, stamp, compat)? {
-                encoded.rebuild::<E>(items, stamp, compat)?;
-            }
-            encoded.content = Arc::downgrade(items);
-        }
-        encoded.set_stamp(E::STAMP, stamp);
-        let bytes = encoded.bytes.clone();
-        self.kept.insert(0, encoded);
-        self.kept.truncate(MAX_KEPT);
-        Ok(bytes)
+        encoded.content = Arc::downgrade(items);
     }
+    encoded.set_stamp(stamp);
+    let bytes = encoded.bytes.clone();
+    kept.insert(0, encoded);
+    kept.truncate(MAX_KEPT);
+    Ok(bytes)
 }
 
 /// A message in CDR, with its content.
 #[derive(Debug, Clone)]
-struct EncodedArray<T> {
+struct EncodedArray<E: ArrayElement> {
     /// Identifies the list that the message was made from by its address, which a weak reference keeps from
     /// being reused. A strong reference would make the core copy the list at the next change.
-    content: Weak<Vec<T>>,
-    items: Vec<T>,
+    content: Weak<Vec<E::Item>>,
+    items: Vec<E::Item>,
     /// The bytes of each element, without the padding before it.
     spans: Vec<Range<usize>>,
     bytes: CdrBytes,
 }
 
-impl<T> Default for EncodedArray<T> {
+impl<E: ArrayElement> Default for EncodedArray<E> {
     fn default() -> Self {
         Self { content: Weak::new(), items: Vec::new(), spans: Vec::new(), bytes: CdrBytes::default() }
     }
 }
 
-impl<T: Clone> EncodedArray<T> {
-    fn shows(&self, items: &Arc<Vec<T>>) -> bool {
+impl<E: ArrayElement> EncodedArray<E> {
+    fn shows(&self, items: &Arc<Vec<E::Item>>) -> bool {
         Weak::as_ptr(&self.content) == Arc::as_ptr(items)
     }
 
     /// Overwrites the changed elements in place. Returns false if the number of elements or the length of one
     /// has changed; the message must then be rebuilt.
-    fn patch<E: ArrayElement<Item = T>>(
-        &mut self,
-        items: &[T],
-        stamp: WallStamp,
-        compat: Compat,
-    ) -> cdr_encoding::Result<bool> {
+    fn patch(&mut self, items: &[E::Item], stamp: WallStamp, compat: Compat) -> cdr_encoding::Result<bool> {
         if self.bytes.0.is_empty() || self.items.len() != items.len() {
             return Ok(false);
         }
@@ -195,12 +175,7 @@ impl<T: Clone> EncodedArray<T> {
     }
 
     /// Creates a new message, which reuses the old bytes of unchanged elements.
-    fn rebuild<E: ArrayElement<Item = T>>(
-        &mut self,
-        items: &[T],
-        stamp: WallStamp,
-        compat: Compat,
-    ) -> cdr_encoding::Result<()> {
+    fn rebuild(&mut self, items: &[E::Item], stamp: WallStamp, compat: Compat) -> cdr_encoding::Result<()> {
         let count = u32::try_from(items.len()).unwrap_or(u32::MAX);
         let mut bytes = Vec::with_capacity(self.bytes.0.len());
         match E::STAMP {
@@ -224,7 +199,7 @@ impl<T: Clone> EncodedArray<T> {
         Ok(())
     }
 
-    fn set_stamp(&mut self, position: StampPosition, stamp: WallStamp) {
+    fn set_stamp(&mut self, stamp: WallStamp) {
         let Time { sec, nanosec } = stamp.into();
         let (bytes, [sec, nanosec]) =
             (Arc::make_mut(&mut self.bytes.0), [sec.to_le_bytes(), nanosec.to_le_bytes()]);
@@ -233,7 +208,7 @@ impl<T: Clone> EncodedArray<T> {
                 time.copy_from_slice([sec, nanosec].as_flattened());
             }
         };
-        match position {
+        match E::STAMP {
             StampPosition::Nowhere => {}
             StampPosition::Message => set_at(0),
             StampPosition::Elements => self.spans.iter().for_each(|span| set_at(span.start)),

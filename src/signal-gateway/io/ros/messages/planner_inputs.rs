@@ -13,7 +13,7 @@ use turn_signal::planner_input::{self, OperationMode, PlannerInput, PlannerRoute
 use turn_signal::route::Segment;
 
 /// Converts pose and speed.
-pub fn odometry(message: Odometry) -> PlannerInput {
+pub fn odometry(message: &Odometry) -> PlannerInput {
     let (pose, speed_mps) = (plane_pose(message.pose.pose), message.twist.twist.linear.x);
     let odometry = planner_input::Odometry { pose, speed_mps };
     PlannerInput::Odometry { odometry, stamp: message.header.stamp.into() }
@@ -48,7 +48,7 @@ pub fn trajectory(message: Trajectory) -> PlannerInput {
 }
 
 /// Converts the goal as moved by the goal planner.
-pub fn modified_goal(message: PoseWithUuidStamped) -> PlannerInput {
+pub fn modified_goal(message: &PoseWithUuidStamped) -> PlannerInput {
     PlannerInput::ModifiedGoal {
         route: u128::from_be_bytes(message.uuid.uuid),
         goal: plane_pose(message.pose),
@@ -56,7 +56,7 @@ pub fn modified_goal(message: PoseWithUuidStamped) -> PlannerInput {
 }
 
 /// Converts the planning scenario.
-pub fn scenario(message: Scenario) -> PlannerInput {
+pub fn scenario(message: &Scenario) -> PlannerInput {
     PlannerInput::LaneDriving(message.current_scenario == Scenario::LANEDRIVING)
 }
 
@@ -77,7 +77,7 @@ fn lanes(segment: &LaneletSegment) -> Option<Segment> {
 }
 
 /// Converts the route.
-pub fn route(message: LaneletRoute) -> PlannerInput {
+pub fn route(message: &LaneletRoute) -> PlannerInput {
     PlannerInput::Route(Arc::new(PlannerRoute {
         id: u128::from_be_bytes(message.uuid.uuid),
         start: plane_pose(message.start_pose),

@@ -7,7 +7,7 @@ use std::collections::{HashMap, VecDeque};
 use crate::io::ros::messages::{LightsEncoder, LightsType};
 use crate::io::ros::outgoing::messages::{OutgoingMessages, Publication};
 use crate::io::ros::topics::{
-    Delivery, Durability, LightsTopicSettings, OutgoingTopic, RowDurability, TopicFlow, Topics, lights_row,
+    Delivery, Durability, LightsTopicSettings, OutgoingTopic, TopicFlow, Topics, lights_row,
 };
 use ros_messages::TypeName;
 use ros_messages::cdr::CdrBytes;
@@ -39,14 +39,10 @@ pub(in crate::io) struct Outgoing {
 impl Outgoing {
     fn topic(topic: OutgoingTopic, name: &str, configured: Durability) -> Self {
         let row = topic.row();
-        let durability = match row.durability {
-            RowDurability::Configured => configured,
-            RowDurability::Fixed(durability) => durability,
-        };
         Self {
             name: name.to_owned(),
             type_name: row.type_name,
-            durability,
+            durability: row.durability.unwrap_or(configured),
             depth: row.depth,
             delivery: row.delivery,
             source: OutgoingSource::Topic(topic),

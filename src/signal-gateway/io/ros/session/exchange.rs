@@ -113,7 +113,8 @@ struct Active {
     status: NetworkStatus,
 }
 
-/// The end of the communication with a network side, with its failure; `None` if its end of the link is closed.
+/// The end of the communication with a network side, with its failure; `None` if its end of the link is
+/// closed.
 struct Over(Option<NetworkFailure>);
 
 impl From<NetworkFailure> for Over {
@@ -350,7 +351,7 @@ impl Exchange {
         // A thread cannot be killed, and may be in a debugger.
         if host.is_isolated() {
             looked?;
-            if self.crowd.look(show::peers(status), now) {
+            if self.crowd.look(status.peers(), now) {
                 return Err(NetworkFailure::Crowded.into());
             }
         }
@@ -482,6 +483,6 @@ impl Drop for Exchange {
             }
         }
         self.mailbox.update_status(|status| status.running = false);
-        self.reception.inbox().close();
+        self.reception.inbox.close();
     }
 }

@@ -20,8 +20,8 @@ pub struct RosStatus {
     /// Number of traffic-light emissions replaced by newer ones before they were sent, because DDS did not
     /// keep up.
     pub overtaken_lights: u64,
-    /// Number of messages that could not be encoded or sent to the network side. With the samples that RustDDS
-    /// did not accept, which `seen` counts, they are the errors of writing.
+    /// Number of messages that could not be encoded or sent to the network side. With the samples that
+    /// RustDDS did not accept, which `seen` counts, they are the errors of writing.
     pub send_errors: u64,
     /// State of the network side.
     pub network: NetworkState,

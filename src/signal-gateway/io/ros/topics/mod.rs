@@ -63,8 +63,8 @@ pub struct OutgoingRow {
     pub default_name: &'static str,
     /// Type of the messages.
     pub type_name: TypeName,
-    /// Durability offered to readers.
-    pub durability: RowDurability,
+    /// Durability offered to readers; `None` if `[reports] durability` sets it.
+    pub durability: Option<Durability>,
     /// History depth of the writer, samples.
     pub depth: i32,
     /// Delivery of the messages to readers.
@@ -75,15 +75,6 @@ pub struct OutgoingRow {
     pub doc: &'static str,
     /// When a message is published, for the documentation.
     pub when: &'static str,
-}
-
-/// The durability of a row.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RowDurability {
-    /// Set by `[reports] durability`.
-    Configured,
-    /// The same in every configuration.
-    Fixed(Durability),
 }
 
 /// The published topics, in the order of [`OutgoingTopic`].
@@ -151,7 +142,7 @@ pub const OUTGOING: [OutgoingRow; 13] = [
         default_name: "/diagnostics",
         type_name: DiagnosticArray::TYPE_NAME,
         doc: "DiagnosticArray",
-        durability: RowDurability::Fixed(Durability::Volatile),
+        durability: Some(Durability::Volatile),
         depth: 10,
         delivery: Delivery::Once,
         max_waiting: 64,
@@ -195,7 +186,7 @@ pub const OUTGOING: [OutgoingRow; 13] = [
         default_name: LOG_NAME,
         type_name: Log::TYPE_NAME,
         doc: "",
-        durability: RowDurability::Fixed(Durability::TransientLocal),
+        durability: Some(Durability::TransientLocal),
         // `rclcpp` keeps a thousand messages of all levels.
         depth: LOG_DEPTH,
         delivery: Delivery::Log,
@@ -213,7 +204,7 @@ const REPORT: OutgoingRow = OutgoingRow {
     default_name: "",
     type_name: "",
     doc: "",
-    durability: RowDurability::Configured,
+    durability: None,
     depth: 1,
     delivery: Delivery::Report,
     max_waiting: 1,
@@ -224,7 +215,7 @@ const STATE: OutgoingRow = OutgoingRow { flow: TopicFlow::VehicleStatus, ..REPOR
 /// Default row of a report that is published with each frame. A late reader would mistake an earlier report
 /// for a current one.
 const MEASUREMENT: OutgoingRow = OutgoingRow {
-    durability: RowDurability::Fixed(Durability::Volatile),
+    durability: Some(Durability::Volatile),
     delivery: Delivery::Live,
     when: "with each frame, at most 50 Hz",
     ..STATE
@@ -233,7 +224,7 @@ const MEASUREMENT: OutgoingRow = OutgoingRow {
 /// outdated.
 const DECISION: OutgoingRow = OutgoingRow {
     flow: TopicFlow::TurnSignal,
-    durability: RowDurability::Fixed(Durability::Volatile),
+    durability: Some(Durability::Volatile),
     delivery: Delivery::Once,
     when: "10 Hz",
     ..REPORT

@@ -1,6 +1,7 @@
 use super::*;
 use crate::report::chart::{Along, CommandKind, IndicatorState, Look, Mark, Plan, PlanLane};
 use gateway_base::diagnostics::Level;
+use lanelet2_map::geometry::Point;
 
 /// Returns all texts of a chart with their left and right end, by this program's text widths, and their base
 /// line.
@@ -181,10 +182,12 @@ fn names_on_the_map_cover_neither_each_other_nor_the_way() {
             name: format!("lanelet {number}"),
             side: None,
             is_driven: true,
-            outline: vec![(x, -2.0), (x + 4.0, -2.0), (x + 4.0, 2.0), (x, 2.0)],
+            outline: [(x, -2.0), (x + 4.0, -2.0), (x + 4.0, 2.0), (x, 2.0)]
+                .map(|(x, y)| Point::new(x, y))
+                .into(),
         }
     };
-    let way = |from: f64| (0..=40).map(|step| (from + f64::from(step), 0.0)).collect::<Vec<_>>();
+    let way = |from: f64| (0..=40).map(|step| Point::new(from + f64::from(step), 0.0)).collect::<Vec<_>>();
     let plan = Plan {
         lanes: (0..20).map(lane).collect(),
         driven: vec![(IndicatorState::Left, way(0.0)), (IndicatorState::Hazard, way(40.0))],

@@ -1,8 +1,11 @@
 //! The parts of a drive chart apart from signals: speed, stops, and the way on the map.
 
-use super::super::Snapshot;
+use std::ops::Range;
+
 use crate::config::drive::DriveFile;
-use crate::report::chart::{Bar, IndicatorState, Look, Mark, Plan, PlanLane, PlanPoint};
+use crate::report::chart::{Bar, IndicatorState, Look, Mark, Plan, PlanLane};
+use crate::report::drive::snapshot::Snapshot;
+use lanelet2_map::geometry::Point;
 use lanelet2_map::lane_network::{LaneId, Lanelet, TurnDirection};
 
 /// Speed below which the vehicle counts as standing, m/s.
@@ -16,41 +19,32 @@ const POINT_GAP_M: f64 = 0.5;
 /// Maximum distance of a shown lane from the way, metres.
 const NEAR_M: f64 = 30.0;
 
-/// The data of a cycle that are drawn.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cycle {
     at_s: f64,
     at_m: f64,
     speed_mps: f64,
-    position: PlanPoint,
+    position: Point,
     lane: Option<LaneId>,
     indicator: IndicatorState,
 }
 
 impl Cycle {
-    /// Creates the cycle of a snapshot, with its signal.
     pub(super) fn new(snapshot: &Snapshot<'_>, indicator: IndicatorState) -> Self {
-        let position = snapshot.pose.position;
-        Self {
-            at_s: snapshot.at_s,
-            at_m: snapshot.at_m,
-            speed_mps: snapshot.speed_mps,
-            position: (position.x_m, position.y_m),
-            lane: snapshot.lane,
-            indicator,
-        }
+        let Snapshot { at_s, at_m, speed_mps, lane, pose, .. } = *snapshot;
+        Self { at_s, at_m, speed_mps, position: pose.position, lane, indicator }
     }
 }
 
 /// Returns the speed over the distance as bars, whose height is relative to the highest speed.
-pub(super) fn speed(cycles: &[Cycle], (from, to): (f64, f64)) -> Vec<Bar> {
+pub(super) fn speed(cycles: &[Cycle], route_m: &Range<f64>) -> Vec<Bar> {
     let top = top_mps(cycles);
-    if top <= 0.0 || to <= from {
+    if top <= 0.0 || route_m.end <= route_m.start {
         return Vec::new();
     }
-    let width = (to - from) / f64::from(SPEED_BARS);
+    let width = (route_m.end - route_m.start) / f64::from(SPEED_BARS);
     let bar = |number: u32| {
-        let (begin, end) = (from + f64::from(number) * width, from + f64::from(number + 1) * width);
+        let [begin, end] = [number, number + 1].map(|part| route_m.start + f64::from(part) * width);
         // The last cycle before the end of the part.
         let cycle = cycles.iter().rev().find(|cycle| cycle.at_m < end)?;
         let speed_mps = cycle.speed_mps.abs();
@@ -67,7 +61,6 @@ pub(super) fn speed(cycles: &[Cycle], (from, to): (f64, f64)) -> Vec<Bar> {
     bars
 }
 
-/// Returns the name of the speed row, with the range.
 pub(super) fn speed_label(cycles: &[Cycle]) -> String {
     format!("speed, 0 to {:.0} km/h", top_mps(cycles) * 3.6)
 }
@@ -76,7 +69,6 @@ fn top_mps(cycles: &[Cycle]) -> f64 {
     cycles.iter().map(|cycle| cycle.speed_mps.abs()).fold(0.0, f64::max)
 }
 
-/// Returns a mark for each stop.
 pub(super) fn stops(cycles: &[Cycle]) -> Vec<Mark> {
     let stands = |cycle: &Cycle| cycle.speed_mps.abs() < STANDING_MPS;
     let groups = cycles.chunk_by(|one, other| stands(one) == stands(other));
@@ -89,14 +81,13 @@ pub(super) fn stops(cycles: &[Cycle]) -> Vec<Mark> {
     groups.filter_map(stop).collect()
 }
 
-/// Returns the lanes near the way, and the way with its signals.
 pub(super) fn plan(file: &DriveFile, cycles: &[Cycle]) -> Plan {
-    let mut driven: Vec<(IndicatorState, Vec<PlanPoint>)> = Vec::new();
+    let mut driven: Vec<(IndicatorState, Vec<Point>)> = Vec::new();
     for cycle in cycles {
         let point = cycle.position;
         match driven.last_mut() {
             Some((indicator, points)) if *indicator == cycle.indicator => {
-                if points.last().is_none_or(|last| distance(*last, point) >= POINT_GAP_M) {
+                if points.last().is_none_or(|last| last.distance_m(point) >= POINT_GAP_M) {
                     points.push(point);
                 }
             }
@@ -109,33 +100,22 @@ pub(super) fn plan(file: &DriveFile, cycles: &[Cycle]) -> Plan {
         }
     }
     let is_near = |lane: &Lanelet| {
-        let points = lane.centerline.iter().map(|point| (point.x_m, point.y_m));
         let way = || driven.iter().flat_map(|(_, points)| points.iter().step_by(10));
-        points.into_iter().any(|point| way().any(|way| distance(*way, point) < NEAR_M))
+        lane.centerline.iter().any(|point| way().any(|way| way.distance_m(*point) < NEAR_M))
     };
     let lanes = file.road.lanes().filter(|lane| is_near(lane)).map(|lane| PlanLane {
         name: lane.id.to_string(),
         side: side(lane.turn_direction),
         is_driven: cycles.iter().any(|cycle| cycle.lane == Some(lane.id)),
-        outline: lane
-            .left_bound
-            .iter()
-            .chain(lane.right_bound.iter().rev())
-            .map(|point| (point.x_m, point.y_m))
-            .collect(),
+        outline: lane.left_bound.iter().chain(lane.right_bound.iter().rev()).copied().collect(),
     });
     Plan { lanes: lanes.collect(), driven }
 }
 
-/// Returns the side to which a lanelet turns.
 pub(super) const fn side(direction: TurnDirection) -> Option<IndicatorState> {
     match direction {
         TurnDirection::None | TurnDirection::Straight => None,
         TurnDirection::Left => Some(IndicatorState::Left),
         TurnDirection::Right => Some(IndicatorState::Right),
     }
-}
-
-fn distance(one: PlanPoint, other: PlanPoint) -> f64 {
-    (one.0 - other.0).hypot(one.1 - other.1)
 }

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::{Active, Exchange, NetworkPhase};
+use crate::io::ros::reception::TakenAnew;
 use crate::io::ros::session::crowd::MAX_PEERS;
 use crate::process_status::network::{Burden, NetworkState, SharedTopic};
 use ros_transport::link::{LostLines, NetworkStatus};
@@ -27,7 +28,7 @@ impl Exchange {
         let (seen, joined) = active.map_or((&none, None), |active| (&active.status, active.joined));
         if is_due {
             self.state.age = joined.map(|joined| now.saturating_duration_since(joined));
-            self.state.peers = peers(seen);
+            self.state.peers = seen.peers();
             let reading = active.map(|active| active.host.look()).unwrap_or_default();
             self.state.processor_percent = self.processor.look(reading.threads, now);
             self.state.memory_bytes = reading.memory_bytes;
@@ -37,9 +38,9 @@ impl Exchange {
                 (self.processor.is_busy(), Burden::Busy),
             ];
             self.state.burden = burdens.into_iter().find_map(|(is_there, burden)| is_there.then_some(burden));
-            let taken_anew = self.reception.taken_anew();
-            self.state.taken_anew = taken_anew.count;
-            self.state.since_taken_anew = taken_anew.last.map(|last| now.saturating_duration_since(last));
+            let TakenAnew { count, last } = self.reception.taken_anew;
+            self.state.taken_anew = count;
+            self.state.since_taken_anew = last.map(|last| now.saturating_duration_since(last));
             self.ends.retain(|end| now.saturating_duration_since(*end) < RECENT);
             self.state.recent_ends = self.ends.len();
             let lost_lines = active.map(|active| active.lost_lines()).unwrap_or_default();
@@ -72,12 +73,6 @@ impl Exchange {
             status.network.shared_topics = shared.collect();
         });
     }
-}
-
-/// Returns the number of other participants plus their endpoints that are matched with ours.
-pub(super) fn peers(status: &NetworkStatus) -> u32 {
-    let matched = status.readers.iter().chain(&status.writers).copied();
-    matched.fold(status.participants, u32::saturating_add)
 }
 
 impl Active {
