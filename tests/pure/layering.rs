@@ -7,6 +7,7 @@
 
 mod circles;
 mod config_rooms;
+mod parameters;
 mod renderers;
 mod the_check_itself;
 
@@ -113,6 +114,8 @@ struct Source {
     declared: Vec<String>,
     /// Absolute names of `#[cfg(test)] mod name;`: their files are tests as well.
     test_modules: Vec<Vec<String>>,
+    /// Parameters of functions that are tuples of equal types.
+    swappable: Vec<String>,
 }
 
 /// A path as it is written, with the module it stands in.
@@ -165,12 +168,18 @@ impl Source {
                         1
                     }
                 }
+                TokenTree::Ident(segment) if segment == "fn" => {
+                    self.swappable.extend(parameters::swappable(rest));
+                    1
+                }
                 TokenTree::Ident(segment) if segment == "as" && !prefix.is_empty() => 2, // a new name is not a path
                 TokenTree::Ident(_) => self.note_path(rest, inside, prefix),
                 TokenTree::Group(group) => {
                     self.walk(group.stream(), inside, &[]);
                     1
                 }
+                // A variable of a macro, or its crate: what a macro names is the affair of those who use it.
+                TokenTree::Punct(dollar) if dollar.as_char() == '$' => 2,
                 TokenTree::Punct(_) | TokenTree::Literal(_) => 1,
             };
         }

@@ -1,72 +1,70 @@
-//! Within a room, files import each other in one direction: who reads a file needs to know only those
-//! below it. A file and its own private children, which it names without `self`, are read together.
+//! Within a crate, files import each other in one direction: who reads a file needs to know only those below
+//! it. That holds for a parent and its children too: what both need is in a file of its own.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
-use super::{Mention, Source, sources_below};
+use super::{SOURCES, Source, test_files};
 
-type Module = Vec<String>;
-
-/// Rooms in which no file imports another one that imports it; those of `config` have a test of their own.
-#[rustfmt::skip]
-const ROOMS: &[&str] = &[
-    "can-log", "can-signal", "gateway-base", "gateway-core", "lanelet2-map", "ros-transport", "signal-gateway/check",
-    "signal-gateway/cli",
-    "signal-gateway/daemon", "signal-gateway/desk", "signal-gateway/io", "signal-gateway/process_status",
-    "signal-gateway/replay", "signal-gateway/report", "traffic-lights", "turn-signal", "vehicle-bringup",
-];
+pub(super) type Module = Vec<String>;
 
 #[test]
-fn no_files_of_a_room_import_each_other_in_a_circle() {
-    for room in ROOMS {
-        let sources = sources_below(&format!("src/{room}"));
-        let tests: Vec<_> = sources.iter().flat_map(|source| &source.test_modules).collect();
-        let is_test = |module: &Module| tests.iter().any(|test| module.starts_with(test.as_slice()));
-        let sources: Vec<_> = sources.into_iter().filter(|source| !is_test(&source.module)).collect();
-        let modules: BTreeSet<_> = sources.iter().map(|source| source.module.clone()).collect();
-        let imports = sources.iter().map(|source| (source.module.clone(), imports_of(source, &modules)));
-        let circles: Vec<_> = in_circles(imports.collect()).iter().map(|module| module.join("::")).collect();
-        assert!(sources.len() > 2, "the sources of {room} were not found");
-        assert!(circles.is_empty(), "these import each other in a circle:\n{}", circles.join("\n"));
-    }
+fn no_files_import_each_other_in_a_circle() {
+    let test_files = test_files();
+    let sources = SOURCES.iter().filter(|source| source.path.starts_with("src"));
+    let sources: Vec<_> = sources.filter(|source| !test_files.contains(&source.path)).collect();
+    assert!(sources.len() > 500, "the sources were not found");
+    assert_eq!(in_circles(&imports(&sources)), Vec::<String>::new(), "these files import each other");
 }
 
-/// The files that a file imports.
-fn imports_of(source: &Source, modules: &BTreeSet<Module>) -> BTreeSet<Module> {
-    let targets = source.mentions.iter().filter_map(Mention::target);
-    let files = targets.filter_map(|mut target| {
-        while !modules.contains(&target) {
-            target.pop()?;
-        }
-        Some(target)
-    });
-    files.filter(|file| *file != source.module).collect()
+/// Modules by the modules among them that they import.
+pub(super) fn imports(sources: &[&Source]) -> BTreeMap<Module, BTreeSet<Module>> {
+    let modules: BTreeSet<_> = sources.iter().map(|source| &source.module).collect();
+    let imported = |source: &Source| {
+        let targets = source.mentions.iter().filter_map(|mention| {
+            // A path that begins with a child of the module; one segment alone is a variable more often.
+            let below = || (mention.path.len() > 1).then(|| [&*mention.inside, &*mention.path].concat());
+            mention.target().or_else(below)
+        });
+        let files = targets.filter_map(|target| {
+            let prefixes = (1..=target.len()).rev().map(|length| target[..length].to_vec());
+            prefixes.into_iter().find(|prefix| modules.contains(prefix))
+        });
+        files.filter(|file| *file != source.module).collect()
+    };
+    let mut all = BTreeMap::<_, BTreeSet<_>>::new();
+    for source in sources {
+        all.entry(source.module.clone()).or_default().append(&mut imported(source));
+    }
+    all
 }
 
-/// What is left when everything is taken away that imports nothing, or that nothing imports.
-fn in_circles<T: Ord + Clone>(mut imports: BTreeMap<T, BTreeSet<T>>) -> BTreeSet<T> {
-    loop {
-        let before = imports.len();
-        let imported: BTreeSet<T> = imports.values().flatten().cloned().collect();
-        imports.retain(|file, targets| !targets.is_empty() && imported.contains(file));
-        let left: BTreeSet<T> = imports.keys().cloned().collect();
-        for targets in imports.values_mut() {
-            targets.retain(|target| left.contains(target));
+/// The modules that import themselves, through whatever others.
+fn in_circles(imports: &BTreeMap<Module, BTreeSet<Module>>) -> Vec<String> {
+    let imports_itself = |module: &&Module| {
+        let mut open: Vec<_> = imports[*module].iter().collect();
+        let mut seen: BTreeSet<_> = open.iter().copied().collect();
+        while let Some(imported) = open.pop() {
+            open.extend(imports[imported].iter().filter(|next| seen.insert(next)));
         }
-        if imports.len() == before {
-            return left;
-        }
-    }
+        seen.contains(module)
+    };
+    imports.keys().filter(imports_itself).map(|module| module.join("::")).collect()
 }
 
 #[test]
 fn circles_are_found_and_what_hangs_on_them_is_not() {
-    let graph = |edges: &[(char, &str)]| {
-        edges.iter().map(|(file, targets)| (*file, targets.chars().collect())).collect()
+    let circle = |files: &[(&str, &str)]| {
+        let sources: Vec<_> = files.iter().map(|(path, text)| Source::parse(Path::new(path), text)).collect();
+        in_circles(&imports(&sources.iter().collect::<Vec<_>>()))
     };
-    assert_eq!(in_circles(graph(&[('a', "bc"), ('b', "c"), ('c', "")])), BTreeSet::new());
-    let two = graph(&[('a', "b"), ('b', "cd"), ('c', "b"), ('d', "e"), ('e', "")]);
-    assert_eq!(in_circles(two), BTreeSet::from(['b', 'c']));
-    let three = graph(&[('a', "b"), ('b', "c"), ('c', "a")]);
-    assert_eq!(in_circles(three), BTreeSet::from(['a', 'b', 'c']));
+    let parent = [("src/x/a/mod.rs", "mod b; use b::B; struct A;"), ("src/x/a/b.rs", "use super::A;")];
+    assert_eq!(circle(&parent), ["x::a", "x::a::b"]);
+    let twins = [("src/x/a/b.rs", "use super::c::C;"), ("src/x/a/c.rs", "use crate::a::b::B;")];
+    assert_eq!(circle(&twins), ["x::a::b", "x::a::c"]);
+    let hanging =
+        [("src/x/d.rs", "use super::a::b::B;"), ("src/x/e.rs", ""), ("src/x/a/d.rs", "fn f() { d + b }")];
+    assert_eq!(circle(&[&twins[..], &hanging].concat()), ["x::a::b", "x::a::c"]);
+    let downhill = [("src/x/a/mod.rs", "mod b; use b::B;"), ("src/x/a/b.rs", "use super::super::io::A;")];
+    assert_eq!(circle(&downhill), [""; 0]);
 }
