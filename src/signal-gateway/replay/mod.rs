@@ -66,8 +66,9 @@ impl Replay {
 
     fn begin(settings: GatewaySettings, mut tape: Tape, wall: Option<WallStamp>) -> io::Result<Self> {
         tape.read_next()?;
-        let first = tape.next.as_ref().map_or(WallStamp::default(), |(_, now)| now.wall);
-        let now = Now { mono: MonoTime::ZERO, wall: wall.unwrap_or(first) };
+        let start = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
+        let mut now = tape.next.as_ref().map_or(start, |(_, now)| *now);
+        now.wall = wall.unwrap_or(now.wall);
         // A recorded command must not reach a vehicle.
         let gateway = Gateway::new(settings.dry(), LinkState::Up, now);
         Ok(Self {
@@ -288,6 +289,14 @@ mod tests {
         assert!(in_gap(&times) > 1_000, "{}", times.len());
         let (_, counts) = output_times(demo("(1.0) can0 2A5#00\n(61.0) can0 2A5#00\n"));
         assert_eq!(counts.gaps, 0);
+    }
+
+    #[test]
+    fn the_gateway_starts_with_the_first_frame_of_its_buses_at_the_time_since_the_first_of_all() {
+        let demo = demo("(1.0) can9 123#00\n(3.0) can0 2A5#0000020000000000\n");
+        assert_eq!(demo.now().mono, MonoTime::from_millis(2_000));
+        let (times, _) = output_times(demo);
+        assert!(times.iter().all(|at| *at >= MonoTime::from_millis(2_000)), "{times:?}");
     }
 
     #[test]
