@@ -83,6 +83,7 @@ pub struct Log {
     number: u64,
     /// Number of bytes read from the current file.
     consumed: Arc<AtomicU64>,
+    /// Budget of all files.
     budget: FileBudget,
     interfaces: Vec<String>,
     times: Vec<FrameTimes>,

@@ -39,8 +39,8 @@ pub struct CauseRow {
     pub defect: &'static str,
 }
 
-/// All causes, in the order in which they are observed. A replacement counts for the causes after it.
-/// Acknowledgements precede the other causes at the checks, since their watch measures times.
+/// All causes, in the order in which they are observed. Each of those with a log line of its own leads to a
+/// replacement; at a check, one replacement serves all that are observed.
 pub const CAUSES: [CauseRow; 8] = [
     at_once(
         RebuildCause::PeerReturned,

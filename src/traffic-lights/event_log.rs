@@ -16,7 +16,7 @@ pub struct LoggedEvent {
 
 /// An event of the scenario. Acts, events and phases are given by their positions in the scenario.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(missing_docs)] // the fields are positions in the scenario
+#[allow(missing_docs)] // positions in the scenario; of a phase in the cycle, of an event in its act
 pub enum ScenarioEvent {
     /// A controller entered a phase.
     PhaseEntered { controller: ControllerIndex, phase: usize },
@@ -34,7 +34,7 @@ pub enum ScenarioEvent {
 
 /// The source of an action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs)] // the fields are positions in the scenario
+#[allow(missing_docs)] // positions in the scenario: of an event in its act, of an action in its event
 pub enum ActionSource {
     /// An init action, performed before the first frame, by its position.
     Init(usize),

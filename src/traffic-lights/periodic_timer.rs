@@ -62,6 +62,7 @@ pub(super) struct PeriodicTimer {
     pub(super) rate: Rate,
     /// The time of tick 0; `None` before the start.
     origin: Option<u64>,
+    /// The number of the next tick.
     next: u64,
 }
 

@@ -250,6 +250,7 @@ pub enum Action {
     },
     /// Replaces the V2I ground truth: `V2ITrafficSignalStateAction`.
     SetV2iState {
+        /// Way or relation id.
         id: i64,
         state: StateText,
         /// New rate of the V2I topics, Hz, above zero; `None` keeps the present one.
@@ -278,7 +279,7 @@ pub enum Action {
         /// A value of the same kind.
         value: VariableValue,
     },
-    /// Changes a variable: `ModifyAction` of a `ParameterAction` or `VariableAction`.
+    /// Changes a numeric variable: `ModifyAction` of a `ParameterAction` or `VariableAction`.
     ModifyVariable { variable: VariableIndex, by: Modification },
     /// Ends the scenario; its controllers and events stop. `true` means `exitSuccess`, `false` means
     /// `exitFailure`.

@@ -49,7 +49,9 @@ pub struct AgeLimits {
     pub planned_path: Duration,
     pub manoeuvre: Duration,
     pub scenario: Duration,
+    /// Of the system's request.
     pub hazard_request: Duration,
+    /// Of the commands of Autoware's own decider, not of this one's.
     pub own_command: Duration,
 }
 

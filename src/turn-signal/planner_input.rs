@@ -20,6 +20,7 @@ pub enum PlannerInput {
     Odometry {
         /// Pose and speed; numbers may be not finite.
         odometry: Odometry,
+        /// Time of the measurement.
         stamp: WallStamp,
     },
     /// The message `autoware_planning_msgs/LaneletRoute` of the mission planner.
@@ -31,7 +32,11 @@ pub enum PlannerInput {
     /// `autoware_internal_planning_msgs/PlanningFactorArray` of one module.
     Factors { topic: FactorTopic, factors: Arc<[PlanningFactor]> },
     /// `autoware_planning_msgs/PoseWithUuidStamped`: the goal of a pull-over.
-    ModifiedGoal { route: u128, goal: Pose },
+    ModifiedGoal {
+        /// Id of the route to which it belongs.
+        route: u128,
+        goal: Pose,
+    },
     /// The message `autoware_adapi_v1_msgs/OperationModeState` of the system.
     OperationMode(OperationMode),
     /// `autoware_internal_planning_msgs/Scenario`: whether the planner drives lanes.

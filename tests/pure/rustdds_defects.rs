@@ -93,7 +93,7 @@ fn causes(document: &str) -> String {
         rows().cause.iter().zip(CAUSES)
     {
         assert_eq!(*name, format!("{cause:?}"), "the causes are those of the code, in its order");
-        let line = log.map_or_else(|| format!("`cause={name}`"), |_| "a line of its own".to_owned());
+        let line = log.map_or_else(|| format!("`{name}` in `causes`"), |_| "a line of its own".to_owned());
         writeln!(table, "| {condition} | {line} | {interval} | {} |", linked(defect, document)).unwrap();
     }
     assert_eq!(rows().cause.len(), CAUSES.len());

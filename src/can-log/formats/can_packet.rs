@@ -75,6 +75,7 @@ impl ByteOrder {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Packet<'a> {
     pub(super) link: u16,
+    /// Byte order of the file.
     pub(super) order: ByteOrder,
     pub(super) bytes: &'a [u8],
     /// Number of bytes on the bus; `bytes` may have been cut to the snap length of the capture.

@@ -31,6 +31,7 @@ pub enum CanInput {
     Controller { bus: BusIndex, report: ControllerReport },
     /// Records of a recording could not be read.
     BadRecords {
+        /// Bus to which they are attributed.
         bus: BusIndex,
         /// Number of unreadable records since the last report.
         count: u32,

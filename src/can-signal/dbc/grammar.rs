@@ -300,7 +300,7 @@ fn enum_value(value: AttributeValue) -> Result<EnumValue, Reason> {
         AttributeValue::Int(index) => usize::try_from(index).ok(),
         AttributeValue::Double(_) => None,
     };
-    index.map(EnumValue::Index).ok_or("not a position in a list".into())
+    index.map(EnumValue::Index).ok_or_else(|| "not a position in a list".into())
 }
 
 fn read_unused(text: &str) -> Result<Parsed, Reason> {
@@ -321,7 +321,7 @@ fn milliseconds(value: &AttributeValue) -> Result<Option<u32>, Reason> {
         }
         AttributeValue::String(text) => text.parse().ok(),
     };
-    whole.map(|ms| (ms > 0).then_some(ms)).ok_or("not a whole number of milliseconds".into())
+    whole.map(|ms| (ms > 0).then_some(ms)).ok_or_else(|| "not a whole number of milliseconds".into())
 }
 
 fn named(descriptions: Vec<ValDescription>) -> Values {

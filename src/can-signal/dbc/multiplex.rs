@@ -67,7 +67,9 @@ impl<'a> Multiplexing<'a> {
         let depth = depth.checked_sub(1).ok_or("multiplexed by itself or nested too deeply")?;
         let codec = plain.multiplexed(&self.nested_codec(&self.signals[multiplexor], depth)?, &ranges);
         let reachable = codec.select(&mut [0; MAX_DATA]).is_ok();
-        reachable.then_some(codec).ok_or("its multiplexor has no bits for the value that selects it".into())
+        reachable
+            .then_some(codec)
+            .ok_or_else(|| "its multiplexor has no bits for the value that selects it".into())
     }
 
     /// Returns the index of the multiplexor above `signal` with its values; `None` for a plain signal.

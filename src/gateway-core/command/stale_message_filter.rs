@@ -94,11 +94,17 @@ impl StaleMessageFilter {
         let known = self.writers.iter().position(|writer| writer.id == id);
         let at = known.unwrap_or_else(|| {
             let oldest = self.writers.iter().enumerate().min_by_key(|(_, writer)| writer.last_received);
-            if let Some((at, _)) = oldest.filter(|_| self.writers.len() >= MAX_WRITERS) {
-                self.writers.remove(at);
+            let new = WriterHistory { id, last_received: now, last_used: None, suspected_at: None };
+            match oldest.map(|(at, _)| at).filter(|_| self.writers.len() >= MAX_WRITERS) {
+                Some(at) => {
+                    self.writers[at] = new;
+                    at
+                }
+                None => {
+                    self.writers.push(new);
+                    self.writers.len() - 1
+                }
             }
-            self.writers.push(WriterHistory { id, last_received: now, last_used: None, suspected_at: None });
-            self.writers.len() - 1
         });
         let writer = &mut self.writers[at];
         writer.last_received = now;

@@ -307,7 +307,8 @@ impl<R, T: Copy + PartialEq> SourceGroup<R, T> {
             Some(_) | None => None,
         };
         let warnings = Warnings { lamps: None, fallback, disagreement };
-        FusedState { state: self.states[source], source, warnings }
+        let state = self.states.get(source).copied().unwrap_or(Err(UnavailableReason::NotVisible));
+        FusedState { state, source, warnings }
     }
 
     /// Returns the sources that apply, with their states.

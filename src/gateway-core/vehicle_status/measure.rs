@@ -99,7 +99,12 @@ const ROWS: [MeasureRow; 3] = [
 impl Measure {
     /// Returns the presentation of the measure.
     pub const fn row(self) -> &'static MeasureRow {
-        &ROWS[self as usize]
+        let [speed, heading_rate, tire_angle] = &ROWS;
+        match self {
+            Self::Speed => speed,
+            Self::HeadingRate => heading_rate,
+            Self::TireAngle => tire_angle,
+        }
     }
 
     /// Returns the report that contains the measure.

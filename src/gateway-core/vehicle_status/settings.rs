@@ -62,7 +62,7 @@ impl Default for VehicleGeometry {
 
 /// A dimension missing from the configuration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs)] // their names say it
+#[allow(missing_docs)] // as the fields of `VehicleGeometry` describe them
 pub enum GeometryKey {
     WheelBase,
     WheelTread,

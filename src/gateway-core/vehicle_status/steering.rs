@@ -45,6 +45,7 @@ impl SteeringSource {
 #[allow(missing_docs)] // their names say it
 pub enum AngleOf {
     SteeringWheel,
+    /// The front wheels.
     Tire,
 }
 

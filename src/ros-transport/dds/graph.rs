@@ -21,7 +21,7 @@ use rustdds::{GUID, RTPSEntity, Timestamp, TopicKind};
 use super::dds_node::DdsNode;
 use super::topic_reader::{DdsTopicReader, TakenSample};
 use crate::distribution::{DISTRO, LENGTHS, identifier_length};
-use ros_messages::cdr::{Endian, read_message};
+use ros_messages::cdr::Endian;
 
 /// Publishes to the graph the writers and readers of our node.
 pub(super) struct GraphEntry {
@@ -71,17 +71,50 @@ impl GraphEntry {
     }
 }
 
-/// A message with identifiers of this type: the participant, and its nodes, each with namespace, name,
-/// readers and writers.
-type Entities<Id> = (Id, Vec<(String, String, Vec<Id>, Vec<Id>)>);
-
 /// Returns the length of the identifiers in a message; `None` if the message has neither layout.
 fn layout(bytes: &[u8], endian: Endian) -> Option<usize> {
-    let [long, short] = LENGTHS;
-    if read_message::<Entities<[u8; LENGTHS[0]]>>(bytes, endian).is_ok() {
-        Some(long)
-    } else {
-        read_message::<Entities<[u8; LENGTHS[1]]>>(bytes, endian).ok().map(|_| short)
+    LENGTHS.into_iter().find(|length| {
+        let mut cursor = Cursor { bytes, at: 0, endian };
+        cursor.participant(*length).is_some() && bytes.len() - cursor.at < 4
+    })
+}
+
+/// A read position in a CDR message. Each step returns `None` at the end of the message.
+struct Cursor<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    endian: Endian,
+}
+
+impl Cursor<'_> {
+    fn participant(&mut self, identifier: usize) -> Option<()> {
+        self.skip(identifier)?;
+        for _ in 0..self.count()? {
+            for _text in ["namespace", "name"] {
+                let length = self.count()?;
+                self.skip(usize::try_from(length).ok()?)?;
+            }
+            for _list in ["readers", "writers"] {
+                let count = usize::try_from(self.count()?).ok()?;
+                self.skip(count.checked_mul(identifier)?)?;
+            }
+        }
+        Some(())
+    }
+
+    fn count(&mut self) -> Option<u32> {
+        let at = self.at.next_multiple_of(4);
+        let bytes = self.bytes.get(at..)?.first_chunk()?;
+        self.at = at + 4;
+        Some(match self.endian {
+            Endian::Little => u32::from_le_bytes(*bytes),
+            Endian::Big => u32::from_be_bytes(*bytes),
+        })
+    }
+
+    fn skip(&mut self, length: usize) -> Option<()> {
+        self.at = self.at.checked_add(length).filter(|at| *at <= self.bytes.len())?;
+        Some(())
     }
 }
 

@@ -67,6 +67,11 @@ impl Participants {
         made.inspect_err(|error| tracing::warn!("no new participant: {error}")).ok()
     }
 
+    /// Returns true if the last attempt to create a participant was long enough ago for another one.
+    pub(super) fn may_rebuild(&self, settings: &NetworkSettings) -> bool {
+        self.last_made.elapsed() >= settings.recovery.min_rebuild_interval
+    }
+
     /// Moves to another participant, created with these interfaces, and publishes the current samples there.
     /// Returns the outcome of publishing; `None` if the participant cannot be used, which is logged.
     pub(super) fn replace(

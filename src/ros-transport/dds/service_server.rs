@@ -30,6 +30,7 @@ const MAX_AT_ONCE: usize = 16;
 const MAX_WAITING: usize = 64;
 /// Longest wait for the client's reader.
 const PATIENCE: Duration = Duration::from_secs(2);
+/// Depth of readers and writers, samples.
 const DEPTH: i32 = 16;
 /// Longest sample, bytes: a request with the numbers of client and request before it.
 const MAX_SAMPLE: usize = MAX_REQUEST + 16;

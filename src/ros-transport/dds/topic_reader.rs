@@ -86,6 +86,7 @@ impl DeserializerAdapter<EncodedSample> for AsBytes {
 /// Copies a sample's bytes; the gateway decodes them.
 #[derive(Clone)]
 pub(super) struct Copied {
+    /// Maximum length, bytes.
     pub(super) limit: usize,
 }
 

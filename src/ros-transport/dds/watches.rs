@@ -12,7 +12,7 @@ use super::participants::Participants;
 use super::set_back::SetBack;
 use super::silence_probe::WriterWatch;
 use crate::link::NetworkSettings;
-use crate::rebuild_cause::{CauseRow, RebuildCause};
+use crate::rebuild_cause::RebuildCause;
 
 /// Number of replaced writers after which a participant is itself replaced, see
 /// [`Participant::replaced_writers`](super::participant::Participant::replaced_writers).
@@ -73,16 +73,13 @@ impl Watches {
     /// Returns true if the participant must be replaced for this cause.
     pub(super) fn observe(
         &mut self,
-        row: &CauseRow,
+        cause: RebuildCause,
         settings: &NetworkSettings,
         waker: &Waker,
         participants: &mut Participants,
     ) -> bool {
-        if row.waits && !may_rebuild(settings, participants) {
-            return false;
-        }
         let current = &mut participants.current;
-        match row.cause {
+        match cause {
             RebuildCause::PeerReturned => self.peers.is_one_back(),
             RebuildCause::ClockSetBack => self.wall_clock.is_to_follow(),
             RebuildCause::WriterUnheard => {
@@ -133,13 +130,9 @@ impl Watches {
 
     /// Starts a search for missing peers, unless there is one.
     pub(super) fn search_peers(&mut self, settings: &NetworkSettings, participants: &mut Participants) {
-        if self.peers.lacks_probe() && may_rebuild(settings, participants) {
+        if self.peers.lacks_probe() {
             let domain = participants.make(settings);
             self.peers.search(domain, &self.addresses.last);
         }
     }
-}
-
-fn may_rebuild(settings: &NetworkSettings, participants: &Participants) -> bool {
-    participants.last_made.elapsed() >= settings.recovery.min_rebuild_interval
 }

@@ -20,6 +20,7 @@ const READER_LIFE: Duration = Duration::from_secs(2);
 const ANNOUNCEMENT_INTERVAL: Duration = Duration::from_millis(200);
 /// Minimum time between two checks: samples may wake this side thousands of times a second.
 const MIN_PAUSE: Duration = Duration::from_millis(20);
+/// Maximum number of datagrams that are read at once.
 const AT_ONCE: usize = 64;
 
 const SPDP_WRITER: [u8; 4] = [0, 1, 0, 0xC2];

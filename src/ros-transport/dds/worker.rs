@@ -18,7 +18,7 @@ use crate::error::TransportError;
 use crate::link::{FromNetwork, Link, LostLines, NetworkSettings, NetworkStatus, Order, Sample};
 use crate::orders;
 use crate::parameters::Parameters;
-use crate::rebuild_cause::{CAUSES, CauseRow};
+use crate::rebuild_cause::{CAUSES, CauseRow, RebuildCause};
 use crate::wakeup::Wakeup;
 
 /// Longest sleep between two polls of the DDS events.
@@ -44,6 +44,11 @@ pub(super) struct DdsWorker {
     status: NetworkStatus,
     /// Last field: the gateway sees the link end only when everything else is gone.
     link: Link,
+}
+
+/// Returns the chosen causes, in the order in which they are observed.
+fn causes(is_chosen: impl Fn(&CauseRow) -> bool) -> impl Iterator<Item = RebuildCause> {
+    CAUSES.iter().filter(move |row| is_chosen(row)).map(|row| row.cause)
 }
 
 impl DdsWorker {
@@ -99,10 +104,15 @@ impl DdsWorker {
             self.watch_graph();
             self.answer_ping();
             self.link.flush()?;
-            self.rebuild(|row| !row.waits);
+            for cause in causes(|row| !row.waits) {
+                if self.observes(cause) {
+                    self.rebuild(cause, &[cause]);
+                }
+            }
             if self.watches.check(&self.settings) {
-                self.rebuild(|row| row.waits);
-                self.watches.search_peers(&self.settings, &mut self.participants);
+                if self.participants.may_rebuild(&self.settings) {
+                    self.rebuild_at_check();
+                }
                 // Called regularly, since it also writes the lines about omitted lines.
                 self.counts.lost_lines = (self.log_losses)();
             }
@@ -232,25 +242,34 @@ impl DdsWorker {
         }
     }
 
-    /// Replaces the participant for each of the chosen causes that is observed.
-    fn rebuild(&mut self, is_chosen: impl Fn(&CauseRow) -> bool) {
+    fn observes(&mut self, cause: RebuildCause) -> bool {
         let waker = self.waker();
-        for row in CAUSES.iter().filter(|row| is_chosen(row)) {
-            let Self { settings, participants, watches, .. } = self;
-            if !watches.observe(row, settings, &waker, participants) {
-                continue;
-            }
-            let successor = watches.successor(row.cause, settings, participants);
-            let Some((domain, interfaces)) = successor else { continue };
-            match row.log {
-                Some(text) => tracing::info!("{text}"),
-                None => tracing::info!(cause = ?row.cause, "continuing with a new DDS participant"),
-            }
-            if let Some(done) = participants.replace(settings, domain, interfaces, &self.current) {
-                watches.note_replaced();
-                self.count_write_error(done);
-                self.counts.rebuilds += 1;
-            }
+        self.watches.observe(cause, &self.settings, &waker, &mut self.participants)
+    }
+
+    /// Replaces the participant if a cause that waits for a check is observed, otherwise searches for missing
+    /// peers.
+    fn rebuild_at_check(&mut self) {
+        let mut observed: Vec<_> = causes(|row| row.waits).collect();
+        observed.retain(|cause| self.observes(*cause));
+        match *observed {
+            [first, ..] => self.rebuild(first, &observed),
+            [] => self.watches.search_peers(&self.settings, &mut self.participants),
+        }
+    }
+
+    /// Replaces the participant as this cause requires; the others were observed with it.
+    fn rebuild(&mut self, cause: RebuildCause, observed: &[RebuildCause]) {
+        let Self { settings, participants, watches, .. } = self;
+        let Some((domain, interfaces)) = watches.successor(cause, settings, participants) else { return };
+        match CAUSES.iter().find(|row| row.cause == cause).and_then(|row| row.log) {
+            Some(text) => tracing::info!("{text}"),
+            None => tracing::info!(causes = ?observed, "continuing with a new DDS participant"),
+        }
+        if let Some(done) = participants.replace(settings, domain, interfaces, &self.current) {
+            watches.note_replaced();
+            self.count_write_error(done);
+            self.counts.rebuilds += 1;
         }
     }
 

@@ -32,7 +32,7 @@ impl NodeSession {
 
     /// Returns the token of a new endpoint.
     pub(super) fn endpoint_token(&self, kind: EndpointKind, topic: &TopicKey, qos: &str) -> String {
-        let id = self.last_id.fetch_add(1, Ordering::Relaxed) + 1;
+        let id = self.last_id.fetch_add(1, Ordering::Relaxed).wrapping_add(1);
         self.key.endpoint_token(id, kind, topic, qos)
     }
 

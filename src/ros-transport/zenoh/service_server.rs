@@ -26,6 +26,7 @@ use crate::wall_clock::now;
 use ros_messages::rcl_interfaces::ParameterEvent;
 
 const EVENTS: &str = "/parameter_events";
+/// Maximum number of waiting requests.
 const MAX_WAITING: usize = 64;
 /// Depth of the services and the topic, as in `rmw_qos_profile_parameters`.
 const DEPTH: i32 = 1000;

@@ -23,6 +23,7 @@ pub(super) struct McapExport {
     encoder: Encoder,
     target: ExportTarget,
     budget: OutputBudget,
+    /// Virtual time of the outputs.
     at: MonoTime,
 }
 
@@ -44,6 +45,7 @@ impl McapExport {
         Ok(Self { path, encoder, target, budget, at })
     }
 
+    /// Sets the virtual time of the following outputs.
     pub(super) fn advance(&mut self, at: MonoTime) {
         self.at = at;
     }

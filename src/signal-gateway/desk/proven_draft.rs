@@ -35,7 +35,7 @@ pub enum Refutation {
     Contradicted(Contradiction),
 }
 
-/// Drafts the files and verifies them against the session.
+/// Drafts the files and verifies them against the session. Fails with the reason why no files may be written.
 pub fn proven_files(draft: &VehicleDraft<'_>, timeline: &ActionTimeline) -> Result<VehicleFiles, Refutation> {
     let files = draft.files().ok_or(Refutation::NotSure)?;
     let required = Requirements::of(draft.findings).ok_or(Refutation::NotSure)?;

@@ -6,7 +6,7 @@ use std::path::Path;
 use rustix::fs::{Access, access};
 
 /// Checks with the kernel whether files can be created in a folder, which need not exist yet. Creates
-/// nothing. The reason: `NotADirectory`, `PermissionDenied`, `ReadOnlyFilesystem`, …
+/// nothing. Fails with the reason: `NotADirectory`, `PermissionDenied`, `ReadOnlyFilesystem`, …
 pub fn check_writable(folder: &Path) -> io::Result<()> {
     // The nearest existing ancestor; the gateway creates the folders below it.
     let mut existing = folder.ancestors().filter(|folder| folder.symlink_metadata().is_ok());

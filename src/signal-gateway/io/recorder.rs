@@ -52,16 +52,17 @@ impl BlackBoxRecorder {
         let state = RecorderState { folder: folder.display().to_string(), ..RecorderState::default() };
         let state = Arc::new(Mutex::new(state));
         let (sender, recordings) = sync_channel(MAX_WAITING);
-        let (keep, boot) = (Arc::new(AtomicUsize::new(keep)), boot());
+        let (limit, boot) = (Arc::new(AtomicUsize::new(keep)), boot());
         let path = folder.to_owned();
         let mut writer = RecordingWriter {
-            folder: Folder { path, keep: Arc::clone(&keep), boot: boot.clone(), last_counter: 0 },
+            keep: Arc::clone(&limit),
+            folder: Folder { path, keep, boot: boot.clone(), last_counter: 0 },
             line,
             encoder,
             state: Arc::clone(&state),
         };
         let thread = AwaitedThread::start("black-box", move || writer.run(&recordings))?;
-        Ok(Self { recordings: Some(sender), state, keep, boot, thread })
+        Ok(Self { recordings: Some(sender), state, keep: limit, boot, thread })
     }
 
     /// Queues a recording. Never blocks: if the queue is full, the recording is lost and counted.
@@ -117,6 +118,7 @@ pub fn log_of(folder: &Path, recording: &str) -> io::Result<Option<PathBuf>> {
 
 struct RecordingWriter {
     folder: Folder,
+    keep: Arc<AtomicUsize>,
     line: DecisionLine,
     encoder: Encoder,
     state: Arc<Mutex<RecorderState>>,
@@ -128,7 +130,10 @@ impl RecordingWriter {
         self.prepare();
         loop {
             match recordings.recv_timeout(RETRY) {
-                Ok(recording) => self.save(&recording),
+                Ok(recording) => {
+                    self.folder.keep = self.keep.load(Ordering::Relaxed);
+                    self.save(&recording);
+                }
                 Err(RecvTimeoutError::Timeout) if lock(&self.state).is_failing => self.prepare(),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return,
@@ -201,7 +206,7 @@ fn boot() -> String {
 struct Folder {
     path: PathBuf,
     /// Number of recordings to keep, at least 1.
-    keep: Arc<AtomicUsize>,
+    keep: usize,
     boot: String,
     /// The highest counter so far, even if its file has been deleted.
     last_counter: u64,
@@ -274,7 +279,7 @@ impl Folder {
     fn prune(&self) -> io::Result<Kept> {
         let (whole, left): (Vec<_>, Vec<_>) =
             self.recordings()?.into_iter().partition(|(_, files)| files.is_whole);
-        let beyond = whole.len().saturating_sub(self.keep.load(Ordering::Relaxed).max(1));
+        let beyond = whole.len().saturating_sub(self.keep.max(1));
         for (_, files) in left.iter().chain(whole.iter().take(beyond)) {
             files.paths.iter().try_for_each(fs::remove_file)?;
         }

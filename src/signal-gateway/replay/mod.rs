@@ -45,7 +45,8 @@ impl Replay {
         Self::begin(settings, Tape::new(recording.into(), routes), None)
     }
 
-    /// Like [`new`](Self::new), but also counts the frames for [`seen`](Self::seen).
+    /// Like [`new`](Self::new), but also counts the frames that resemble bound messages for
+    /// [`seen`](Self::seen).
     pub fn surveying(settings: GatewaySettings, log: Log, routes: Routes) -> io::Result<Self> {
         let mut tape = Tape::new(log.into(), routes);
         let bound = settings.lights.table.messages.iter().chain(&settings.v2i.table.messages);

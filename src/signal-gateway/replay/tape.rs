@@ -141,6 +141,7 @@ impl Tape {
         }
     }
 
+    /// Returns the virtual time of the last entry read, of whatever interface.
     pub(super) fn length(&self) -> MonoTime {
         self.clock.map_or(MonoTime::ZERO, |clock| clock.mono)
     }

@@ -83,11 +83,24 @@ impl View {
         }
         self.tell(at)?;
         let events = self.changes.of(output);
-        for event in &events {
-            if let Some(story) = &mut self.story {
+        if let Some(story) = &mut self.story {
+            for event in &events {
                 story.summary.count(&event.change);
             }
-            self.line(event.change.level, at, &event.to_string())?;
+        }
+        match &self.destination {
+            Destination::Journal | Destination::Json(_) => {}
+            Destination::Terminal(view) => {
+                for event in &events {
+                    view.line(event.change.level, at, &event.to_string());
+                }
+            }
+            Destination::Lines(_) if events.is_empty() => {}
+            // All of an output are written, or none.
+            Destination::Lines(out) => {
+                let lines = events.iter().map(|event| format!("{} {event}\n", time_text(at)));
+                write(out, &lines.collect::<String>())?;
+            }
         }
         self.moment.extend(events);
         Ok(())
@@ -156,6 +169,7 @@ impl View {
     }
 
     /// Checks the current caption against the state if that is due, and shows changed traffic lights.
+    /// Fails if the caption does not hold.
     pub fn check(&mut self, at: MonoTime, snapshot: impl FnOnce() -> Snapshot) -> Result<(), WrongCaption> {
         let Some(story) = self.story.as_mut().filter(|story| story.teller.is_check_due(at)) else {
             return Ok(());

@@ -58,6 +58,7 @@ pub struct Confusion {
 pub enum FaultError {
     #[error("confusions of `{}` add up to {sum}; at most 1 is possible", color.name())]
     Confusions { color: Color, sum: f64 },
+    /// A message would arrive before it is sent.
     #[error("the jitter is {jitter:?}; at most the latency, {latency:?}, is possible")]
     Jitter { jitter: Duration, latency: Duration },
 }

@@ -97,12 +97,15 @@ impl ProfileEvidence {
             }
         }
         for (source, states) in self.lights.hazard.sources().iter().zip(&mut self.hazard) {
+            if !source.source.signal().is_some_and(carries) {
+                continue;
+            }
             let shown = match &source.source {
                 HazardSource::BothSides => None,
                 HazardSource::Signal { role, .. } => shown(role, &self.raw, |code| on_off(code.active)),
                 HazardSource::Button { role, .. } => shown(role, &self.raw, on_off),
             };
-            if let Some(shown) = shown.filter(|_| source.source.signal().is_some_and(carries)) {
+            if let Some(shown) = shown {
                 states.frame(shown, now);
             }
         }

@@ -26,6 +26,7 @@ pub enum FitVerdict {
 pub enum Support {
     /// Counter or checksum hold.
     Integrity {
+        /// Position of the message.
         message: usize,
         /// Number of frames for which they hold.
         frames: u64,
@@ -34,6 +35,7 @@ pub enum Support {
     },
     /// A message has the period of the DBC.
     Period {
+        /// Position of the message.
         message: usize,
         /// Usual gap between frames.
         median: Duration,
@@ -160,15 +162,19 @@ fn of_message((message, evidence): (usize, &MessageEvidence)) -> Vec<Support> {
 
 /// Returns true for a finding on the frames themselves, rather than on missing evidence.
 fn speaks_against(finding: &ProfileFinding) -> bool {
-    if let FindingKind::Unmet(unmet) = finding.kind {
-        return unmet.is_contradicted;
-    }
-    !matches!(
-        finding.kind,
+    match finding.kind {
+        FindingKind::WrongLength { .. }
+        | FindingKind::TooSlow { .. }
+        | FindingKind::IntegrityFails { .. }
+        | FindingKind::Implausible { .. }
+        | FindingKind::Undefined { .. }
+        | FindingKind::OtherPlatform { .. }
+        | FindingKind::NoMessage => true,
+        FindingKind::Unmet(unmet) => unmet.is_contradicted,
         FindingKind::Faster { .. }
-            | FindingKind::UnusedCounter { .. }
-            | FindingKind::UnusedChecksum { .. }
-            | FindingKind::NothingChanged { .. }
-            | FindingKind::NeverOn(_)
-    )
+        | FindingKind::UnusedCounter { .. }
+        | FindingKind::UnusedChecksum { .. }
+        | FindingKind::NothingChanged { .. }
+        | FindingKind::NeverOn(_) => false,
+    }
 }

@@ -256,8 +256,7 @@ impl Gateway {
     /// log has it.
     pub(crate) fn standstills(&self) -> u64 {
         let lines = self.0.lines(Mark::START).into_iter();
-        let is_it =
-            |line: &Value| line["text"].as_str().is_some_and(|text| text.contains("cause=StoodStill"));
+        let is_it = |line: &Value| line["text"].as_str().is_some_and(|text| text.contains("StoodStill"));
         lines.filter(|(_, line)| line["event"] == "log" && is_it(line)).count().try_into().unwrap()
     }
 

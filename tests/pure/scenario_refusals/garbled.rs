@@ -26,7 +26,9 @@ fn assert_reasons(which: usize, bytes: &[u8]) -> Result<(), TestCaseError> {
         match read_as(compat, NAMES[which], bytes) {
             Ok(file) => {
                 for part in file.not_interpreted {
-                    prop_assert!(!part.to_string().contains('\n') && part.location.position.line > 0);
+                    let position = part.location.position;
+                    prop_assert!(!part.to_string().contains('\n'));
+                    prop_assert!(position.line > 0 && position.column > 0);
                 }
             }
             Err(problems) => {

@@ -142,34 +142,38 @@ impl IntegrityCounts {
 
     /// Returns the number of rejected frames for each reason, with the text of [`RejectKind::text`],
     /// including zeros.
-    pub fn by_reason(mut self) -> [(&'static str, u64); 9] {
-        self.by_kind().map(|(kind, count)| (kind.text(), *count))
-    }
-
-    fn by_kind(&mut self) -> [(RejectKind, &mut u64); 9] {
+    pub fn by_reason(&self) -> [(&'static str, u64); 9] {
         [
-            (RejectKind::Initial, &mut self.initial),
-            (RejectKind::WrongLength, &mut self.wrong_length),
-            (RejectKind::WrongChecksum, &mut self.wrong_checksum),
-            (RejectKind::WrongDataId, &mut self.wrong_data_id),
-            (RejectKind::CounterOutOfRange, &mut self.counter_out_of_range),
-            (RejectKind::Repeated, &mut self.repeated),
-            (RejectKind::WrongSequence, &mut self.wrong_sequence),
-            (RejectKind::Syncing, &mut self.syncing),
-            (RejectKind::NotValid, &mut self.not_valid),
+            (RejectKind::Initial, self.initial),
+            (RejectKind::WrongLength, self.wrong_length),
+            (RejectKind::WrongChecksum, self.wrong_checksum),
+            (RejectKind::WrongDataId, self.wrong_data_id),
+            (RejectKind::CounterOutOfRange, self.counter_out_of_range),
+            (RejectKind::Repeated, self.repeated),
+            (RejectKind::WrongSequence, self.wrong_sequence),
+            (RejectKind::Syncing, self.syncing),
+            (RejectKind::NotValid, self.not_valid),
         ]
+        .map(|(kind, count)| (kind.text(), count))
     }
 
     pub(super) fn add(&mut self, result: Result<u32, Reject>) {
-        match result.map_err(Reject::kind) {
-            Ok(lost) => (self.lost, self.trusted) = (self.lost + u64::from(lost), self.trusted + 1),
-            Err(kind) => {
-                self.by_kind()
-                    .into_iter()
-                    .filter(|(known, _)| *known == kind)
-                    .for_each(|(_, count)| *count += 1);
+        let count = match result.map_err(Reject::kind) {
+            Ok(lost) => {
+                self.lost += u64::from(lost);
+                &mut self.trusted
             }
-        }
+            Err(RejectKind::WrongLength) => &mut self.wrong_length,
+            Err(RejectKind::WrongChecksum) => &mut self.wrong_checksum,
+            Err(RejectKind::WrongDataId) => &mut self.wrong_data_id,
+            Err(RejectKind::CounterOutOfRange) => &mut self.counter_out_of_range,
+            Err(RejectKind::Initial) => &mut self.initial,
+            Err(RejectKind::Repeated) => &mut self.repeated,
+            Err(RejectKind::WrongSequence) => &mut self.wrong_sequence,
+            Err(RejectKind::Syncing) => &mut self.syncing,
+            Err(RejectKind::NotValid) => &mut self.not_valid,
+        };
+        *count += 1;
     }
 }
 

@@ -32,7 +32,8 @@ const STARTS: usize = 4;
 
 impl Flashes {
     /// Processes a frame. At the end of a flash, returns its lamps, and whether four successive flashes are
-    /// certainly above the limit rather than certainly not; `None` if neither is certain.
+    /// certainly above the limit rather than certainly not; `None` if neither is certain,
+    /// because frames are too far apart.
     pub(super) fn frame(&mut self, lit: TurnCode, now: MonoTime, fast: Duration) -> Option<(TurnCode, bool)> {
         if lit == TurnCode::Off {
             self.last_dark = Some(now);

@@ -67,6 +67,7 @@ impl Estimate {
 #[allow(missing_docs)] // their names say it
 pub enum Rate {
     YawRate,
+    /// From speed and steering.
     Steering,
     /// Difference between the rear wheels.
     Wheels,

@@ -136,6 +136,7 @@ impl Checker {
         }
     }
 
+    /// Returns a single value as text, quoted or not; refuses anything else.
     pub(crate) fn text(&self, value: &Value) -> Option<LocatedText> {
         let Some((text, _)) = value.scalar() else {
             self.refuse_kind(value, "a single value");
@@ -144,6 +145,7 @@ impl Checker {
         Some(LocatedText { text: text.to_owned(), location: value.location.clone() })
     }
 
+    /// Returns a text in quotes; refuses anything else.
     pub(crate) fn string(&self, value: &Value) -> Option<LocatedText> {
         match value.scalar() {
             Some((_, true)) => return self.text(value),
@@ -156,6 +158,7 @@ impl Checker {
         None
     }
 
+    /// Returns a number in a range; `unit` is for refusals, empty for a plain number.
     pub(crate) fn number<T: FromStr + Display + PartialOrd>(
         &self,
         value: &Value,

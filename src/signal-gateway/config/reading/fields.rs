@@ -115,6 +115,7 @@ impl<'c> Fields<'c> {
         Some(key)
     }
 
+    /// Returns the path of the table, even if the table is absent.
     pub(crate) fn table_path(&self) -> String {
         self.path.to_string()
     }

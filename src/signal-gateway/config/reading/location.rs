@@ -167,12 +167,14 @@ impl Text {
         Self { file: path.into(), content, starts, before }
     }
 
+    /// Returns the number of characters before a byte.
     fn characters_before(&self, offset: usize) -> usize {
         let stretch = offset / STRIDE;
         let rest = self.content.as_bytes().get(stretch * STRIDE..offset).unwrap_or_default();
         self.before.get(stretch).copied().unwrap_or(0) + characters(rest)
     }
 
+    /// Returns the line and column of a byte; the column counts characters.
     pub(crate) fn position(&self, offset: usize) -> Position {
         let line = self.starts.partition_point(|start| *start <= offset).max(1);
         let start = self.starts.get(line - 1).copied().unwrap_or(0);

@@ -1,4 +1,5 @@
-//! Runs the decider over Autoware's messages of a recorded drive, and judges the recorded signals.
+//! Runs the decider over Autoware's messages of a recorded drive, on the recorder's clock, and judges the
+//! recorded signals.
 
 use std::time::Duration;
 

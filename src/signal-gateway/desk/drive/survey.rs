@@ -124,7 +124,8 @@ impl Surveyor {
     }
 }
 
-/// Returns the side to which each lanelet turns: by its tag, unless its geometry contradicts it.
+/// Returns the side to which each lanelet turns: by its tag, unless its geometry contradicts it, as in
+/// `check`.
 fn expected_sides(road: &LaneNetwork) -> BTreeMap<LaneId, ExpectedSide> {
     let by_tag = |lane: &Lanelet| match lane.turn_direction {
         TurnDirection::Left => Some((lane.id, ExpectedSide { side: Side::Left, flaw: None })),
@@ -144,6 +145,7 @@ fn expected_sides(road: &LaneNetwork) -> BTreeMap<LaneId, ExpectedSide> {
     sides
 }
 
+/// Returns the side shown at each position of the rear axle, metres.
 fn shown(simulation: &DriveSimulation, compat: DeciderCompat) -> Vec<(f64, Option<Side>)> {
     let mut run = DriveRun::new(simulation, compat);
     simulation.cycles().map(|cycle| (cycle.at_m, run.step(&cycle).turn.side())).collect()

@@ -165,8 +165,7 @@ fn stop_waits_for_what_was_handed_over() {
 fn disk_without_room_for_the_mcap_file_keeps_the_log_and_says_so() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().to_owned();
-    let mut black_box =
-        Folder { path: path.clone(), keep: Arc::new(9.into()), boot: "0".repeat(8), last_counter: 0 };
+    let mut black_box = Folder { path: path.clone(), keep: 9, boot: "0".repeat(8), last_counter: 0 };
     let saved = black_box
         .save("20260101T000000Z", "log", "decisions", |draft| {
             fs::write(draft, "a part of it")?;

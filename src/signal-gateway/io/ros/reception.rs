@@ -8,6 +8,7 @@ use super::duplicate_filter::{DuplicateFilter, Receipt};
 use super::inbox::{Arrival, Inbox};
 use super::reading::read;
 use super::topics::{Subscription, SubscriptionKind};
+use crate::process_status::network::NetworkFailure;
 use gateway_core::command::origin::{SampleId, WriterId};
 use gateway_core::gateway::event::Input;
 use ros_transport::link::{FromNetwork, Sample, Violation};
@@ -156,8 +157,13 @@ fn undecodable(status: &mut IncomingStatus, reason: &str) {
     status.undecodable += 1;
 }
 
+/// Returns the failure of a network side that gives this reason.
+pub(super) fn not_started(reason: &str) -> NetworkFailure {
+    NetworkFailure::NotStarted(printable(reason))
+}
+
 /// Replaces control characters, so that a text of the network side fits on one log line.
-pub(super) fn printable(text: &str) -> String {
+fn printable(text: &str) -> String {
     text.chars().map(|character| if character.is_control() { ' ' } else { character }).collect()
 }
 
@@ -221,6 +227,6 @@ mod tests {
 
     #[test]
     fn a_text_stays_on_its_line() {
-        assert_eq!(printable("a\nb"), "a b");
+        assert_eq!(not_started("a\nb"), NetworkFailure::NotStarted("a b".to_owned()));
     }
 }

@@ -70,8 +70,11 @@ impl TerminalView {
 
     /// Adds a line to the log, with this time since the start.
     pub fn line(&self, level: Level, at: MonoTime, text: &str) {
-        let text = plain(&line_text(at.since(MonoTime::ZERO), text));
-        self.change(move |model| model.add_line(Some(level), text));
+        let text = line_text(at.since(MonoTime::ZERO), text);
+        self.change(move |model| {
+            let text = escaped(&strip_str(&text).to_string()).into_owned();
+            model.add_line(Some(level), text);
+        });
     }
 
     /// Adds lines of an earlier process to the log, each with its level.
@@ -153,13 +156,8 @@ fn run(
 
 /// Adds a line of the process's log, which comes without a time.
 fn add_log_line(model: &mut Model, line: &str) {
-    let line = plain(line);
-    model.add_line(level_in(&line), line_text(model.time(), &line));
-}
-
-/// Returns a line without control sequences.
-fn plain(line: &str) -> String {
-    escaped(&strip_str(line).to_string()).into_owned()
+    let line = strip_str(line).to_string();
+    model.add_line(level_in(&line), escaped(&line_text(model.time(), &line)).into_owned());
 }
 
 /// Formats a line of the log with its time, to the millisecond.

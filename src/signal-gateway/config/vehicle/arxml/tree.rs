@@ -21,6 +21,7 @@ pub(super) struct NamedElements<'d> {
     document: &'d Document<'d>,
     /// Elements by their enclosing named element (the document itself at the top) and their names.
     names: HashMap<(NodeId, &'d str), NodeId>,
+    /// Offsets of the line ends, bytes.
     lines: Vec<usize>,
 }
 

@@ -1,4 +1,5 @@
-//! `traffic_simulator_msgs/msg/TrafficLightArrayV1`: one entry per head, without a stamp.
+//! `traffic_simulator_msgs/msg/TrafficLightArrayV1`: one entry per head, including dark ones, without a
+//! stamp.
 
 use super::array_element::{ArrayElement, StampPosition};
 use super::element::{element, id};

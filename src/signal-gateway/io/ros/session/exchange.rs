@@ -23,7 +23,7 @@ use crate::io::process_log::take_warnings;
 use crate::io::ros::inbox::Inbox;
 use crate::io::ros::outgoing::messages::{OutgoingMessages, Publication};
 use crate::io::ros::outgoing::{LightsEncoders, Outgoing, orders, table};
-use crate::io::ros::reception::{TopicReception, printable};
+use crate::io::ros::reception::{TopicReception, not_started};
 use crate::io::ros::settings::RosSettings;
 use crate::io::ros::topics::OutgoingTopic;
 use crate::process_status::network::{NetworkFailure, NetworkState};
@@ -318,7 +318,7 @@ impl Exchange {
                     }
                 }
                 (FromNetwork::Failed(reason), None) => {
-                    return Err(NetworkFailure::NotStarted(printable(reason)).into());
+                    return Err(not_started(reason).into());
                 }
                 (FromNetwork::Status(status), Some(_)) => {
                     let unheard = status.unheard_writers.saturating_sub(active.status.unheard_writers);

@@ -2,7 +2,7 @@
 
 /// The flow that a topic belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-#[allow(missing_docs)]
+#[allow(missing_docs)] // their names say it
 pub enum TopicFlow {
     VehicleLights,
     VehicleStatus,

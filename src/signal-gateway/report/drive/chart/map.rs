@@ -81,13 +81,17 @@ pub(super) fn stops(cycles: &[Cycle]) -> Vec<Mark> {
     groups.filter_map(stop).collect()
 }
 
+fn distance_m(one: Point, other: Point) -> f64 {
+    (one.x_m - other.x_m).hypot(one.y_m - other.y_m)
+}
+
 pub(super) fn plan(file: &DriveFile, cycles: &[Cycle]) -> Plan {
     let mut driven: Vec<(IndicatorState, Vec<Point>)> = Vec::new();
     for cycle in cycles {
         let point = cycle.position;
         match driven.last_mut() {
             Some((indicator, points)) if *indicator == cycle.indicator => {
-                if points.last().is_none_or(|last| last.distance_m(point) >= POINT_GAP_M) {
+                if points.last().is_none_or(|last| distance_m(*last, point) >= POINT_GAP_M) {
                     points.push(point);
                 }
             }
@@ -101,7 +105,7 @@ pub(super) fn plan(file: &DriveFile, cycles: &[Cycle]) -> Plan {
     }
     let is_near = |lane: &Lanelet| {
         let way = || driven.iter().flat_map(|(_, points)| points.iter().step_by(10));
-        lane.centerline.iter().any(|point| way().any(|way| way.distance_m(*point) < NEAR_M))
+        lane.centerline.iter().any(|point| way().any(|way| distance_m(*way, *point) < NEAR_M))
     };
     let lanes = file.road.lanes().filter(|lane| is_near(lane)).map(|lane| PlanLane {
         name: lane.id.to_string(),

@@ -59,7 +59,10 @@ impl Exchange {
             for (shown, incoming) in status.incoming.iter_mut().zip(self.reception.statuses()) {
                 shown.clone_from(incoming);
             }
-            status.seen.clone_from(seen);
+            // Seldom: a copy has lists, and the caller waits for this lock.
+            if status.seen != *seen {
+                status.seen.clone_from(seen);
+            }
             status.send_errors = self.send_errors;
             if is_due {
                 status.network.clone_from(&self.state);
