@@ -40,6 +40,8 @@ mod orders;
 pub mod parameters;
 #[cfg(feature = "ros")]
 pub mod process;
+#[cfg(feature = "ros")]
+mod processor_wait;
 pub mod qos;
 pub mod rebuild_cause;
 #[cfg(feature = "ros")]

@@ -19,7 +19,8 @@ pub enum RebuildCause {
     NewAddress,
     /// RustDDS did not take a sample.
     WriteFailed,
-    /// This process was stopped, and peers may have given up its participant for good.
+    /// This process was stopped or hung, and peers may have given up its participant for good. Time without a
+    /// processor does not count before the end of the lease.
     StoodStill,
     /// Too many writers of the participant were replaced.
     WornOut,

@@ -7,6 +7,7 @@ use tokio::runtime::Builder;
 
 use crate::link::{Link, LostLines, NetworkSettings, ToNetwork};
 use crate::orders;
+use crate::processor_wait::ProcessorWait;
 use crate::settings::Transport;
 
 /// Serves the gateway at the other end of the socket until it orders to stop; `confine` is called with the
@@ -20,9 +21,11 @@ pub fn serve(
 ) -> io::Result<()> {
     let runtime = Builder::new_current_thread().enable_all().build()?;
     let Some((settings, link)) = runtime.block_on(start(socket))? else { return Ok(()) };
+    // Opened now, since a confined process cannot.
+    let processor = ProcessorWait::of_this_thread();
     confine(&settings.transport)?;
     match &settings.transport {
-        Transport::Dds => runtime.block_on(crate::dds::serve(settings, link, lost_lines)),
+        Transport::Dds => runtime.block_on(crate::dds::serve(settings, link, lost_lines, processor)),
         #[cfg(feature = "zenoh")]
         Transport::Zenoh(_) => crate::zenoh::serve(&runtime, settings, link, lost_lines),
         #[cfg(not(feature = "zenoh"))]

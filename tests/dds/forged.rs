@@ -195,16 +195,19 @@ mod slow {
     use super::*;
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn a_gap_or_a_heartbeat_far_ahead_costs_a_reliable_writer_two_seconds_of_commands() {
         is_harmless(COMMANDS, &[FarAhead::Heartbeat, FarAhead::Gap]);
     }
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn a_sample_far_ahead_costs_a_reliable_writer_two_seconds_of_commands() {
         is_harmless(COMMANDS, &[FarAhead::DataAfterGap]);
     }
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn a_sample_far_ahead_costs_a_best_effort_writer_two_seconds() {
         is_harmless(LOSSY_GROUPS, &[FarAhead::Data]);
     }
@@ -216,6 +219,7 @@ mod slow {
     const AFTER_STORM: Duration = Duration::from_secs(1);
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn after_a_restart_storm_reports_are_back_within_a_second_and_a_kept_command_is_carried_out_once() {
         let cyclone = require!(Cyclone::on_loopback());
         let domain = domain();
@@ -273,6 +277,7 @@ mod slow {
     const MEMORY_KB: u64 = 32 * 1024;
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn a_flood_of_participants_for_68_years_is_said_and_forgotten() {
         let cyclone = require!(Cyclone::on_loopback());
         let domain = domain();

@@ -163,6 +163,7 @@ mod slow {
     const MAX_WAITING: usize = 1_000_000;
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn who_leaves_the_events_unread_is_disconnected_and_who_reads_them_is_not() {
         let gateway = Gateway::run("");
         let (mut reading, mut beside) = (BufReader::new(open_stream(&gateway)), Bystander::start());

@@ -233,6 +233,7 @@ mod slow {
     }
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn recording_of_a_killed_process_is_readable_to_its_last_chunk() {
         let readers = require!(McapReaders::find());
         let killed: Vec<(Folder, PathBuf, usize)> = (0..20)
@@ -261,6 +262,7 @@ mod slow {
     }
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn files_are_rotated_and_the_oldest_removed() {
         let readers = require!(McapReaders::find());
         let (folder, mut gateway) = demo_recorded("file_mb = 1\ntotal_mb = 3\n");
@@ -288,6 +290,7 @@ mod slow {
 
     /// A frame each minute: most of the time is filled with reports.
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn an_export_that_is_out_of_proportion_ends_in_time_and_is_closed() {
         let folder = tempfile::tempdir().unwrap();
         let (log, exported) = (folder.path().join("drive.log"), folder.path().join("drive.mcap"));
@@ -306,6 +309,7 @@ mod slow {
     }
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn full_disk_loses_nothing_that_fits_in_memory_and_the_gateway_goes_on() {
         use crate::support::tmpfs::Tmpfs;
         let readers = require!(McapReaders::find());

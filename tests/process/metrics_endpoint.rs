@@ -189,6 +189,7 @@ mod slow {
     }
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn every_query_of_the_dashboard_answers_on_a_prometheus_that_scrapes_a_run() {
         let gateway = Gateway::run("");
         let prometheus = require!(Prometheus::run(gateway.address));

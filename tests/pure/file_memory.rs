@@ -73,6 +73,7 @@ mod slow {
     use super::*;
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn no_file_takes_more_than_its_share_of_memory() {
         let largest = 4 * MIB;
         let of_four_mib = |piece: &str| piece.repeat(largest / piece.len());

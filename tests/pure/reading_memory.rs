@@ -127,6 +127,7 @@ mod exhaustive {
     use super::*;
 
     #[test]
+    #[ignore = "exhaustive: tests/run --release"]
     fn a_recording_that_is_hostile_on_purpose_keeps_to_the_bound() {
         for (name, make) in named::all(10_000) {
             let (_, content) = make().files.swap_remove(0);

@@ -131,6 +131,7 @@ fn a_tick_after_each_frame_changes_nothing() {
 
 mod slow {
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn a_tick_after_each_frame_changes_nothing() {
         super::a_tick_after_each_frame_changes_nothing_over(3_000);
     }

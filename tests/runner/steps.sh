@@ -43,10 +43,61 @@ skip() {
     fi
 }
 
-# finish VERDICT NAME MORE: one line now, and one row of the table of times. Uses seconds and cpu.
+# finish VERDICT NAME MORE: one line now, and the time of the step. Uses seconds and cpu.
 finish() {
     printf '%-5s %s, %d s%s\n' "$1" "$2" "$seconds" "$3"
-    record time "$(printf '%6d s %6.0f s  %s' "$seconds" "$cpu" "$2")"
+    note_time "$2"
+}
+
+# note_time NAME: the wall time and the processor time of a step, for the table at the end. Uses seconds and cpu.
+note_time() { record time "$(printf '%d\t%.0f\t%s' "$seconds" "$cpu" "$1")"; }
+
+# row NAME COLUMN: a field of the step's row in tests/runner/budgets.tsv.
+row() { awk -F '\t' -v name="$1" -v column="$2" '$1 == name { print $column }' tests/runner/budgets.tsv; }
+
+# budget NAME: the processor seconds of a step on this level; empty where there is none.
+budget() { row "$1" "$($full && echo 3 || echo 2)" | grep -x '[0-9]*'; }
+
+# inputs_of NAME PROGRAM: a digest of everything that the result of a step may depend on; empty where it is not known.
+inputs_of() {
+    local unaffected
+    unaffected=$(row "$1" 4)
+    [[ -n $unaffected ]] && git rev-parse --git-dir >/dev/null 2>&1 || return 0
+    if [[ ! -e $logs/files ]]; then
+        git ls-files -coz --exclude-standard | LC_ALL=C sort -zu | xargs -0 sha256sum 2>/dev/null >"$logs/files"
+    fi
+    {
+        if [[ $unaffected == program ]]; then
+            unaffected='(\.rs|\.md|Cargo\.(toml|lock))$'
+            sha256sum "$2"
+        fi
+        # Each line is a digest of 64 characters, two spaces and a path.
+        unaffected=$unaffected awk 'substr($0, 67) !~ ENVIRON["unaffected"]' "$logs/files"
+        env | grep -E '^(SIGNAL_GATEWAY|PROPTEST)_' | sort
+        rustc -vV
+        row "$1" 4
+    } | sha256sum | cut -d ' ' -f 1
+}
+
+# The digests with which steps have passed.
+passed_before=${PASSED_BEFORE:-target/passed}
+
+# is_left_out NAME DIGEST: whether a step has passed with the same inputs and need not run; then that is said.
+is_left_out() {
+    local before=$passed_before/${1//[^a-zA-Z0-9_]/-}
+    if $full || ((${#patterns[@]})) || [[ -z $2 || $(head -n 1 "$before" 2>/dev/null) != "$2" ]]; then return 1; fi
+    printf 'left  %s: passed before, and nothing that it depends on has changed\n' "$1"
+    record left_out "$1"
+    sed 1d "$before" >>"$results"
+}
+
+# passed_with NAME DIGEST SKIP...: a whole step has passed, but for these that were skipped.
+passed_with() {
+    local name=$1 digest=$2
+    shift 2
+    if [[ -z $digest ]] || ((${#patterns[@]})); then return; fi
+    mkdir -p "$passed_before"
+    { echo "$digest" && if (($#)); then printf 'skip\t%s\n' "$@"; fi; } >"$passed_before/${name//[^a-zA-Z0-9_]/-}"
 }
 
 # watched PATIENCE LOG COMMAND...: runs COMMAND as a process group of its own, and ends it after PATIENCE seconds without
@@ -191,35 +242,42 @@ program_of() { sed -nE "s#.*\"executable\":\"([^\"]*/$2-[0-9a-f]*)\".*#\1#p" "$(
 # tests NAME COMMAND... -- ARGUMENT...: a program of libtest, perhaps behind a command that runs it. Counts its tests; one
 # that says it is skipped has not passed. Slow ones are left to full runs and to names.
 tests() {
-    local name=$1 log command=() arguments=() chosen program ok bad skipped listed later=() part left_out verdict code seconds cpu
+    local name=$1 log command=() arguments=() chosen program ok bad skipped listed later=() part lacking verdict code seconds cpu digest
     shift
     while [[ $1 != -- ]]; do command+=("$1") && shift; done
     shift
     arguments=("$@")
     program=${command[-1]}
+    is_marked "$name" "$program"
     if ! wanted "$name"; then
-        arguments+=("${patterns[@]}")
+        arguments+=("${patterns[@]}" --include-ignored "${helpers[@]}")
         chosen=$("$program" --list --format terse "${arguments[@]}" 2>/dev/null | grep -c ': test$')
         ((chosen)) || return 0
-    elif ((${#patterns[@]} == 0)) && ! $release; then
+    elif ((${#patterns[@]})) || $release; then
+        arguments+=(--include-ignored "${helpers[@]}")
+    else
         later=(::exhaustive::)
         $full || later+=(::slow::)
         listed=$("$program" --list --format terse "${arguments[@]}" "${later[@]}" 2>/dev/null | grep -c ': test$')
         record slow_left "$listed"
         for part in "${later[@]}"; do arguments+=(--skip "$part"); done
+        ! $full || arguments+=(--include-ignored "${helpers[@]}")
     fi
+    digest=$(inputs_of "$name" "$program")
+    if is_left_out "$name" "$digest"; then return; fi
     log=$(log_of "$name")
     run "$test_patience" "$name" "${command[@]}" --show-output "${arguments[@]}"
     if ((code == 77)); then
         skip "${name%%[, ]*}" "$name" "$(tail -n 1 "$log.err" | sed 's/.*skipped: //')"
         return
     fi
-    mapfile -t left_out < <(sed -n 's/^skipped: //p' "$log.err" | sort -u)
-    skipped=${#left_out[@]}
-    ((skipped == 0)) || printf 'skip\t%s\n' "${left_out[@]}" >>"$results"
+    mapfile -t lacking < <(sed -n 's/^skipped: //p' "$log.err" | sort -u)
+    skipped=${#lacking[@]}
+    ((skipped == 0)) || printf 'skip\t%s\n' "${lacking[@]}" >>"$results"
     ok=$(($(ended ok "$log" | wc -l) - skipped)) bad=$(ended FAILED "$log" | wc -l)
     record passed "$ok"
     if ((code == 0)); then
+        passed_with "$name" "$digest" ${lacking[@]+"${lacking[@]}"}
         ((skipped)) && skipped=", $skipped skipped" || skipped=
         finish ok "$name" ", $ok tests$skipped"
         return
@@ -234,6 +292,20 @@ tests() {
     fi
     judge_failures "$log" "$bad" "${command[@]}"
     finish "$verdict" "$name" ", $bad of $((ok + bad)) tests failed$(end_of "$log" "$test_patience")"
+}
+
+# Not tests: tests run these as processes of their own.
+helpers=(--skip hostile::taken_over --skip hostile::under_the_unit)
+
+# is_marked NAME PROGRAM: slow and exhaustive tests have to be ignored, so that plain "cargo test" leaves them out.
+is_marked() {
+    local unmarked
+    unmarked=$("$2" --list --format terse ::slow:: ::exhaustive:: 2>/dev/null | sed -n 's/: test$//p' |
+        grep -vxFf <("$2" --list --format terse --ignored 2>/dev/null | sed -n 's/: test$//p'; echo))
+    [[ -n $unmarked ]] || return 0
+    record failed "$1: a slow test is not ignored"
+    printf 'FAIL  %s: not ignored, though in a module for slow tests:\n' "$1"
+    sed 's/^/    /' <<<"$unmarked"
 }
 
 # ended VERDICT LOG: the names of the tests that ended so.
@@ -266,7 +338,7 @@ judge_failures() {
         elif [[ $name =~ $never_unsteady && ! $name =~ $may_be_unsteady ]]; then
             record failed "$name (not run again: a lost command or a late report is a race until shown otherwise)"
         else
-            repeat_later "$name" "$@" --show-output --exact "$name"
+            repeat_later "$name" "$@" --show-output --include-ignored --exact "$name"
             printf '    it is run again, alone, at the end\n'
             continue
         fi
@@ -332,10 +404,37 @@ join() {
     done
 }
 
-# closing: what was skipped, unsteady or failed, the table of times, and the counts in the last line. Exit code 1 where
+# times: a table of the steps, and a line for each that used a fifth more than its budget or has none. A step that is chosen by name
+# is not judged.
+times() {
+    local seconds cpu name limit all=0 over=()
+    printf '%8s %9s %8s  %s\n' 'wall, s' 'used, s' 'budget' 'step; what it used is the time of processors'
+    while IFS=$'\t' read -r seconds cpu name; do
+        limit=$(budget "$name")
+        printf '%8d %9d %8s  %s\n' "$seconds" "$cpu" "${limit:--}" "$name"
+        all=$((all + cpu))
+        over+=("$(exceeded "$name" "$cpu" "$limit")")
+    done < <(recorded time)
+    limit=$(budget all)
+    printf '%8d %9d %8s  %s\n' "$SECONDS" "$all" "${limit:--}" all
+    over+=("$(exceeded all "$all" "$limit")")
+    if $release || ((${#patterns[@]})); then return; fi
+    printf '%s\n' "${over[@]}" | grep .
+}
+
+# exceeded NAME USED BUDGET: a line where a step used a fifth more than its budget, or has none.
+exceeded() {
+    if [[ -z $3 ]]; then
+        [[ -n $(row "$1" 1) ]] || echo "no budget: $1, which used $2 s (tests/runner/budgets.tsv)"
+    elif (($2 * 5 > $3 * 6)); then
+        echo "over budget: $1 used $2 s of processors, and may use $3 (tests/runner/budgets.tsv)"
+    fi
+}
+
+# closing: what was skipped, unsteady or failed, left out, the table of times, and the counts in the last line. Exit code 1 where
 # anything failed.
 closing() {
-    local passed failed skipped unsteady slow
+    local passed failed skipped unsteady slow left_out
     passed=$(recorded passed | awk '{ n += $1 } END { print n + 0 }') slow=$(recorded slow_left | awk '{ n += $1 } END { print n + 0 }')
     unsteady=$(recorded unsteady | wc -l)
     if ((unsteady > max_unsteady)); then record failed "$unsteady unsteady tests, more than $max_unsteady"; fi
@@ -346,8 +445,10 @@ closing() {
     if ((slow)); then echo "$slow slow tests are left to tests/run $($full && echo --release || echo --full)"; fi
     recorded unsteady | sed 's/^/unsteady: /'
     recorded failed | sed 's/^/failed: /'
-    recorded time
-    printf 'in %d min %d s; of each step above: seconds, and seconds of processors\n' $((SECONDS / 60)) $((SECONDS % 60))
+    left_out=$(recorded left_out | paste -sd ';' | sed 's/;/; /g')
+    if [[ -n $left_out ]]; then echo "left out, since nothing that they depend on has changed: $left_out"; fi
+    times
+    printf 'in %d min %d s\n' $((SECONDS / 60)) $((SECONDS % 60))
     if ((passed + failed + skipped == 0)); then
         echo "no step and no test has a name like: ${patterns[*]}"
         failed=1

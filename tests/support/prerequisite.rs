@@ -2,7 +2,9 @@
 //! `tests/run --full` it fails, unless the machine is allowed to lack the thing.
 
 use std::collections::BTreeMap;
+use std::fs;
 use std::io::Write as _;
+use std::path::Path;
 use std::sync::Mutex;
 
 /// Something a machine may not have, by the name it has in `tests/prerequisites`.
@@ -116,16 +118,25 @@ impl Missing {
     }
 }
 
+/// The name of this program of tests.
+const SUITE: &str = env!("CARGO_CRATE_NAME");
+
 /// Says how many of the tests above did not run at all, and what they lack.
 extern "C" fn list_skipped() {
     let Ok(skipped) = SKIPPED.lock() else { return };
     let mut text = String::new();
     for (what, (count, remedy)) in &*skipped {
         text.push_str(&format!(
-            "not passed but skipped, without {what}: {count} tests; to have it: {remedy}\n"
+            "not passed but skipped, without {what}: {count} tests of {SUITE}; to have it: {remedy}\n"
         ));
     }
     let _unseen = std::io::stderr().write_all(text.as_bytes());
+    // For the end of `cargo test`, see tests/runner/rustdoc.
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("skipped");
+    let program = std::env::args_os().next().unwrap_or_default();
+    if let (Ok(()), Some(program)) = (fs::create_dir_all(&folder), Path::new(&program).file_name()) {
+        let _unseen = fs::write(folder.join(program), text);
+    }
 }
 
 /// Has `run` called at the end of the program: libtest has nothing for that.

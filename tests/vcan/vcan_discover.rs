@@ -184,6 +184,7 @@ mod slow {
 
     /// All of them are discovered in virtual time as well, without a bus: `pure::discovery`.
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn some_shipped_vehicles_are_discovered_live_and_their_actions_are_reported() {
         let profiles = shipped_profiles();
         let some: Vec<_> = profiles.iter().step_by(profiles.len().div_ceil(MAX_AT_ONCE)).cloned().collect();
@@ -203,31 +204,37 @@ mod slow {
         }
 
         #[test]
+        #[ignore = "slow: tests/run --full"]
         fn every_shipped_vehicle_is_discovered_live_1() {
             discover_part(0);
         }
 
         #[test]
+        #[ignore = "slow: tests/run --full"]
         fn every_shipped_vehicle_is_discovered_live_2() {
             discover_part(1);
         }
 
         #[test]
+        #[ignore = "slow: tests/run --full"]
         fn every_shipped_vehicle_is_discovered_live_3() {
             discover_part(2);
         }
 
         #[test]
+        #[ignore = "slow: tests/run --full"]
         fn every_shipped_vehicle_is_discovered_live_4() {
             discover_part(3);
         }
 
         #[test]
+        #[ignore = "slow: tests/run --full"]
         fn every_shipped_vehicle_is_discovered_live_5() {
             discover_part(4);
         }
 
         #[test]
+        #[ignore = "slow: tests/run --full"]
         fn every_shipped_vehicle_is_discovered_live_6() {
             discover_part(5);
         }

@@ -16,6 +16,7 @@ mod slow {
         ["stalk left", "stalk off", "stalk right", "stalk off", "hazard on", "hazard off"];
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn simulated_vehicles_are_found_on_their_bus() {
         let vcan = require!(Vcan::new("vcanident"));
         for profile in ["hyundai_kia", "vw_mqb", "subaru_outback_2015"] {

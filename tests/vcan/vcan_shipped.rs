@@ -145,6 +145,7 @@ mod slow {
     use super::{BuiltIn, Buses, Car, ERROR, GEAR_NOT_SHOWN, Process, WARN, drive, require};
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn status_of_each_shipped_vehicle_is_ok_where_all_is_visible_or_acknowledged() {
         let buses = [
             require!(Buses::new(["vcanship2", "vcanship3"])),
@@ -169,6 +170,7 @@ mod slow {
     }
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn a_car_of_another_variant_is_refused_by_name_until_a_restart() {
         let buses = require!(Buses::new(["vcanship8", "vcanship9"]));
         let vehicle = load_profile(&Disk, "psa_aee2010".as_ref()).unwrap();

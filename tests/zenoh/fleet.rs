@@ -124,6 +124,7 @@ mod slow {
     use super::*;
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn a_hundred_vehicles_are_heard_by_one_observer() {
         let _peer = require!(crate::support::prerequisite::peer_python());
         [1, 10, 100].into_iter().for_each(drive);

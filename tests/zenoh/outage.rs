@@ -71,6 +71,7 @@ mod slow {
     const PAUSE: Duration = Duration::from_secs(25);
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn data_is_back_when_the_publisher_or_the_reader_stood_still() {
         let (domain, port) = (domain(), free_port());
         let _router = require!(Peer::start(domain, &router(port)));
@@ -110,6 +111,7 @@ mod slow {
     /// With a lease of a second, a node that stands still for longer gives the gateway up when it goes on,
     /// while its router does not; then neither looks for the other.
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn a_node_that_has_given_the_gateway_up_is_sought_and_named_until_it_is_back() {
         let (domain, port) = (domain(), free_port());
         let _router = require!(Peer::start(domain, &router(port)));
@@ -172,6 +174,7 @@ mod slow {
     }
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn nodes_of_rmw_zenoh_that_stood_still_are_back_at_once() {
         let (domain, port) = (domain(), free_port());
         let _router = require!(Peer::start(domain, &router(port)));

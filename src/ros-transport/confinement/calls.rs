@@ -100,8 +100,7 @@ fn allowed(engine: &Transport) -> Result<Calls, ConfinementError> {
     calls.insert(libc::SYS_socketpair, vec![rule(&streams)?]);
     calls.insert(libc::SYS_socket, sockets(is_dds)?);
     if !is_dds {
-        for call in [libc::SYS_listen, libc::SYS_accept4, libc::SYS_lseek, libc::SYS_pread64, libc::SYS_statx]
-        {
+        for call in [libc::SYS_listen, libc::SYS_accept4, libc::SYS_lseek, libc::SYS_statx] {
             calls.insert(call, Vec::new());
         }
         calls.insert(libc::SYS_newfstatat, Vec::new());
@@ -195,6 +194,7 @@ fn always() -> Vec<i64> {
         libc::SYS_getrandom,
         // Descriptors.
         libc::SYS_read,
+        libc::SYS_pread64,
         libc::SYS_write,
         libc::SYS_readv,
         libc::SYS_writev,

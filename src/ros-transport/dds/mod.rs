@@ -56,18 +56,21 @@ use std::io;
 
 use crate::link::{Link, LostLines, NetworkSettings};
 use crate::orders::refuse;
+use crate::processor_wait::ProcessorWait;
 use participants::Participants;
 pub use survey::survey;
 use worker::DdsWorker;
 
-/// Serves the gateway with a DDS participant until the gateway orders to stop.
+/// Serves the gateway with a DDS participant until the gateway orders to stop. `processor` is that of the
+/// calling thread.
 pub(crate) async fn serve(
     settings: NetworkSettings,
     link: Link,
     lost_lines: fn() -> LostLines,
+    processor: ProcessorWait,
 ) -> io::Result<()> {
     match Participants::join(&settings) {
-        Ok(participants) => DdsWorker::new(settings, participants, link, lost_lines).run().await,
+        Ok(participants) => DdsWorker::new(settings, participants, link, lost_lines, processor).run().await,
         Err(reason) => refuse(reason, link).await,
     }
 }

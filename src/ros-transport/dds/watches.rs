@@ -12,13 +12,33 @@ use super::participants::Participants;
 use super::set_back::SetBack;
 use super::silence_probe::WriterWatch;
 use crate::link::NetworkSettings;
+use crate::processor_wait::ProcessorWait;
 use crate::rebuild_cause::RebuildCause;
 
 /// Number of replaced writers after which a participant is itself replaced, see
 /// [`Participant::replaced_writers`](super::participant::Participant::replaced_writers).
 const MAX_REPLACED_WRITERS: u32 = 1000;
-/// A longer round means that the process was stopped.
+/// A longer round, without the time for which the worker waited for a processor, means that the process was
+/// stopped or hung.
 const STANDSTILL: Duration = Duration::from_secs(2);
+/// After a longer round peers may have lost us, whatever the reason: RustDDS announces a lease of 50 s every
+/// 10 s.
+const LEASE: Duration = Duration::from_secs(40);
+
+/// A round of the worker.
+#[derive(Debug, Clone, Copy)]
+struct Round {
+    length: Duration,
+    /// For how much of it the worker waited for a processor.
+    waited: Duration,
+}
+
+impl Round {
+    /// Returns true if peers may have lost us, and not only because this computer is busy.
+    fn is_standstill(self) -> bool {
+        self.length.saturating_sub(self.waited) > STANDSTILL || self.length > LEASE
+    }
+}
 
 pub(super) struct Watches {
     pub(super) peers: PeerWatch,
@@ -29,12 +49,15 @@ pub(super) struct Watches {
     /// RustDDS did not take a sample since the last replacement.
     pub(super) write_failed: bool,
     stood_still: bool,
+    processor: ProcessorWait,
+    /// The worker's wait for a processor until the last round, since its start.
+    waited: Duration,
     pub(super) last_round: Instant,
     last_check: Instant,
 }
 
 impl Watches {
-    pub(super) fn new(participants: &Participants) -> Self {
+    pub(super) fn new(participants: &Participants, processor: ProcessorWait) -> Self {
         let now = Instant::now();
         Self {
             peers: PeerWatch::default(),
@@ -44,18 +67,23 @@ impl Watches {
             addresses: AddressWatch::new(participants.interfaces.clone()),
             write_failed: false,
             stood_still: false,
+            waited: processor.total(),
+            processor,
             last_round: now,
             last_check: now,
         }
     }
 
-    /// Begins a round; its length shows whether the process was stopped.
+    /// Begins a round. The length of the last one shows whether the process was stopped or hung.
     pub(super) fn begin_round(&mut self, participants: &Participants) {
         let now = Instant::now();
         // Creating a participant may take as long.
         let made_one = participants.last_made >= self.last_round;
-        self.stood_still |= !made_one && now.duration_since(self.last_round) > STANDSTILL;
-        self.last_round = now;
+        let waited = self.processor.total();
+        let round =
+            Round { length: now.duration_since(self.last_round), waited: waited.saturating_sub(self.waited) };
+        self.stood_still |= !made_one && round.is_standstill();
+        (self.last_round, self.waited) = (now, waited);
     }
 
     /// Reads the interfaces, and gives up peers and probes, if a check of the network is due; returns true if
@@ -134,5 +162,24 @@ impl Watches {
             let domain = participants.make(settings);
             self.peers.search(domain, &self.addresses.last);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_worker_without_a_processor_does_not_stand_still_until_its_lease_may_have_ended() {
+        let is_standstill = |length_s, waited_s| {
+            let [length, waited] = [length_s, waited_s].map(Duration::from_secs_f64);
+            Round { length, waited }.is_standstill()
+        };
+        assert!(!is_standstill(2.0, 0.0));
+        assert!(is_standstill(2.1, 0.0), "stopped, or it hung");
+        assert!(!is_standstill(12.0, 11.9), "a busy computer");
+        assert!(is_standstill(12.0, 9.9), "it had a processor for 2.1 s");
+        assert!(is_standstill(40.1, 40.1), "peers may have lost it");
+        assert!(!is_standstill(1.0, 3.0), "the sums are read after the clock");
     }
 }

@@ -18,6 +18,7 @@ use crate::error::TransportError;
 use crate::link::{FromNetwork, Link, LostLines, NetworkSettings, NetworkStatus, Order, Sample};
 use crate::orders;
 use crate::parameters::Parameters;
+use crate::processor_wait::ProcessorWait;
 use crate::rebuild_cause::{CAUSES, CauseRow, RebuildCause};
 use crate::wakeup::Wakeup;
 
@@ -58,11 +59,12 @@ impl DdsWorker {
         participants: Participants,
         link: Link,
         log_losses: fn() -> LostLines,
+        processor: ProcessorWait,
     ) -> Self {
         Self {
             received: Arc::default(),
             discovered: Arc::default(),
-            watches: Watches::new(&participants),
+            watches: Watches::new(&participants, processor),
             participants,
             pings: Pings::new(settings.echo_is_proven),
             current: settings.written.iter().map(|_| Order::Withdraw).collect(),

@@ -47,6 +47,7 @@ mod slow {
     const SECONDS: u32 = 60;
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn on_a_busy_processor_a_healthy_network_process_lives_and_a_stopped_one_is_replaced() {
         let gateway = Role::new(domain()).only_on("127.0.0.1").isolated().start();
         gateway.send("turn left 1");

@@ -13,6 +13,7 @@ mod slow {
     const STREAM: &str = "lights v2i 1 3334 600";
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn ten_thousand_lights_over_v2i_fit_the_limit() {
         let cyclone = require!(Cyclone::on_loopback()).keeping(1);
         let domain = domain();

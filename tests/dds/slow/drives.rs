@@ -6,6 +6,7 @@ use crate::support::prerequisite::require;
 
 /// Those whose inputs fail, in which times matter most, and some of the others, short and long.
 #[test]
+#[ignore = "slow: tests/run --full"]
 fn some_shipped_scenarios_drive_through_as_they_expect() {
     require!(Cyclone::on_loopback());
     let names = shipped().into_iter().enumerate();
@@ -17,6 +18,7 @@ mod exhaustive {
     use super::{Cyclone, drive_through, require, shipped};
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn all_shipped_scenarios_drive_through_as_they_expect() {
         require!(Cyclone::on_loopback());
         drive_through(shipped(), 4);

@@ -11,6 +11,7 @@ use crate::support::prerequisite::require;
 
 /// Cyclone queries addresses that never answered every 30 s, if configured to keep them.
 #[test]
+#[ignore = "slow: tests/run --full"]
 fn without_multicast_too_reports_flow_again_after_an_outage_and_others_miss_nothing() {
     let unicast = "<ParticipantIndex>auto</ParticipantIndex><Peers><Peer Address=\"10.77.0.1\" PruneDelay=\"inf\"/></Peers></Discovery>\
         <General><AllowMulticast>false</AllowMulticast></General><Discovery>";
@@ -20,6 +21,7 @@ fn without_multicast_too_reports_flow_again_after_an_outage_and_others_miss_noth
 
 /// The peer forgot us, we did not forget the peer. RustDDS has a lease of 50 s.
 #[test]
+#[ignore = "slow: tests/run --full"]
 fn after_an_outage_longer_than_our_lease_but_not_the_peers_reports_flow_again() {
     let cyclone = require!(Cyclone::with_defaults()).configured(&with_lease("200s", ""));
     let net = require!(Net::new(3));

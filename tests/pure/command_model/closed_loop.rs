@@ -361,6 +361,7 @@ fn a_command_is_reported_within_the_vehicles_reaction_and_one_period_of_its_repo
 
 mod slow {
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn a_command_is_reported_within_the_vehicles_reaction_and_one_period_of_its_report() {
         super::commands_are_reported_in_time(1000);
     }

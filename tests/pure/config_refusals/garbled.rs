@@ -81,6 +81,7 @@ fn damaged_configurations_are_refused_in_words() {
 
 mod slow {
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn damaged_configurations_are_refused_in_words() {
         super::damaged_configurations_are_refused_in_words_over(2_000);
     }

@@ -105,6 +105,7 @@ mod slow {
     use super::{find_in, require, shared_data};
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn an_injected_stalk_is_found_among_the_frames_of_real_cars() {
         let folder = require!(shared_data()).join("can-logs");
         let mut paths: Vec<_> =

@@ -126,6 +126,7 @@ fn a_lever_that_is_moved_during_hands_off_is_named() {
 
 mod slow {
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn a_hundred_mistakable_cars_are_found_or_not_sure() {
         let outcomes = super::discover(10_600..10_700);
         assert!(outcomes.found >= 80, "{outcomes:?}");
@@ -134,6 +135,7 @@ mod slow {
 
 mod exhaustive {
     #[test]
+    #[ignore = "exhaustive: tests/run --release"]
     fn a_thousand_mistakable_cars_are_found_or_not_sure() {
         let outcomes = super::discover(10_000..11_000);
         assert!(outcomes.found >= 800, "{outcomes:?}");

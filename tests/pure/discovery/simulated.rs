@@ -124,6 +124,7 @@ fn simulated_vehicles_are_discovered_and_their_lights_are_reported() {
 
 mod slow {
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn every_shipped_vehicle_is_discovered_and_its_lights_are_reported() {
         assert_eq!(super::discover_and_report(crate::pure::vehicles::profile_names()), 47);
     }

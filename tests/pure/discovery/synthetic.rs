@@ -313,6 +313,7 @@ mod slow {
 
     /// Twins by a checksum, a counter or chance; a steering wheel; hazard lights in another message.
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn cars_that_were_mistaken_are_not_any_more() {
         for seed in [2681, 2981, 3235, 3323, 3419, 3477, 4629, 4706, 20021, 20109] {
             discover(seed..seed + 1, u64::MAX, Car::new);
@@ -321,6 +322,7 @@ mod slow {
 
     /// The goal: right in 95 of 100 cars, and not sure in the others.
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn three_hundred_random_cars_are_discovered() {
         let found = discover(1000..1300, 10, Car::new);
         assert!(found.right >= 285, "{} of 300", found.right);
@@ -328,6 +330,7 @@ mod slow {
     }
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn multiplexed_indicators_are_not_mistaken() {
         discover(1..31, u64::MAX, Car::multiplexed);
     }

@@ -83,6 +83,7 @@ fn flashing_lamps_are_one_activation_at_every_legal_rate_and_frame_period() {
 
 mod slow {
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn flashing_lamps_are_one_activation_in_every_phase() {
         super::flashing_lamps_are_one_activation(0..5);
     }

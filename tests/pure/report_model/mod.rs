@@ -48,6 +48,7 @@ fn the_gateway_reports_what_the_model_reports() {
 
 mod slow {
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn the_gateway_reports_what_the_model_reports() {
         super::the_gateway_reports_what_the_model_reports_over(600);
     }

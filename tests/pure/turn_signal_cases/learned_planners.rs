@@ -458,6 +458,7 @@ mod exhaustive {
     }
 
     #[test]
+    #[ignore = "exhaustive: tests/run --release"]
     fn the_document_has_what_is_found_of_each_planner() {
         let mut table = format!(
             "| trajectory | false alarms in {DRIVES} drives | `late` found | `early` found | `missing` found | `wrong_side` found | \

@@ -86,11 +86,13 @@ mod slow {
     use super::*;
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn around_blocks_of_all_sizes_each_turn_is_signalled_in_its_place() {
         around_blocks((110..=370).step_by(20), &[3.0, 10.0]);
     }
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn no_teardrop_is_mistaken_for_the_way_in_beside_it() {
         through_teardrops(&[40.0, 60.0, 90.0], &[300.0, 315.0, 330.0], &[3.0, 6.0, 10.0]);
     }

@@ -80,11 +80,13 @@ fn after_enough_good_frames_in_sequence_the_value_is_published_again() {
 
 mod slow {
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn a_published_value_was_carried_by_a_trusted_frame_no_older_than_its_limit() {
         super::what_is_published_is_trusted_over(500);
     }
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn after_enough_good_frames_in_sequence_the_value_is_published_again() {
         super::enough_good_frames_are_used_after(500);
     }

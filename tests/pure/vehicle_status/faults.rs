@@ -314,11 +314,13 @@ fn faults_are_found_within_their_window() {
 
 mod slow {
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn two_thousand_drives_with_faults() {
         super::assert_faults_are_found(1_000..3_000);
     }
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn two_hundred_healthy_drives() {
         super::assert_healthy_drives_raise_no_alarm(1_000..1_200);
     }

@@ -159,6 +159,7 @@ mod slow {
     use super::*;
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn the_right_profile_is_first_and_no_wrong_one_passes_a_check() {
         let folder = require!(shared_data());
         let mut table =

@@ -138,6 +138,7 @@ mod slow {
 
     /// By frames of CAN FD.
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn hyundai_passes_the_cases_and_every_byte_of_it_is_right() {
         let cyclone = require!(Cyclone::on_loopback());
         let vcan = require!(Vcan::new(HYUNDAI_DAY.interface));
@@ -146,6 +147,7 @@ mod slow {
 
     /// At once, since each waits most of the time.
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn pacmod_and_new_eagle_pass_the_cases_and_every_byte_of_them_is_right() {
         let cyclone = require!(Cyclone::on_loopback());
         let setups = [&PACMOD_DAY, &NEW_EAGLE_DAY];

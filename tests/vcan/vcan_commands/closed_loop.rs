@@ -62,6 +62,7 @@ mod slow {
     ];
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn each_decision_of_all_drives_is_commanded_carried_out_and_reported() {
         let cyclone = require!(Cyclone::on_loopback());
         let vcan = require!(Vcan::new("vcan-loops"));

@@ -28,6 +28,7 @@ mod slow {
     use super::{Cyclone, Vcan, count, require};
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn ten_thousand_frames_have_no_gap_in_their_counter_over_changes_and_a_lost_link() {
         let vcan = require!(Vcan::new("vcan-counts"));
         count(&vcan, &require!(Cyclone::on_loopback()), 10_000);

@@ -25,6 +25,7 @@ mod slow {
     use super::{Cyclone, PACMOD, Vcan, kill_once, require};
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn killed_in_a_turn_with_the_other_vehicle_it_is_silent_then_requests_nothing_then_the_turn_again() {
         let vcan = require!(Vcan::new("vcan-kills"));
         kill_once(&PACMOD, &vcan, &require!(Cyclone::on_loopback()));

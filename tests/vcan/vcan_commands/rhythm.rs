@@ -29,6 +29,7 @@ mod slow {
     use super::{Change, Measurement, NEW_EAGLE, PACMOD, Vcan, measure, require};
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn cyclic_frames_as_shipped_come_in_their_rhythm_with_jitter_as_printed() {
         let vcan = require!(Vcan::new("vcan-rhythms"));
         let messages: [Measurement; 2] = [

@@ -160,6 +160,7 @@ mod slow {
     use super::*;
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn attacks_on_the_network_process_leave_the_bus_and_the_gateway_alone_and_reports_come_back() {
         let mut scene = require!(Scene::new());
         let mut table = HEAD.to_owned();
@@ -188,6 +189,7 @@ mod slow {
 
         /// One after another, in a row of their own, for as long as is asked for.
         #[test]
+        #[ignore = "slow: tests/run --full"]
         fn mixed_attacks_leave_the_bus_and_the_gateway_alone() {
             let mut scene = require!(Scene::new());
             let mut chance = Chance::default();

@@ -268,6 +268,7 @@ mod slow {
     use crate::support::prerequisite::require;
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn a_fault_beside_the_gateway_publishes_nothing_wrong_and_passes() {
         super::try_all(&require!(super::Bench::new()));
     }

@@ -162,6 +162,7 @@ mod slow {
     }
 
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn reloads_under_2000_frames_a_second_lose_no_frame_and_no_report() {
         let bench = require!(Bench::new("vcan-reload", STATUS));
         let folder = bench.folder.path();

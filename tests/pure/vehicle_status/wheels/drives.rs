@@ -178,6 +178,7 @@ fn a_contradicted_speed_is_one_state_in_each_drive() {
 
 mod slow {
     #[test]
+    #[ignore = "slow: tests/run --full"]
     fn a_contradicted_speed_is_one_state_in_many_drives() {
         for seed in 3..9 {
             let (count, withheld) = super::judge_all(seed, 1);
