@@ -1,6 +1,7 @@
 //! A network process beside others that want its processor.
 
 use std::process::{Child, Command};
+use std::time::Duration;
 
 /// The processor that all share.
 const PROCESSOR: &str = "0";
@@ -33,18 +34,35 @@ fn pin(process: u32) {
     );
 }
 
+/// Whether a process and its threads have to wait for all others.
+fn set_idle(process: u32, is_idle: bool) {
+    let policy = if is_idle { "--idle" } else { "--other" };
+    let done = Command::new("chrt").args(["-a", policy, "-p", "0", &process.to_string()]).output().unwrap();
+    assert!(done.status.success(), "{done:?}");
+}
+
+/// The time for which the main thread has waited for a processor.
+fn waited_by_main_thread(process: u32) -> Duration {
+    let text = std::fs::read_to_string(format!("/proc/{process}/task/{process}/schedstat")).unwrap();
+    Duration::from_nanos(text.split_whitespace().nth(1).unwrap().parse().unwrap())
+}
+
 mod slow {
     use std::time::{Duration, Instant};
 
     use super::super::{is_up, next_network_process, restarts, signal};
-    use super::{Busy, pin};
+    use super::{Busy, pin, set_idle, waited_by_main_thread};
     use crate::dds::session::{Role, assert_no_restart};
     use crate::support::peer::domain;
     use crate::support::waiting::let_pass;
 
     /// Processes beside the gateway's two.
     const OTHERS: usize = 8;
-    const SECONDS: u32 = 60;
+    const SECONDS: u32 = 20;
+    /// So long the network process waits at a time: longer than a round that makes a participant suspect, and
+    /// shorter than the gateway's patience in any case.
+    const STARVED: Duration = Duration::from_millis(3500);
+    const SUSPECT: Duration = Duration::from_secs(2);
 
     #[test]
     #[ignore = "slow: tests/run --full"]
@@ -79,5 +97,38 @@ mod slow {
         println!("joined after {:?}: {status}", stopped.elapsed());
         assert_eq!(status["failure"], "no answer");
         drop(others);
+    }
+
+    /// It gets a processor only when nobody else wants it, and others always do.
+    #[test]
+    #[ignore = "slow: tests/run --full"]
+    fn a_network_process_that_was_starved_keeps_its_participant() {
+        let gateway = Role::new(domain()).only_on("127.0.0.1").isolated().start();
+        gateway.send("turn left 1");
+        gateway.wait_until("a network side", is_up);
+        let process = next_network_process(gateway.id(), None);
+        pin(process);
+        let mut longest = Duration::ZERO;
+        for _ in 0..10 {
+            set_idle(process, true);
+            let before = waited_by_main_thread(process);
+            let others: Vec<Busy> = (0..OTHERS).map(|_| Busy::start()).collect();
+            let_pass(STARVED, "in which the network process gets hardly any processor");
+            drop(others);
+            set_idle(process, false);
+            gateway.wait_until("a network side", is_up);
+            if restarts(&gateway) > 0 {
+                println!("the gateway could not wait for it");
+                return;
+            }
+            let waited = waited_by_main_thread(process).saturating_sub(before);
+            println!("waited {waited:?}, {}", gateway.status());
+            longest = longest.max(waited);
+            assert_eq!((gateway.standstills(), &gateway.status()["rebuilds"]), (0, &0.into()));
+            if waited > SUSPECT + Duration::from_millis(500) {
+                break;
+            }
+        }
+        assert!(longest > SUSPECT, "it was never starved: {longest:?}");
     }
 }

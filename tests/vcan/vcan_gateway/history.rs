@@ -53,7 +53,9 @@ fn every_error_of_a_fault_leads_to_the_frame_in_the_black_box_that_caused_it() {
         .unwrap()
         .iter()
         .find(|lane| lane["group"] == "diagnostics" && lane["label"] == "turn_indicators");
-    let spans = lane.unwrap()["spans"].as_array().unwrap();
+    let lane = lane
+        .unwrap_or_else(|| panic!("no lane of the fault: {}\n{error}\n{:?}", data["lanes"], gateway.log()));
+    let spans = lane["spans"].as_array().unwrap();
     let is_it = |span: &&Value| span[2] == "error" && (span[0].as_f64().unwrap() - at_s).abs() < 1e-3;
     let span = spans.iter().find(is_it).unwrap_or_else(|| panic!("{at_s}: {spans:?}"));
     let frame = span[4].as_u64().unwrap_or_else(|| panic!("no frame: {error}, {spans:?}"));
