@@ -63,8 +63,10 @@ inputs_of() {
     local unaffected
     unaffected=$(row "$1" 4)
     [[ -n $unaffected ]] && git rev-parse --git-dir >/dev/null 2>&1 || return 0
+    # Other lanes may do the same at this time.
     if [[ ! -e $logs/files ]]; then
-        git ls-files -coz --exclude-standard | LC_ALL=C sort -zu | xargs -0 sha256sum 2>/dev/null >"$logs/files"
+        git ls-files -coz --exclude-standard | LC_ALL=C sort -zu | xargs -0 sha256sum 2>/dev/null >"$logs/files.$BASHPID"
+        mv "$logs/files.$BASHPID" "$logs/files"
     fi
     {
         if [[ $unaffected == program ]]; then
