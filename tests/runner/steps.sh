@@ -58,16 +58,17 @@ row() { awk -F '\t' -v name="$1" -v column="$2" '$1 == name { print $column }' t
 # budget NAME: the processor seconds of a step on this level; empty where there is none.
 budget() { row "$1" "$($full && echo 3 || echo 2)" | grep -x '[0-9]*'; }
 
+# list_inputs: the digests of all files of the project, for inputs_of; called before there are lanes.
+list_inputs() {
+    git ls-files -coz --exclude-standard 2>/dev/null | LC_ALL=C sort -zu | xargs -0r sha256sum 2>/dev/null >"$logs/files"
+}
+
 # inputs_of NAME PROGRAM: a digest of everything that the result of a step may depend on; empty where it is not known.
 inputs_of() {
     local unaffected
     unaffected=$(row "$1" 4)
-    [[ -n $unaffected ]] && git rev-parse --git-dir >/dev/null 2>&1 || return 0
-    # Other lanes may do the same at this time.
-    if [[ ! -e $logs/files ]]; then
-        git ls-files -coz --exclude-standard | LC_ALL=C sort -zu | xargs -0 sha256sum 2>/dev/null >"$logs/files.$BASHPID"
-        mv "$logs/files.$BASHPID" "$logs/files"
-    fi
+    [[ -n $unaffected ]] || return 0
+    if [[ ! -s $logs/files ]]; then return 0; fi
     {
         if [[ $unaffected == program ]]; then
             unaffected='(\.rs|\.md|Cargo\.(toml|lock))$'
