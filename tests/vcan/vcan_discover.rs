@@ -204,37 +204,37 @@ mod slow {
         }
 
         #[test]
-        #[ignore = "slow: tests/run --full"]
+        #[ignore = "exhaustive: tests/run --release"]
         fn every_shipped_vehicle_is_discovered_live_1() {
             discover_part(0);
         }
 
         #[test]
-        #[ignore = "slow: tests/run --full"]
+        #[ignore = "exhaustive: tests/run --release"]
         fn every_shipped_vehicle_is_discovered_live_2() {
             discover_part(1);
         }
 
         #[test]
-        #[ignore = "slow: tests/run --full"]
+        #[ignore = "exhaustive: tests/run --release"]
         fn every_shipped_vehicle_is_discovered_live_3() {
             discover_part(2);
         }
 
         #[test]
-        #[ignore = "slow: tests/run --full"]
+        #[ignore = "exhaustive: tests/run --release"]
         fn every_shipped_vehicle_is_discovered_live_4() {
             discover_part(3);
         }
 
         #[test]
-        #[ignore = "slow: tests/run --full"]
+        #[ignore = "exhaustive: tests/run --release"]
         fn every_shipped_vehicle_is_discovered_live_5() {
             discover_part(4);
         }
 
         #[test]
-        #[ignore = "slow: tests/run --full"]
+        #[ignore = "exhaustive: tests/run --release"]
         fn every_shipped_vehicle_is_discovered_live_6() {
             discover_part(5);
         }

@@ -18,7 +18,7 @@ mod exhaustive {
     use super::{Cyclone, drive_through, require, shipped};
 
     #[test]
-    #[ignore = "slow: tests/run --full"]
+    #[ignore = "exhaustive: tests/run --release"]
     fn all_shipped_scenarios_drive_through_as_they_expect() {
         require!(Cyclone::on_loopback());
         drive_through(shipped(), 4);

@@ -189,7 +189,7 @@ mod slow {
 
         /// One after another, in a row of their own, for as long as is asked for.
         #[test]
-        #[ignore = "slow: tests/run --full"]
+        #[ignore = "exhaustive: tests/run --release"]
         fn mixed_attacks_leave_the_bus_and_the_gateway_alone() {
             let mut scene = require!(Scene::new());
             let mut chance = Chance::default();

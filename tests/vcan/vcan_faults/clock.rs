@@ -41,7 +41,7 @@ mod slow {
 
         /// Within two hours of the true time, for as long as is asked for.
         #[test]
-        #[ignore = "slow: tests/run --full"]
+        #[ignore = "exhaustive: tests/run --release"]
         fn commands_are_followed_while_the_wall_clock_steps_at_random() {
             let mut chance = Chance::default();
             let (mut offset_s, begin) = (0_i64, Instant::now());
