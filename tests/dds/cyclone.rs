@@ -43,8 +43,9 @@ fn volatile_reports_hand_nothing_to_late_joiners_and_still_reach_them_afterwards
     gateway.send("turn left 1");
     let sent = |line: &Value| line["sent"].as_i64().unwrap();
     let first = sent(&early.next("the report", is_report(2, 1)));
-    // The last one of the repetitions in the first seconds.
-    early.next("the report, 3 s later", |line| is_report(2, 1)(line) && sent(line) - first > 2_990_000_000);
+    // The last repetition is due 3 s after the first report, which a busy machine sends late; the one before
+    // it, 1 s after.
+    early.next("the report, 3 s later", |line| is_report(2, 1)(line) && sent(line) - first > 1_500_000_000);
     let late = cyclone.topic_reader(domain, "turn", TURN, "volatile");
     let matched = late.next("a match", is_match);
     assert!(matched["qos"].as_str().unwrap().contains("Durability.Volatile"), "{matched}");
