@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-use super::delivery::{SILENCE, TURN, is_match, is_report, samples};
+use super::delivery::{SILENCE, TURN, await_last_repetition, is_match, is_report, samples};
 use super::session::Role;
 use crate::support::json_process::JsonProcess;
 use crate::support::peer::{Cyclone, domain};
@@ -41,11 +41,7 @@ fn volatile_reports_hand_nothing_to_late_joiners_and_still_reach_them_afterwards
     gateway.wait_until("the early reader", |status| status["readers"][0] == 1);
     early.next("a match", is_match);
     gateway.send("turn left 1");
-    let sent = |line: &Value| line["sent"].as_i64().unwrap();
-    let first = sent(&early.next("the report", is_report(2, 1)));
-    // The last repetition is due 3 s after the first report, which a busy machine sends late; the one before
-    // it, 1 s after.
-    early.next("the report, 3 s later", |line| is_report(2, 1)(line) && sent(line) - first > 1_500_000_000);
+    await_last_repetition(&early, is_report(2, 1));
     let late = cyclone.topic_reader(domain, "turn", TURN, "volatile");
     let matched = late.next("a match", is_match);
     assert!(matched["qos"].as_str().unwrap().contains("Durability.Volatile"), "{matched}");
