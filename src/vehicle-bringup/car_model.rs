@@ -128,7 +128,40 @@ impl ModelSearch<'_> {
     }
 }
 
+impl ModelProfile {
+    /// Returns the name of the profile that comes with the gateway.
+    pub fn shipped(&self) -> Option<&str> {
+        match self {
+            Self::Shipped { profile, .. } => Some(profile),
+            Self::Missing { .. } => None,
+        }
+    }
+}
+
 impl CarModel {
+    /// Returns true if `text` is the full name of the model: its make, each word of the model, words of its
+    /// variant if any, and a year in which it was built if any. Unlike [`find`], it tolerates no typing errors.
+    pub fn is_named_by(&self, text: &str) -> bool {
+        if text.len() >= MAX_LENGTH {
+            return false;
+        }
+        let (base, variant) = self.model.split_once('(').unwrap_or((&self.model, ""));
+        let make = words(&self.make);
+        let (base, variant) = (words(base), words(variant));
+        let given = words(text);
+        let given: Vec<_> = given.iter().map(|word| whole_make(word)).collect();
+        let is_known = |word: &str| {
+            let of_name = make.iter().chain(&base).chain(&variant).any(|known| known == word);
+            let in_years =
+                |year: u16| self.years.iter().any(|(first, last)| (*first..=*last).contains(&year));
+            of_name || word == make.concat() || word.parse().is_ok_and(in_years)
+        };
+        let has_make =
+            given.contains(&make.concat().as_str()) || make.iter().all(|word| given.contains(&word.as_str()));
+        let has_model = base.iter().all(|word| given.contains(&word.as_str()));
+        has_make && has_model && given.iter().all(|word| is_known(word))
+    }
+
     /// Returns make and model, and the years if they are known.
     pub fn name(&self) -> String {
         format!("{} {} {}", self.make, self.model, self.years_text()).trim_end().to_owned()
@@ -372,6 +405,24 @@ mod tests {
             let found = find(&models, text);
             let found_names: Vec<_> = found.models.iter().map(|model| model.model.as_str()).collect();
             assert_eq!((found.verdict, found_names.as_slice()), (verdict, names), "{text}");
+        }
+        let named = |text| models().iter().filter(|model| model.is_named_by(text)).count();
+        for (text, count) in [
+            ("Toyota RAV4 2020", 1),
+            ("toyota rav4", 1),
+            ("Toyota RAV4 Hybrid 2021", 1),
+            ("Toyota RAV4 2018", 0),
+            ("Toyota RAV 4", 0),
+            ("Toyta RAV4", 0),
+            ("RAV4 2020", 0),
+            ("Kia EV6 2023", 1),
+            ("Kia EV6 (with HDA II) 2023", 1),
+            ("VW up! 2016", 1),
+            ("Volkswagen up!", 2),
+            ("Peugeot 2008 2020", 1),
+            ("", 0),
+        ] {
+            assert_eq!(named(text), count, "{text}");
         }
         assert_eq!(find(&models(), &"kia ev6 ".repeat(1_000)).verdict, Unknown);
     }

@@ -115,6 +115,12 @@ fn a_car_brings_its_profile_and_its_listed_dimensions_as_comments() {
     {
         assert!(written.contains(part), "{part}: {written}");
     }
+    let question = "[no]: ";
+    answered(folder.path(), &["-i", "can7", "--car", "toyota rav4 2018", "--force"], &["perhaps", "yes"])
+        .assert(0, question);
+    let written = fs::read_to_string(&path).unwrap();
+    assert!(written.contains("\n[vehicle_geometry]\ncar = \"Toyota RAV4 2017–2018\" "), "{written}");
+    assert_sound(folder.path(), "toyota_nodsu", "can7");
     answered(folder.path(), &["-i", "can7", "-p", "toyota_nodsu", "--force"], &[]).succeeded();
     let written = fs::read_to_string(&path).unwrap();
     assert!(written.contains("the models of toyota_nodsu") && written.contains("13 to 18.6"), "{written}");

@@ -8,7 +8,7 @@ use super::doors::Door;
 use super::gear::GearBinding;
 use super::measure::StatusReport;
 use super::quantity::Quantity;
-use super::steering::SteeringSource;
+use super::steering::{AngleOf, SteeringSource};
 use super::velocity::binding::VelocityBinding;
 use can_signal::validation::table::{SignalIndex, SignalTable};
 
@@ -76,6 +76,11 @@ impl StatusBinding {
             is_new
         });
         signals
+    }
+
+    /// Returns true if the steering source at a position is converted with the steering ratio.
+    pub(super) fn uses_ratio(&self, position: usize) -> bool {
+        self.steering.get(position).is_some_and(|source| source.angle_of == AngleOf::SteeringWheel)
     }
 
     /// Returns the name of the source of a report at a position; empty for the only source.

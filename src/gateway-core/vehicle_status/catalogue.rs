@@ -6,8 +6,9 @@ use gateway_base::diagnostics::{Section, messages};
 messages! {
     /// Irregularities, and why a report is withheld without a failure.
     STATUS {
-        Ok geometry_left_out(key) "not configured: [vehicle_geometry] {key} is missing";
-        Warn dimension_missing(key) "not configured: [vehicle_geometry] {key} is missing", "Give the dimension in the gateway's file.";
+        Warn dimension_missing(key, consequence) "not configured: [vehicle_geometry] {key} is missing, and without this report {consequence}", "Write the dimension into [vehicle_geometry]. For the steering ratio, `car = \"…\"` there takes the listed ratio of a car, and `signal-gateway check LOG` measures it in a drive that turns.";
+        Warn source_without_dimension(key) "not configured: [vehicle_geometry] {key} is missing", "Write the dimension into [vehicle_geometry]; `car = \"…\"` there takes the wheel base and steering ratio listed for a car.";
+        Warn ratio_listed(ratio, car) "publishing; the steering ratio {ratio} is from opendbc's list for {car}, not measured on this car", "Run `signal-gateway check LOG` on a drive that turns, and put the lines that it prints into [vehicle_geometry].";
         Warn shifting(signal) "shifting: {signal} is between gears", "Nothing is to be done; a shift takes a moment.";
         Warn only_reverse_shown(signal) "not shown: {signal} tells reverse from all other gears only", "Nothing is to be done; `otherwise` of the profile can name a gear for them.";
         Warn fallback_heading_rate(source, reason) "fallback heading rate of the {source}: {reason}", "The heading rate continues from the named source meanwhile.";

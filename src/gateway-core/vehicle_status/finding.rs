@@ -4,7 +4,7 @@ use super::binding::StatusBinding;
 use super::catalogue;
 use super::measure::StatusReport;
 use super::plausibility::alarm::AlarmSet;
-use super::settings::VehicleGeometry;
+use super::settings::{RatioOrigin, VehicleGeometry};
 use super::state::StatusReason;
 use super::velocity::binding::HeadingRateSource;
 use crate::vehicle_report::{ReportFinding, catalogue as report_catalogue};
@@ -84,10 +84,8 @@ pub(super) fn message(
         VelocityPart::HeadingRate => "heading rate: ",
     };
     if let Some(reason) = finding.reason {
-        let message = if let StatusReason::NotConfigured(key) = reason
-            && !geometry.is_configured
-        {
-            catalogue::geometry_left_out(key.key())
+        let message = if let StatusReason::NotConfigured(key) = reason {
+            catalogue::dimension_missing(key.key(), consequence(report))
         } else {
             unavailable(reason)
         };
@@ -111,8 +109,34 @@ pub(super) fn message(
         .alarms
         .iter()
         .map(|row| catalogue::implausible(row.text, row.remedy).with_remedy(row.remedy_sentence()));
-    let parts: Vec<_> = fallback.into_iter().chain(heading).chain(replaced).chain(alarms).collect();
+    let listed = listed_ratio(binding, geometry, report, finding.source);
+    let parts: Vec<_> =
+        listed.into_iter().chain(fallback).chain(heading).chain(replaced).chain(alarms).collect();
     if parts.is_empty() { vec![report_catalogue::publishing()] } else { parts }
+}
+
+/// Returns what Autoware does without a report, as a clause.
+fn consequence(report: StatusReport) -> &'static str {
+    match report {
+        StatusReport::Velocity => "Autoware has no odometry",
+        StatusReport::Steering | StatusReport::Gear | StatusReport::ControlMode | StatusReport::Doors => {
+            "Autoware's /api/vehicle/status never appears"
+        }
+    }
+}
+
+/// Returns the message about a steering report whose ratio was not measured on this car; `None` for other
+/// reports.
+fn listed_ratio(
+    binding: &StatusBinding,
+    geometry: &VehicleGeometry,
+    report: StatusReport,
+    source: usize,
+) -> Option<MessagePart> {
+    let RatioOrigin::Listed { car } = &geometry.ratio_origin else { return None };
+    let is_used = report == StatusReport::Steering && binding.uses_ratio(source);
+    let ratio = geometry.wheel_to_tire.as_ref()?.constant_ratio().filter(|_| is_used)?;
+    Some(catalogue::ratio_listed(ratio, car))
 }
 
 /// Returns the message for an unavailable value: the kind of failure, if it is a failure, and the cause.
@@ -131,7 +155,7 @@ fn unavailable_message(binding: &StatusBinding, buses: &[Bus], reason: StatusRea
             catalogue::between_gears_too_long(name(signal))
         }
         StatusReason::OnlyReverseShown(signal) => return catalogue::only_reverse_shown(name(signal)),
-        StatusReason::NotConfigured(key) => return catalogue::dimension_missing(key.key()),
+        StatusReason::NotConfigured(key) => return catalogue::source_without_dimension(key.key()),
         StatusReason::NoSpeedForSteering => catalogue::speed_unknown(),
         StatusReason::Implausible(alarm) => {
             let row = alarm.row();

@@ -24,6 +24,7 @@ impl Default for StatusSettings {
 }
 
 /// Dimensions of the car. No dimension is assumed: a report that needs a missing dimension is not published.
+/// A dimension that a public list has for the named car is used and marked as listed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VehicleGeometry {
     /// True if the configuration has any dimensions. Otherwise missing dimensions are not reported.
@@ -38,6 +39,8 @@ pub struct VehicleGeometry {
     pub speed_scale: f64,
     /// Conversion from the steering wheel to the front wheels.
     pub wheel_to_tire: Option<WheelToTire>,
+    /// Where the steering ratio comes from.
+    pub ratio_origin: RatioOrigin,
     /// Angle of the front wheels reported when they point straight ahead, rad; it is subtracted.
     pub steering_offset_rad: f64,
     /// Largest angle of the front wheels, rad.
@@ -54,8 +57,35 @@ impl Default for VehicleGeometry {
             wheel_radius_m: None,
             speed_scale: 1.0,
             wheel_to_tire: None,
+            ratio_origin: RatioOrigin::Configured,
             steering_offset_rad: 0.0,
             max_tire_rad: 0.70,
+        }
+    }
+}
+
+/// Where the steering ratio comes from.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum RatioOrigin {
+    /// It is written in the configuration, which does not say how it was found.
+    #[default]
+    Configured,
+    /// It is written in the configuration, which says that it was measured on this car.
+    Measured,
+    /// It is the ratio that opendbc lists for a car, and not measured on this one.
+    Listed {
+        /// Make, model and years of the car.
+        car: String,
+    },
+}
+
+impl RatioOrigin {
+    /// Returns its name in diagnostics.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Configured => "configured",
+            Self::Measured => "measured",
+            Self::Listed { .. } => "listed",
         }
     }
 }
@@ -78,6 +108,16 @@ impl GeometryKey {
             Self::WheelTread => "wheel_tread_m",
             Self::WheelRadius => "wheel_radius_m",
             Self::SteeringRatio => "steering_ratio",
+        }
+    }
+}
+
+impl WheelToTire {
+    /// Returns the ratio if it is the same at every speed and angle.
+    pub fn constant_ratio(&self) -> Option<f64> {
+        match self {
+            Self::Ratio(ratio) => Some(*ratio),
+            Self::Table(_) | Self::Variable { .. } => None,
         }
     }
 }

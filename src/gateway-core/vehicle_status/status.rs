@@ -26,7 +26,16 @@ impl VehicleStatus {
         if !source.is_empty() {
             values.push(("source", source.to_owned()));
         }
-        let message = message(&self.binding, &self.settings.geometry, buses, report, finding);
+        let geometry = &self.settings.geometry;
+        if report == StatusReport::Steering
+            && self.binding.uses_ratio(finding.source)
+            && let Some(conversion) = &geometry.wheel_to_tire
+        {
+            let ratio = conversion.constant_ratio();
+            values.push(("ratio", ratio.map_or_else(|| "variable".to_owned(), |ratio| ratio.to_string())));
+            values.push(("ratio_source", geometry.ratio_origin.name().to_owned()));
+        }
+        let message = message(&self.binding, geometry, buses, report, finding);
         let mut status = Status::new(&SECTION, report.name(), &message, values);
         task.add_to(&mut status, received(&self.binding, &self.observations, buses), now);
         Some(status)

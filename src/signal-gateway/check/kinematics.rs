@@ -8,7 +8,7 @@ use gateway_core::vehicle_status::kinematics::survey::KinematicSurvey;
 use gateway_core::vehicle_status::kinematics::{
     Estimate, Kinematics, MIN_TURNS, Rate, RatioEstimate, Relation,
 };
-use gateway_core::vehicle_status::settings::{GeometryKey, VehicleGeometry};
+use gateway_core::vehicle_status::settings::{GeometryKey, RatioOrigin, VehicleGeometry};
 use vehicle_bringup::plausibility::finding::Severity;
 
 /// Heading of the facts.
@@ -58,21 +58,26 @@ pub(super) fn motion(survey: KinematicSurvey, settings: &Settings, report: &mut 
         }
     }
     for finding in findings(&kinematics, geometry) {
-        report.find(Severity::Warning, finding_text(&finding));
+        report.find(Severity::Warning, finding_text(&finding, geometry));
     }
     let suggestion = suggestion(&kinematics, geometry);
     if !suggestion.is_empty() {
-        let text = format!("[vehicle_geometry]: the recording shows {}", suggestion.join(", and "));
+        let text = format!("[vehicle_geometry]: the recording shows {}", suggestion.join("; and "));
         report.find(Severity::Note, text);
     }
 }
 
-/// Describes the dimensions that the recording shows and the configuration lacks.
+/// Describes the dimensions that the recording shows and the configuration lacks, a steering ratio as the lines
+/// to write.
 fn suggestion(kinematics: &Kinematics, geometry: &VehicleGeometry) -> Vec<String> {
     let ratio = match kinematics.ratio {
-        Some((RatioEstimate::Ratio(ratio), _)) if geometry.wheel_to_tire.is_none() => {
-            Some(format!("{} {}", GeometryKey::SteeringRatio.key(), interval(ratio, 1)))
-        }
+        Some((RatioEstimate::Ratio(ratio), _)) if is_ratio_wanted(geometry) => Some(format!(
+            "{key} = {:.1} and measured = \"{}, {}\"",
+            ratio.middle(),
+            counted(ratio.turns as u64, "turn"),
+            interval(ratio, 1),
+            key = GeometryKey::SteeringRatio.key(),
+        )),
         Some((RatioEstimate::RatioByWheelBase(product), _)) => {
             let [low, high] = EXAMPLES_M.map(|wheel_base_m| {
                 let ratio = interval(product.scaled(1.0 / wheel_base_m), 1);
@@ -85,6 +90,14 @@ fn suggestion(kinematics: &Kinematics, geometry: &VehicleGeometry) -> Vec<String
     let tread = kinematics.tread_m.filter(|_| geometry.wheel_tread_m.is_none());
     let tread = tread.map(|tread| format!("{} {}", GeometryKey::WheelTread.key(), interval(tread, 2)));
     ratio.into_iter().chain(tread).collect()
+}
+
+/// Returns true if the configuration has no steering ratio of this car.
+fn is_ratio_wanted(geometry: &VehicleGeometry) -> bool {
+    match geometry.ratio_origin {
+        RatioOrigin::Listed { .. } => true,
+        RatioOrigin::Configured | RatioOrigin::Measured => geometry.wheel_to_tire.is_none(),
+    }
 }
 
 fn ratio_text(ratio: RatioEstimate, rate: Rate) -> String {
@@ -100,7 +113,7 @@ fn ratio_text(ratio: RatioEstimate, rate: Rate) -> String {
     format!("{what} by the {} in {}", name(rate), counted(estimate.turns as u64, "turn"))
 }
 
-fn finding_text(finding: &KinematicFinding) -> String {
+fn finding_text(finding: &KinematicFinding, geometry: &VehicleGeometry) -> String {
     match finding {
         KinematicFinding::WrongSign(suspects) => match suspects.as_slice() {
             [Rate::YawRate] => "the yaw rate has the wrong sign: check `positive` of yaw_rate".to_owned(),
@@ -115,11 +128,14 @@ fn finding_text(finding: &KinematicFinding) -> String {
             }
         },
         KinematicFinding::Dimension { key, estimate, configured } => {
-            format!(
-                "{} of [vehicle_geometry] looks like {}, the file says {configured}",
-                key.key(),
-                interval(*estimate, decimals(*key))
-            )
+            let says = match (&geometry.ratio_origin, key) {
+                (RatioOrigin::Listed { car }, GeometryKey::SteeringRatio) => {
+                    format!("opendbc's list says {configured} for {car}")
+                }
+                _ => format!("the file says {configured}"),
+            };
+            let range = interval(*estimate, decimals(*key));
+            format!("{} of [vehicle_geometry] looks like {range}, {says}", key.key())
         }
         KinematicFinding::TireScale(scale) => format!(
             "the front wheels turn {} times as far as signal and [vehicle_geometry] say: check the unit of the signal, \

@@ -10,18 +10,20 @@ use clap::Args;
 use super::arguments::TimeArgs;
 use super::discover::{self, DiscoverArgs};
 use super::failure::Failure;
-use super::questions::ask;
+use super::questions::{ask, confirm, yes_or_no};
 use super::{identify, messages, profiles};
 use crate::check::identify::ProfileCandidate;
 use crate::check::identify_text;
 use crate::config::car_models;
-use crate::config::draft::{BusInterface, DimensionsDraft, gateway_toml};
+use crate::config::draft::{BusInterface, DimensionsDraft, DraftCar, gateway_toml};
 use crate::config::files::Disk;
 use crate::config::{Settings, interface_name, load_profile};
 use crate::io::can::interfaces::{can_interfaces, interfaces};
 use crate::io::new_files::write_new;
 use crate::io::process_log::LogForm;
-use vehicle_bringup::car_model::{CarModel, DimensionRange, ModelProfile, ModelVerdict, find};
+use vehicle_bringup::car_model::{
+    CarModel, DimensionRange, ListedDimensions, ModelProfile, ModelVerdict, find,
+};
 
 pub(super) const HELP: &str = "\
 Examples:
@@ -36,7 +38,8 @@ It asks for what is not given; answers can come through a pipe as well. A profil
 `signal-gateway profiles list`, a file, `identify` to choose among those that fit the bus or a
 recording, or `discover` for an unknown car. A car by make, model and year has its profile from the
 list of models, as `signal-gateway profiles find` shows it, and its wheel base and steering ratio
-from opendbc's list: as comments, since nothing has proven them.";
+from opendbc's list: as comments, unless you say that they are to be used, since no one has measured
+them on your car.";
 
 #[derive(Debug, Args)]
 pub(super) struct InitArgs {
@@ -111,7 +114,7 @@ pub(super) fn run(args: &InitArgs) -> Result<ExitCode, Failure> {
         }
         buses => assigned(buses, &interfaces)?,
     };
-    let dimensions = dimensions(&profile, &settings, &models, car.as_ref());
+    let dimensions = dimensions(&profile, &settings, &models, car.as_ref())?;
     let text = gateway_toml(&named(&profile, &args.output)?, &buses, dimensions.as_ref());
     write_new(&args.output, &text, overwrite).map_err(Failure::written(&args.output))?;
     let path = args.output.display();
@@ -150,35 +153,44 @@ fn listed<'a>(models: &'a [CarModel], car: &'a str) -> Result<ListedCar<'a>, Fai
     Ok(ListedCar { name: car, models: search.models, profiles })
 }
 
-/// Returns the listed dimensions of the car, or of all models of a profile; `None` if it needs none.
+/// Returns the listed dimensions of the car, or of all models of a profile; `None` if it needs none. Asks
+/// whether the dimensions of a single car are to be used until they are measured.
 fn dimensions(
     profile: &str,
     settings: &Settings,
     models: &[CarModel],
     car: Option<&ListedCar<'_>>,
-) -> Option<DimensionsDraft> {
+) -> Result<Option<DimensionsDraft>, Failure> {
     let status = &settings.gateway.status;
     if status.velocity.is_none() && status.steering.is_empty() {
-        return None;
+        return Ok(None);
     }
     let is_of_profile = |model: &&CarModel| matches!(&model.profile, ModelProfile::Shipped { profile: of, .. } if of == profile);
     let (subject, listed) = match car {
         Some(car) => (car.name.to_owned(), DimensionRange::of(car.models.iter().copied())),
         None => (format!("the models of {profile}"), DimensionRange::of(models.iter().filter(is_of_profile))),
     };
-    Some(DimensionsDraft { subject, listed })
+    let only = listed.filter(|range| range.least == range.greatest).map(|range| range.least);
+    let car = match (car.and_then(|car| car.models.first()), only) {
+        (Some(model), Some(ListedDimensions { wheel_base_m, steering_ratio })) => {
+            let name = model.name();
+            let question = format!(
+                "Use the wheel base of {wheel_base_m} m and the steering ratio of {steering_ratio} that opendbc lists for \
+                 {name}, with a warning until they are measured on this car? yes or no"
+            );
+            let is_used = !status.steering.is_empty() && confirm(&question)?;
+            Some(DraftCar { name, is_used })
+        }
+        _ => None,
+    };
+    Ok(Some(DimensionsDraft { subject, car, listed }))
 }
 
 /// Asks whether an existing file may be overwritten; fails if not.
 fn is_overwriting_allowed(output: &Path) -> Result<bool, Failure> {
     let output = output.display();
     let question = format!("{output} exists. Overwrite it? yes or no");
-    let take = |answer: &str| match answer {
-        "yes" | "y" => Ok(true),
-        "no" | "n" => Ok(false),
-        _ => Err(Failure::Usage(format!("expected yes or no, found {answer:?}"))),
-    };
-    if ask(&question, "no", "another --output, or --force", take)? {
+    if ask(&question, "no", "another --output, or --force", yes_or_no)? {
         return Ok(true);
     }
     Err(Failure::Usage(format!("{output} is left as it is; give another --output")))

@@ -30,6 +30,27 @@ pub(super) fn ask<T>(
     }
 }
 
+/// Asks a question that is answered with yes or no. No answer on standard input means no.
+pub(super) fn confirm(question: &str) -> Result<bool, Failure> {
+    for _ in 0..MAX_ANSWERS {
+        match answer(question, "no")?.as_deref().map_or(Ok(false), yes_or_no) {
+            Ok(is_confirmed) => return Ok(is_confirmed),
+            Err(error) => failure_message::show(&error),
+        }
+        messages::flush();
+    }
+    Ok(false)
+}
+
+/// Parses an answer of yes or no.
+pub(super) fn yes_or_no(answer: &str) -> Result<bool, Failure> {
+    match answer {
+        "yes" | "y" => Ok(true),
+        "no" | "n" => Ok(false),
+        _ => Err(Failure::Usage(format!("expected yes or no, found {answer:?}"))),
+    }
+}
+
 /// Returns the next line, or `default` for an empty line; `None` at the end of standard input.
 fn answer(question: &str, default: &str) -> io::Result<Option<String>> {
     let mut out = io::stdout().lock();

@@ -59,6 +59,13 @@ impl BuiltIn {
         FILES.iter().filter_map(move |(path, _)| self.name_of(path))
     }
 
+    /// Returns the name of the built-in file of this kind at a path; `None` for other files.
+    pub(super) fn name_at(self, path: &Path) -> Option<&'static str> {
+        let path = project_path(path)?;
+        let (path, _) = FILES.iter().find(|(known, _)| Path::new(known) == path)?;
+        self.name_of(path)
+    }
+
     /// Returns the path of the built-in file with a name, for [`Disk`](super::files::Disk). A profile can
     /// also be given by its listed name, e.g. `Hyundai Kona 2020`, in any case.
     pub fn path(self, name: &str) -> Option<PathBuf> {

@@ -8,7 +8,7 @@ const ROOMS_OF_CONFIG: &[&[&str]] = &[
     &["gateway"],
     &["draft", "drive", "scenario", "vehicle"],
     &["decider"],
-    &["country", "dimensions", "map", "ros_parameters"],
+    &["car_models", "country", "dimensions", "map", "ros_parameters"],
     &["named_file"],
     &["file_kind"],
     &["fingerprints"],

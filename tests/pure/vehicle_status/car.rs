@@ -4,7 +4,7 @@
 use can_signal::can::frame::{CanId, Frame};
 use can_signal::can::input::CanInput;
 use can_signal::can::link::{BusIndex, LinkState};
-use gateway_base::diagnostics::Level;
+use gateway_base::diagnostics::{Level, Status};
 use gateway_base::time::{MonoTime, Now, WallStamp};
 use gateway_core::gateway::Gateway;
 use gateway_core::gateway::event::{Input, Output};
@@ -363,9 +363,13 @@ impl Listener {
 
     /// Level and message of a report's status.
     pub(crate) fn status(&self, report: StatusReport) -> (Level, String) {
-        let status = self.gateway.statuses(self.now.mono);
-        let status = status.into_iter().find(|status| status.task == report.name()).unwrap();
+        let status = self.full_status(report);
         (status.level, status.message)
+    }
+
+    pub(crate) fn full_status(&self, report: StatusReport) -> Status {
+        let status = self.gateway.statuses(self.now.mono);
+        status.into_iter().find(|status| status.task == report.name()).unwrap()
     }
 
     pub(crate) fn snapshot(&self) -> Snapshot {

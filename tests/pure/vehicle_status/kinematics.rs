@@ -347,7 +347,7 @@ fn check_says_what_a_recording_shows_and_what_it_contradicts() {
         (
             None,
             Some(("steering_ratio = 16.0", "")),
-            "[vehicle_geometry]: the recording shows steering_ratio 15.",
+            "[vehicle_geometry]: the recording shows steering_ratio = 1",
         ),
         (None, Some(("wheel_base_m = 2.7", "")), "[vehicle_geometry]: the recording shows steering_ratio 1"),
     ] {
@@ -357,6 +357,18 @@ fn check_says_what_a_recording_shows_and_what_it_contradicts() {
         let is_it = matches!(findings.as_slice(), [finding] if finding.starts_with(expected));
         assert!(is_it, "{expected}: {findings:?}\n{facts}");
     }
+    // A listed ratio is compared as well, and the measured one is there to replace it.
+    let (findings, facts) = checked(&[], &[("steering_ratio = 16.0", "car = \"Acura RDX 2019\"")]);
+    let [wrong, lines] = findings.as_slice() else { panic!("{findings:?}\n{facts}") };
+    assert!(wrong.starts_with("steering_ratio of [vehicle_geometry] looks like 15."), "{wrong}");
+    assert!(wrong.ends_with(", opendbc's list says 11.95 for Acura RDX 2019–2021"), "{wrong}");
+    assert!(
+        lines.contains("steering_ratio = 1") && lines.contains(" and measured = \"6 turns, 15."),
+        "{lines}"
+    );
+    let (findings, _) =
+        checked(&[], &[("steering_ratio = 16.0", "steering_ratio = 16.0\nmeasured = \"6 turns\"")]);
+    assert_eq!(findings, [] as [&str; 0]);
 }
 
 /// Checks a public recording with a geometry.

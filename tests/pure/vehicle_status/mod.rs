@@ -212,8 +212,14 @@ fn steering_needs_a_ratio_in_one_of_three_forms() {
     listener.hold(&mut car, 300);
     assert_eq!(listener.tire(), None);
     let status = listener.status(StatusReport::Steering);
-    let expected = "not configured: [vehicle_geometry] steering_ratio is missing";
+    let expected = "not configured: [vehicle_geometry] steering_ratio is missing, and without this report \
+                    Autoware's /api/vehicle/status never appears";
     assert_eq!(status, (Level::Warn, expected.to_owned()));
+    // No dimension at all means the same.
+    let geometry = "[vehicle_geometry]\nwheel_base_m = 2.7\nwheel_tread_m = 1.6\nsteering_ratio = 16.0\n";
+    let mut bare = Listener::new(settings(&[], &[(geometry, "")]));
+    bare.hold(&mut driving(8.0, 0.2), 300);
+    assert_eq!(bare.status(StatusReport::Steering), status);
     let wheel_deg = (0.2_f64 * 16.0).to_degrees();
     let forms = [
         (
@@ -243,6 +249,36 @@ fn steering_needs_a_ratio_in_one_of_three_forms() {
     listener.hold(&mut car, 300);
     let (_, message) = listener.status(StatusReport::Steering);
     assert_eq!(message, "invalid: STEER.ANGLE is beyond what the vehicle can do");
+}
+
+#[test]
+fn a_listed_ratio_is_published_with_a_warning_until_the_file_has_one() {
+    let shown = |geometry: &str| {
+        let mut listener = Listener::new(settings(&[], &[("steering_ratio = 16.0", geometry)]));
+        let mut car = driving(8.0, 0.2);
+        listener.hold(&mut car, 300);
+        let status = listener.full_status(StatusReport::Steering);
+        let value = |key| status.values.iter().find(|(of, _)| *of == key).map(|(_, value)| value.clone());
+        let values = [value("ratio"), value("ratio_source")].map(Option::unwrap);
+        (listener.tire().unwrap(), status.level, status.message.clone(), values)
+    };
+    let car = "car = \"Toyota RAV4 2018\"";
+    let (tire, level, message, values) = shown(car);
+    assert_near(tire, 0.2 * 16.0 / 16.88, 0.001);
+    let expected = "publishing; the steering ratio 16.88 is from opendbc's list for Toyota RAV4 2017–2018, not \
+                    measured on this car";
+    assert_eq!((level, message.as_str()), (Level::Warn, expected));
+    assert_eq!(values, ["16.88", "listed"]);
+    for (geometry, origin) in [
+        ("steering_ratio = 12.8".to_owned(), "configured"),
+        (format!("{car}\nsteering_ratio = 12.8"), "configured"),
+        (format!("{car}\nsteering_ratio = 12.8\nmeasured = \"3 turns\""), "measured"),
+    ] {
+        let (tire, level, message, values) = shown(&geometry);
+        assert_near(tire, 0.25, 0.001);
+        assert_eq!((level, message.as_str()), (Level::Ok, "publishing"));
+        assert_eq!(values, ["12.8", origin]);
+    }
 }
 
 #[test]

@@ -16,8 +16,19 @@ pub struct BusInterface {
 pub struct DimensionsDraft {
     /// The car, or the models, e.g. `the models of toyota_nodsu`.
     pub subject: String,
+    /// The car as the key `car` names it; `None` unless it is a single car of the list.
+    pub car: Option<DraftCar>,
     /// Dimensions listed by opendbc; `None` if it lists none.
     pub listed: Option<DimensionRange>,
+}
+
+/// The car of a new configuration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DraftCar {
+    /// Make, model and year.
+    pub name: String,
+    /// True if its listed dimensions are to be used until they are measured.
+    pub is_used: bool,
 }
 
 /// Returns a commented configuration for a profile, with the keys that most vehicles need. `dimensions` is
@@ -78,11 +89,18 @@ fn dimensions_toml(draft: &DimensionsDraft) -> String {
             [(); 2].map(|()| ("0".to_owned(), "measure it".to_owned())),
         ),
     };
+    let is_used = draft.car.as_ref().is_some_and(|car| car.is_used);
+    let comment = if is_used { "" } else { "# " };
+    let car = draft.car.as_ref().map_or_else(String::new, |car| {
+        let car = format!("{comment}car = {}", quoted(&car.name));
+        format!("{car:36}# or: these listed dimensions, with a WARN until the ratio is measured\n")
+    });
     format!(
         "\n\
          # Dimensions of the car, which the reports on velocity and steering need. {source}\n\
          # measure them, and compare them with a drive that turns: signal-gateway check LOG\n\
-         # [vehicle_geometry]\n\
+         {comment}[vehicle_geometry]\n\
+         {car}\
          {:36}# from axle to axle, m: {}\n\
          {:36}# angle of the steering wheel for each angle of the front wheels: {}\n\
          # wheel_tread_m = 0                 # from rear wheel to rear wheel, m: measure it\n",
@@ -130,10 +148,15 @@ mod tests {
             (small, large, ["# wheel_base_m = 0 ", "2.6 to 2.9", "13.5 to 15.5", "Unproven"]),
         ] {
             let listed = Some(DimensionRange { least, greatest });
-            let draft = DimensionsDraft { subject: "the car".to_owned(), listed };
-            let text = gateway_toml("a", &[], Some(&draft));
-            assert!(expected.iter().all(|part| text.contains(part)), "{text}");
-            assert!(!text.parse::<toml::Table>().unwrap().contains_key("vehicle_geometry"), "{text}");
+            for is_used in [false, true] {
+                let car = Some(DraftCar { name: "A B 2020".to_owned(), is_used });
+                let draft = DimensionsDraft { subject: "the car".to_owned(), car, listed };
+                let text = gateway_toml("a", &[], Some(&draft));
+                assert!(expected.iter().all(|part| text.contains(part)), "{text}");
+                let table: toml::Table = text.parse().unwrap();
+                let car = table.get("vehicle_geometry").map(|section| section["car"].as_str().unwrap());
+                assert_eq!(car, is_used.then_some("A B 2020"), "{text}");
+            }
         }
     }
 }

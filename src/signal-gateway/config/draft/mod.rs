@@ -9,5 +9,5 @@ mod vehicle;
 
 pub use files::VehicleFiles;
 pub(crate) use gateway::key as toml_key;
-pub use gateway::{BusInterface, DimensionsDraft, gateway_toml};
+pub use gateway::{BusInterface, DimensionsDraft, DraftCar, gateway_toml};
 pub use vehicle::VehicleDraft;

@@ -21,6 +21,7 @@ pub mod turn_signal;
 mod vehicle_geometry;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 pub use black_box::BlackBoxConfig;
 pub use can::interface_name;
@@ -322,7 +323,11 @@ fn settings(
     };
     let ReportSettings { publish, durability, min_period, gear_source } =
         top.section("reports").read_all(|section| reports::reports(section, hazard, gear));
-    let dimensions = top.section("vehicle_geometry").read_all(|section| vehicle_geometry(files, section));
+    let profile_file = vehicle.as_ref().ok().and_then(|vehicle| vehicle.profile.as_ref());
+    let profile_file = profile_file.map(|location| Arc::clone(&location.file));
+    let dimensions = top
+        .section("vehicle_geometry")
+        .read_all(|section| vehicle_geometry(files, section, profile_file.as_deref()));
     let (diagnostics_period, hardware_id) = top.section("diagnostics").read_all(diagnostics::diagnostics);
     let (node, ros) =
         top.section("ros").read_all(|section| ros::ros(files.plain(), section, durability, overrides));

@@ -1,18 +1,24 @@
 //! `[vehicle_geometry]`: the dimensions of the car, for both the decider and the reports on velocity and
 //! steering. Autoware's own file contains most of them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use crate::config::built_in::display;
+use crate::config::built_in::{BuiltIn, display};
+use crate::config::car_models::models;
 use crate::config::files::Files;
-use crate::config::reading::{ConfigKey, Fields, KeyRow, ValueShape, collection, key_rows, number, path};
+use crate::config::reading::{
+    ConfigKey, Fields, KeyRow, ValueShape, collection, key_rows, number, path, text,
+};
 use crate::config::ros_names::NodeNames;
 use crate::config::ros_parameters::{FileParameter, read_parameters};
-use gateway_core::vehicle_status::settings::{VehicleGeometry, WheelToTire};
+use gateway_core::vehicle_status::settings::{RatioOrigin, VehicleGeometry, WheelToTire};
 use turn_signal::parameters::VehicleInfo;
+use vehicle_bringup::car_model::{CarModel, ListedDimensions, ModelProfile, find};
 
 key_rows! {
     FILE: PathBuf = path("file").example("\"vehicle_info.param.yaml\"").doc("Autoware's file; the keys below replace its values");
+    CAR: String = text("car").example("\"Toyota RAV4 2018\"")
+        .doc("make, model and year: wheel base and steering ratio as opendbc lists them for this car, where file and keys give none; steering is then a WARN, since no one has measured them on this car");
     WHEEL_BASE_M: f64 = metres("wheel_base_m").example("2.79").doc("from axle to axle");
     WHEEL_TREAD_M: f64 = metres("wheel_tread_m").example("1.63").doc("from rear wheel to rear wheel");
     WHEEL_RADIUS_M: f64 = metres("wheel_radius_m").example("0.33").doc("effective rolling radius, for wheels in rad/s or rpm");
@@ -23,7 +29,9 @@ key_rows! {
     MAX_STEER_ANGLE_RAD: f64 = number("max_steer_angle_rad", 0.05, 1.5, "rad").or_number(MAX_STEER_ANGLE_RAD_DEFAULT)
         .doc("greatest angle of the front wheels; {range}");
     STEERING_RATIO: f64 = number("steering_ratio", 5.0, 60.0, "").example("16.9")
-        .doc("angle of the steering wheel for each angle of the front wheels; without it, steering_table or vgr_coef_a: no steering report");
+        .doc("angle of the steering wheel for each angle of the front wheels; without it, steering_table, vgr_coef_a or car: no steering report");
+    MEASURED: String = text("measured").example("\"12 turns, 15.9 to 17.0\"")
+        .doc("how the ratio was measured on this car, as `check LOG` prints it; for diagnostics, `ratio_source` is then `measured`");
     STEERING_TABLE: Vec<(f64, f64)> = collection("steering_table", || ValueShape::Tables(table_keys()), table)
         .example("[{ wheel_deg = -500.0, tire_deg = -33.0 }, { wheel_deg = 500.0, tire_deg = 33.0 }]").doc("the same as a table, ascending");
     VGR_COEF_A: f64 = number("vgr_coef_a", 1.0, 60.0, "").example("15.713").doc("the same as Autoware's raw_vehicle_cmd_converter has it: a + b v² - c |wheel|");
@@ -34,6 +42,9 @@ key_rows! {
     SPEED_SCALE: f64 = number("speed_scale", 0.5, 2.0, "").or_number(1.0)
         .doc("factor for each speed; Autoware's speed_scale_factor does the same, so use one of them");
 }
+
+/// Maximum number of cars that a refusal lists.
+const MAX_CANDIDATES: usize = 6;
 
 /// Value of Autoware's sample vehicle.
 const MAX_STEER_ANGLE_RAD_DEFAULT: f64 = 0.70;
@@ -59,12 +70,15 @@ pub(super) struct Dimensions {
     pub(super) geometry: VehicleGeometry,
 }
 
-pub(super) fn vehicle_geometry(files: &dyn Files, fields: &Fields<'_>) -> Dimensions {
+/// Reads the section. `profile` is the file of the vehicle profile, which the car must fit.
+pub(super) fn vehicle_geometry(files: &dyn Files, fields: &Fields<'_>, profile: Option<&Path>) -> Dimensions {
+    let listed = fields.given(&CAR).and_then(|car| listed_car(fields, &car, profile));
     let of_file = fields.given(&FILE).and_then(|path| VehicleInfoFile::read(files, fields, path));
     let from_file = |name| of_file.as_ref().and_then(|file| file.value(fields, name));
     let [base, tread, radius] =
         [(&WHEEL_BASE_M, "wheel_base"), (&WHEEL_TREAD_M, "wheel_tread"), (&WHEEL_RADIUS_M, "wheel_radius")]
             .map(|(row, name)| fields.given(row).or_else(|| from_file(name)));
+    let base = base.or(listed.as_ref().map(|(_, dimensions)| dimensions.wheel_base_m));
     let [front, rear] = [(&FRONT_OVERHANG_M, "front_overhang"), (&REAR_OVERHANG_M, "rear_overhang")]
         .map(|(row, name)| fields.given(row).or_else(|| from_file(name)));
     // Autoware measures the sides from the wheels.
@@ -74,6 +88,13 @@ pub(super) fn vehicle_geometry(files: &dyn Files, fields: &Fields<'_>) -> Dimens
     let max_tire = fields.read(&MAX_STEER_ANGLE_RAD);
     let max_tire =
         from_file("max_steer_angle").filter(|_| !fields.has(MAX_STEER_ANGLE_RAD.name)).unwrap_or(max_tire);
+    let (wheel_to_tire, ratio_origin) = match (wheel_to_tire(fields), listed) {
+        (Some(given), _) if fields.given(&MEASURED).is_some() => (Some(given), RatioOrigin::Measured),
+        (None, Some((car, dimensions))) => {
+            (Some(WheelToTire::Ratio(dimensions.steering_ratio)), RatioOrigin::Listed { car })
+        }
+        (given, _) => (given, RatioOrigin::Configured),
+    };
     let sample = VehicleInfo::SAMPLE;
     Dimensions {
         outline: VehicleInfo {
@@ -89,11 +110,53 @@ pub(super) fn vehicle_geometry(files: &dyn Files, fields: &Fields<'_>) -> Dimens
             wheel_tread_m: tread.filter(|tread| *tread > 0.0),
             wheel_radius_m: radius.filter(|radius| *radius > 0.0),
             speed_scale: fields.read(&SPEED_SCALE),
-            wheel_to_tire: wheel_to_tire(fields),
+            wheel_to_tire,
+            ratio_origin,
             steering_offset_rad: fields.read(&STEERING_OFFSET_DEG).to_radians(),
             max_tire_rad: max_tire,
         },
     }
+}
+
+/// Returns the only car of opendbc's list with this name, and its dimensions; anything else is refused.
+fn listed_car(fields: &Fields<'_>, name: &str, profile: Option<&Path>) -> Option<(String, ListedDimensions)> {
+    let models = models().map_err(|refused| fields.refuse(CAR.name, refused, "report this")).ok()?;
+    let candidates = |models: &[&CarModel]| {
+        let names: Vec<_> = models.iter().take(MAX_CANDIDATES).map(|model| model.name()).collect();
+        let more = if models.len() > MAX_CANDIDATES { " …" } else { "" };
+        format!("{}{more}", names.join(", "))
+    };
+    let named: Vec<_> = models.iter().filter(|model| model.is_named_by(name)).collect();
+    let [first, others @ ..] = named.as_slice() else {
+        let near = find(&models, name).models;
+        let reason = format!("opendbc's list has no car {name:?}");
+        let remedy = if near.is_empty() {
+            "give make, model and year as `signal-gateway profiles find` shows them".to_owned()
+        } else {
+            format!("give one of {}", candidates(&near))
+        };
+        return fields.refused(CAR.name, reason, &remedy);
+    };
+    let Some(dimensions) = first.unproven_dimensions else {
+        let reason = format!("opendbc lists no dimensions for {}", first.name());
+        return fields.refused(
+            CAR.name,
+            reason,
+            "remove the key, and measure wheel_base_m and steering_ratio",
+        );
+    };
+    if others.iter().any(|other| other.unproven_dimensions != Some(dimensions)) {
+        let reason = format!("{name:?} is more than one car of opendbc's list, with different dimensions");
+        return fields.refused(CAR.name, reason, &format!("give one of {}", candidates(&named)));
+    }
+    let configured = profile.and_then(|path| BuiltIn::Profile.name_at(path));
+    let fits = |model: &&CarModel| matches!(&model.profile, ModelProfile::Shipped { profile, .. } if Some(profile.as_str()) == configured);
+    if let (Some(configured), None) = (configured, named.iter().find(|model| fits(model))) {
+        let of_car = named.iter().find_map(|model| model.profile.shipped()).unwrap_or("another");
+        let reason = format!("the profile of {} is {of_car}, not {configured}", first.name());
+        return fields.refused(CAR.name, reason, "name the car that this profile is for");
+    }
+    Some((first.name(), dimensions))
 }
 
 /// Reads how the front wheels follow the steering wheel, in one of three forms.
@@ -108,6 +171,10 @@ fn wheel_to_tire(fields: &Fields<'_>) -> Option<WheelToTire> {
         if form != Some(VGR_COEF_A.name) {
             fields.refuse(key, format!("`{key}` needs vgr_coef_a"), "give all three coefficients");
         }
+    }
+    if !is_given && fields.has(MEASURED.name) {
+        let remedy = "give the measured steering_ratio as well, or remove this key";
+        fields.refuse(MEASURED.name, "`measured` needs a steering ratio", remedy);
     }
     if form == Some(STEERING_TABLE.name) {
         let ascends = table.windows(2).all(|pair| pair[0].0 < pair[1].0);
