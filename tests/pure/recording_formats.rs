@@ -55,14 +55,15 @@ fn every_format_has_one_row_and_a_judge() {
 #[test]
 fn documentation_has_the_formats_and_who_judged_them() {
     let line = |Row { title, read, special, judge, .. }: Row| {
-        format!("| {title} | {read} | {special} | {judge} |\n")
+        let special = if special.is_empty() { special } else { format!("; {special}") };
+        format!("| {title} | {read}{special} | {judge} |\n")
     };
     let Document { format, refused } = document();
     let lines: String = format.into_iter().map(line).collect();
     let line = |RefusedRow { title, why, way_out }: RefusedRow| format!("| {title} | {why} | {way_out} |\n");
     let refused: String = refused.into_iter().map(line).collect();
     let table = format!(
-        "| format | what is read | what is special | compared with (frames) |\n|---|---|---|---|\n{lines}\n\
+        "| format | what is read | compared with (frames) |\n|---|---|---|\n{lines}\n\
          These are recognised, and refused with the way out:\n\n| layout | why it is not read | way out |\n|---|---|---|\n{refused}"
     );
     docs_table::check("docs/vehicle-lights.md", EDGES, &table, "recording_formats");

@@ -70,7 +70,7 @@ fn upstream(threads: &[String]) -> String {
         let (number, state) = thread.strip_prefix('#').unwrap().split_once(' ').unwrap();
         format!("[#{number}]({THREADS}{number}) {state}")
     });
-    if threads.is_empty() { "no thread known".to_owned() } else { linked.collect::<Vec<_>>().join(", ") }
+    if threads.is_empty() { "–".to_owned() } else { linked.collect::<Vec<_>>().join(", ") }
 }
 
 #[test]
@@ -101,12 +101,13 @@ fn causes(document: &str) -> String {
 }
 
 fn defects(document: &str) -> String {
-    let mut table =
-        "| defect | what RustDDS does | what we do | file | seen in | upstream |\n|---|---|---|---|---|---|\n".to_owned();
-    for Defect { title, cause, workaround, code, seen_in, upstream: threads } in rows().defect {
+    let mut table = "| defect | file | upstream |\n|---|---|---|\n".to_owned();
+    for Defect { title, cause, workaround, code, upstream: threads, .. } in rows().defect {
         let code = code.map_or_else(String::new, |file| format!("`{file}`"));
-        let (title, threads) = (linked(&title, document), upstream(&threads));
-        writeln!(table, "| {title} | {cause} | {workaround} | {code} | {seen_in} | {threads} |").unwrap();
+        let linked = linked(&title, document);
+        // A section has cause and workaround.
+        let details = if linked == title { format!(": {cause} {workaround}") } else { String::new() };
+        writeln!(table, "| {linked}{details} | {code} | {} |", upstream(&threads)).unwrap();
     }
     table
 }

@@ -28,7 +28,11 @@ const ROLE: &str = "SIGNAL_GATEWAY_TEST_HOSTILE";
 /// What refuses: the filter, Landlock or the rights of files, calls that do not exist, the limit of memory,
 /// the service manager.
 const REFUSALS: [i32; 5] = [libc::EPERM, libc::EACCES, libc::ENOSYS, libc::ENOMEM, libc::EAFNOSUPPORT];
-/// The table of this test in the documents.
+/// The lists of this test in the documents.
+const REFUSED: &str = "Refused with DDS and with Zenoh";
+const ZENOH_MAY: &str = "Refused with DDS, needed by Zenoh";
+const BOTH_MAY: &str = "Not refused";
+/// Where the lists are.
 const TABLE: [&str; 2] = ["<!-- attacks -->", "<!-- end of attacks -->"];
 
 /// The error number of each attack; `None` if it succeeded.
@@ -198,24 +202,32 @@ fn the_documents_say_what_is_refused() {
     let text = fs::read_to_string(&path).unwrap();
     let [begin, end] = TABLE.map(|mark| text.find(mark).unwrap());
     let written = &text[begin + TABLE[0].len()..end];
-    let word = |outcomes: &Outcomes, what: &str| if is_refused(outcomes[what]) { "refused" } else { "may" };
-    let row = |(what, _): &(&str, _)| {
-        let of_zenoh = match &zenoh {
-            Some(zenoh) => word(zenoh, what).to_owned(),
-            None => {
-                let row = written.lines().find(|line| line.starts_with(&format!("| {what} |")));
-                row.and_then(|row| row.split('|').nth(3)).unwrap_or_default().trim().to_owned()
-            }
-        };
-        format!("| {what} | {} | {of_zenoh} |\n", word(&dds, what))
+    let is_listed = |place: &str, what: &str| {
+        let line = written.lines().find(|line| line.starts_with(&format!("- **{place}**")));
+        line.is_some_and(|line| line.split([':', ';', '.']).any(|listed| listed.trim() == what))
     };
-    let rows: String = ATTACKS.iter().map(row).collect();
-    let table = format!("\n\n| tries to | with DDS | with Zenoh |\n|---|---|---|\n{rows}\n");
+    let place = |what: &str| {
+        let of_zenoh =
+            zenoh.as_ref().map_or_else(|| !is_listed(ZENOH_MAY, what), |zenoh| is_refused(zenoh[what]));
+        if !is_refused(dds[what]) {
+            BOTH_MAY
+        } else if of_zenoh {
+            REFUSED
+        } else {
+            ZENOH_MAY
+        }
+    };
+    let line = |title: &str| {
+        let listed = ATTACKS.iter().map(|(what, _)| *what).filter(|what| place(what) == title);
+        let listed: Vec<_> = listed.collect();
+        if listed.is_empty() { String::new() } else { format!("- **{title}**: {}.\n", listed.join("; ")) }
+    };
+    let table = format!("\n\n{}\n", [REFUSED, ZENOH_MAY, BOTH_MAY].map(line).concat());
     if std::env::var_os("UPDATE_DOCS").is_some() {
         let [before, after] = [&text[..begin + TABLE[0].len()], &text[end..]];
         fs::write(&path, format!("{before}{table}{after}")).unwrap();
     } else {
-        assert_eq!(written, table, "docs/security.md: UPDATE_DOCS=1 renews the table");
+        assert_eq!(written, table, "docs/security.md: UPDATE_DOCS=1 renews the lists");
     }
 }
 

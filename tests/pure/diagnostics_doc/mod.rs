@@ -187,38 +187,100 @@ fn pieces(text: &str) -> Vec<&str> {
 
 fn document() -> String {
     let mut text = INTRODUCTION.to_owned();
-    for Task { section, about, keys } in &*TASKS {
+    for (at, Task { section, about, keys }) in TASKS.iter().enumerate() {
         let names: Vec<_> = section.names.iter().map(|name| format!("`{name}`")).collect();
         writeln!(text, "\n## {}\n\n{about}\n", names.join(", ")).unwrap();
+        // The second section is about reports as well, and shares most of the first.
+        let first = TASKS.first().filter(|_| at == 1);
+        let is_shared =
+            |row: &&MessageRow| first.is_some_and(|task| task.section.rows().any(|known| known == *row));
+        let (shared, own): (Vec<_>, Vec<_>) = section.rows().partition(is_shared);
         text += "| level | message | what to do |\n|---|---|---|\n";
-        for row in section.rows() {
-            let level = row.level.unwrap_or_default();
-            writeln!(text, "| {level} | `{}` | {} |", row.template, what_to_do(row)).unwrap();
+        text += &rows(&own);
+        text += &as_above(shared.iter().map(|row| row.template), "| | ");
+        let is_shared =
+            |key: &&Key| first.is_some_and(|task| task.keys.iter().any(|known| is_same(known, key)));
+        let (shared, own): (Vec<_>, Vec<_>) = keys.iter().partition(is_shared);
+        text += "\n| key | meaning |\n|---|---|\n";
+        for key in own {
+            writeln!(text, "| `{}` | {} |", key.name, meaning(key)).unwrap();
         }
-        text += "\n| key | unit | meaning | present |\n|---|---|---|---|\n";
-        for Key { name, unit, meaning, present } in keys {
-            writeln!(text, "| `{name}` | {unit} | {meaning} | {present} |").unwrap();
-        }
+        text += &as_above(shared.iter().map(|key| key.name.as_str()), "| ");
     }
     text += REASONS_TITLE;
-    for row in reasons() {
-        writeln!(text, "| `{}` | {} |", row.template, row.remedy).unwrap();
+    let is_link = |reason: &MessageRow| {
+        let mut rows = TASKS.iter().flat_map(|task| task.section.rows());
+        rows.any(|row| (row.template, row.remedy) == (reason.template, reason.remedy))
+    };
+    let others = reasons().filter(|row| !is_link(row)).map(|row| (row.template, row.remedy));
+    for (templates, remedy) in grouped(others) {
+        writeln!(text, "| {templates} | {remedy} |").unwrap();
     }
     text
 }
 
+/// A row that refers to the first section for several texts; empty without any.
+fn as_above<'a>(texts: impl Iterator<Item = &'a str>, begin: &str) -> String {
+    let texts: Vec<_> = texts.map(|text| format!("`{text}`")).collect();
+    if texts.is_empty() {
+        String::new()
+    } else {
+        format!("{begin}{} | [as above](#{FIRST}) |\n", texts.join("<br>"))
+    }
+}
+
+/// Rows of messages; neighbours with the same level and remedy share one.
+fn rows(rows: &[&MessageRow]) -> String {
+    let cells = rows.iter().map(|row| (row.template, (row.level.unwrap_or_default(), what_to_do(row))));
+    let rows = grouped(cells)
+        .into_iter()
+        .map(|(templates, (level, remedy))| format!("| {level} | {templates} | {remedy} |\n"));
+    rows.collect()
+}
+
+/// Joins the templates of neighbours with the same cells behind them.
+fn grouped<T: PartialEq>(rows: impl Iterator<Item = (&'static str, T)>) -> Vec<(String, T)> {
+    let mut groups: Vec<(String, T)> = Vec::new();
+    for (template, cells) in rows {
+        match groups.last_mut() {
+            Some((templates, known)) if *known == cells => *templates += &format!("<br>`{template}`"),
+            Some(_) | None => groups.push((format!("`{template}`"), cells)),
+        }
+    }
+    groups
+}
+
+/// Whether two statuses have a key in common.
+fn is_same(one: &Key, other: &Key) -> bool {
+    (&one.name, &one.meaning, &one.present) == (&other.name, &other.meaning, &other.present)
+}
+
+/// The meaning of a key, its unit where the name does not end in it, and its condition.
+fn meaning(Key { name, unit, meaning, present }: &Key) -> String {
+    let unit = if unit == "-" || name.ends_with(&unit.to_lowercase()) { "" } else { unit };
+    let present = if present == "always" { "" } else { present };
+    let details: Vec<_> = [unit, present].into_iter().filter(|detail| !detail.is_empty()).collect();
+    if details.is_empty() {
+        return meaning.clone();
+    }
+    format!("{} ({}).", meaning.trim_end_matches('.'), details.join("; "))
+}
+
 /// What to do about a message: first about its reason, if it has one.
 fn what_to_do(row: &MessageRow) -> String {
-    let of_reason = row.template.contains("{reason}").then_some("See the [reason](#reasons).");
+    let of_reason = row.template.contains("{reason}").then_some("[Reason](#reasons).");
     let texts: Vec<_> =
         of_reason.into_iter().chain(Some(row.remedy)).filter(|text| !text.is_empty()).collect();
-    if texts.is_empty() { "Nothing.".to_owned() } else { texts.join(" ") }
+    texts.join(" ")
 }
+
+/// The section whose messages and keys others share.
+const FIRST: &str = "turn_indicators-hazard_lights";
 
 const REASONS_TITLE: &str = "
 ## Reasons
 
-A `{reason}` in a message is one of these. A report of the vehicle has it too, in a message such as `unknown: {reason}`.
+A `{reason}` in a message is one of these, or a link that is not up, as in [`{interface}`](#interface).
 
 | reason | what to do |
 |---|---|
@@ -235,11 +297,16 @@ do.
 `/diagnostics` is a `diagnostic_msgs/msg/DiagnosticArray`. The gateway sends all statuses `rate_hz` times a second, and a status at once
 when its level or message changes. The name of a status is `<node>: <status>`, `hardware_id` is the profile's name.
 `STALE` is never sent. Messages change only when the situation does; counts and ages are in the keys, which are in
-the order of these tables and keep their names.
+the order of these tables and keep their names. Counts are since start.
 
-In a message `{name}` stands for a text that depends on the vehicle.
+In a message `{name}` stands for a text that depends on the vehicle. Without a remedy in the table there is nothing to do. A key with a
+condition in brackets is absent otherwise; its unit ends its name, or stands there too.
 
-While the level is not OK, two more keys come last. `remedy` is what to do, in the words of these tables. `document` is where the status
-is described: `docs/diagnostics.md#…`, a file of the project (a package has it in `/usr/share/doc/signal-gateway`) and the anchor of a
-section. `signal-gateway status`, its JSON, the live page and the metric `signal_gateway_status_remedy` have the same two.
+While the level is not OK, two more keys come last: `remedy` is what to do, in the words of these tables, and `document` is the section
+that describes the status, a file of the project with an anchor (a package has it in `/usr/share/doc/signal-gateway`).
+[Status](status.md), the live page and [metrics](metrics.md) have the same two.
+
+To silence a status that is as it should be, change its cause: acknowledge hazard lights that are not visible
+([`hazard_not_visible`](vehicle-lights.md#what-is-reported)), set `may_sleep` for a bus that sleeps, or leave a section out of the
+profile. No key hides a status; choose what Autoware reacts to in its diagnostic graph ([units for it](../ros/README.md)).
 ";

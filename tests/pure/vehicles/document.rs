@@ -7,7 +7,7 @@ use gateway_core::provenance::{FactSource, Provenance, Verification};
 use gateway_core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use signal_gateway::config::Settings;
 use signal_gateway::config::car_models::models;
-use vehicle_bringup::car_model::{CarModel, ModelProfile};
+use vehicle_bringup::car_model::ModelProfile;
 
 use crate::pure::vehicles::{profile, profile_names, project};
 
@@ -19,31 +19,27 @@ const HEAD: &str = "\
 For integrators who want to know whether their vehicle is supported. This page tells you which profile to try, what it \
 covers, and which of its facts have been verified.
 
-`signal-gateway profiles find Kia EV6 2022` answers for one car, from the table of models at the end, \
-`signal-gateway profiles list` prints the same profiles, `signal-gateway identify LOG` finds the ones that fit a recording, \
-and `signal-gateway profiles show NAME --provenance` prints the facts of one profile. How facts are written is \
-explained at the end of [config/gateway.toml](../config/gateway.toml) under `[[provenance]]`.
+`signal-gateway profiles find Kia EV6 2022` answers for one car. `identify LOG` finds the profiles that fit a recording, and \
+`profiles show NAME --provenance` prints each fact of a profile with its source, date and assumptions.
 
-A fact is verified by a *car* on which it was tried, by a *recording* of such a car, or by a trial on a *bench*. A fact that \
-is verified by *nothing* is as good as its source: check it on your car before you rely on it.
+A fact is verified by a *car* on which it was tried, by a *recording* of such a car, or by a trial on a *bench*. All other \
+facts are only as good as their sources: check them on your car before you rely on them.
 
 ## Profiles
 
-The gateway checks the protection in each frame before it uses a signal.
+The column *signals* has a letter for each: `t`urn indicators, `h`azard lights, `v`elocity, `y`aw rate, `s`teering, `g`ear, \
+control `m`ode, `d`oors. A capital is verified at least in part (lights: beyond *off*), a small letter only read in a source, \
+`-` not in the profile. *Protection* is checked in each frame before a signal is used.
 
-Velocity, steering, gear, mode (who is in control) and doors: what has verified that part of the status, `read` for one that is \
-only read in the source, `–` for one that the profile does not have. A yaw rate sensor is a part of the velocity with a \
-verification of its own.
-
-| make | profile | models | turn | hazard | velocity | yaw rate | steering | gear | mode | doors | V2I | commands | protection | verified facts |
-|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|
+| make | profile | models | signals | protection | more | verified facts |
+|---|---|---|---|---|---|---|
 ";
 
 const FACTS: &str = "
-## Facts and their sources
+## Verified facts
 
-| profile | facts | verified by | source | since |
-|---|---|---|---|---|
+| profile | facts | evidence | source |
+|---|---|---|---|
 ";
 
 const MODELS: &str = "
@@ -53,21 +49,48 @@ Cars whose signals opendbc reads, cars that its documents list without a descrip
 profile names itself. A plug has the name of the harness connector in the documents of opendbc. A car that is not in the table \
 may still fit a profile: `signal-gateway identify` compares all of them with its frames.
 
-| make | model | years | profile | plug |
-|---|---|---|---|---|
+| make | profile | plug | models |
+|---|---|---|---|
 ";
 
-fn model(model: &CarModel) -> String {
-    let (profile, plug) = match &model.profile {
-        ModelProfile::Shipped { profile, plug } => (profile.clone(), plug.clone().unwrap_or_default()),
-        ModelProfile::Missing { reason } => (format!("none: {reason}"), String::new()),
-    };
-    let note = model.note.as_ref().map_or(String::new(), |note| format!("; {note}"));
-    format!("| {} | {} | {} | {profile}{note} | {plug} |\n", model.make, model.model, model.years_text())
+const KINDS: [Verification; 3] = [Verification::Car, Verification::Recording, Verification::Bench];
+
+/// Cars of one make with the same profile and plug: the cells of a row.
+struct ModelGroup {
+    cells: [String; 3],
+    /// Names of the models, each with the years of its entries.
+    models: Vec<(String, Vec<String>)>,
 }
 
-fn yes(is_given: bool) -> &'static str {
-    if is_given { "yes" } else { "–" }
+impl ModelGroup {
+    fn row(&self) -> String {
+        let model = |(name, years): &(String, Vec<String>)| format!("{name} {}", years.join(", "));
+        let models: Vec<_> = self.models.iter().map(|entry| model(entry).trim_end().to_owned()).collect();
+        format!("| {} | {} |\n", self.cells.join(" | "), models.join("; "))
+    }
+}
+
+/// The table of models; models that differ only in name and years share a row.
+fn model_rows() -> String {
+    let mut groups: Vec<ModelGroup> = Vec::new();
+    for model in models().unwrap() {
+        let (profile, plug) = match &model.profile {
+            ModelProfile::Shipped { profile, plug } => (profile.clone(), plug.clone().unwrap_or_default()),
+            ModelProfile::Missing { reason } => (format!("none: {reason}"), String::new()),
+        };
+        let note = model.note.as_ref().map_or(String::new(), |note| format!("; {note}"));
+        let cells = [model.make.clone(), profile + &note, plug];
+        let at = groups.iter().position(|group| group.cells == cells).unwrap_or_else(|| {
+            groups.push(ModelGroup { cells, models: Vec::new() });
+            groups.len() - 1
+        });
+        let (name, years) = (model.model.clone(), model.years_text());
+        match groups[at].models.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, known)) => known.push(years),
+            None => groups[at].models.push((name, vec![years])),
+        }
+    }
+    groups.iter().map(ModelGroup::row).collect()
 }
 
 fn protection(settings: &Settings) -> String {
@@ -88,8 +111,7 @@ fn protection(settings: &Settings) -> String {
 }
 
 fn verified(provenance: &Provenance) -> String {
-    let kinds = [Verification::Car, Verification::Recording, Verification::Bench];
-    let counted = kinds.map(|kind| (provenance.facts_verified_by(kind).len(), kind));
+    let counted = KINDS.map(|kind| (provenance.facts_verified_by(kind).len(), kind));
     let counted = counted.iter().filter(|(count, _)| *count > 0);
     let counted: Vec<_> = counted.map(|(count, kind)| format!("{count} by {kind}")).collect();
     if counted.is_empty() {
@@ -98,66 +120,72 @@ fn verified(provenance: &Provenance) -> String {
     format!("{} of {}", counted.join(", "), provenance.facts.len())
 }
 
-/// The facts of the status, in the order of the columns.
-const STATUS_FACTS: [&str; 6] =
-    ["velocity.speed", "velocity.heading_rate", "steering", "gear", "control_mode", "doors"];
+/// Facts of the status and their letters.
+const STATUS_FACTS: [(&str, char); 6] = [
+    ("velocity.speed", 'v'),
+    ("velocity.heading_rate", 'y'),
+    ("steering", 's'),
+    ("gear", 'g'),
+    ("control_mode", 'm'),
+    ("doors", 'd'),
+];
 
-/// What has verified a fact of the status.
-fn status(provenance: &Provenance, name: &str) -> String {
-    if !provenance.facts.iter().any(|fact| fact.name == name) {
-        return "–".to_owned();
-    }
-    let kinds = [Verification::Car, Verification::Recording, Verification::Bench];
-    let is_verified = |kind: &Verification| provenance.facts_verified_by(*kind).contains(&name);
-    kinds.into_iter().find(is_verified).map_or("read".to_owned(), |kind| kind.to_string())
+/// The letters of a profile's signals.
+fn signals(settings: &Settings) -> String {
+    let (lights, provenance) = (&settings.gateway.lights, &settings.provenance);
+    let is_verified = |name: &str| {
+        let verified = KINDS.iter().flat_map(|kind| provenance.facts_verified_by(*kind));
+        verified
+            .filter(|fact| !["turn.off", "hazard.off"].contains(fact))
+            .any(|fact| Provenance::covers(name, fact))
+    };
+    let letter = |name: &str, letter: char, is_given: bool| match (is_given, is_verified(name)) {
+        (false, _) => '-',
+        (true, false) => letter,
+        (true, true) => letter.to_ascii_uppercase(),
+    };
+    let turn = letter("turn", 't', matches!(lights.turn, TurnBinding::From(_)));
+    let hazard = letter("hazard", 'h', matches!(lights.hazard, HazardBinding::From(_)));
+    let status = STATUS_FACTS
+        .map(|(name, sign)| letter(name, sign, provenance.facts.iter().any(|fact| fact.name == name)));
+    [turn, hazard].into_iter().chain(status).collect()
 }
 
 fn overview(name: &str) -> String {
     let settings = profile(name);
-    let (lights, provenance) = (&settings.gateway.lights, &settings.provenance);
+    let provenance = &settings.provenance;
     let makes = provenance.makes.join(", ");
+    let more =
+        [("commands", !settings.command_binding.is_empty()), ("V2I", !settings.gateway.v2i.is_empty())];
+    let more: Vec<_> = more.iter().filter(|(_, is_given)| *is_given).map(|(what, _)| *what).collect();
     format!(
-        "| {} | [{}](../config/vehicles/{name}.toml) | {} | {} | {} | {} | {} | {} | {} | {} |\n",
+        "| {} | [{name}](../config/vehicles/{name}.toml) | {} | `{}` | {} | {} | {} |\n",
         if makes.is_empty() { "–" } else { &makes },
-        settings.vehicle,
         provenance.models,
-        yes(matches!(lights.turn, TurnBinding::From(_))),
-        yes(matches!(lights.hazard, HazardBinding::From(_))),
-        STATUS_FACTS.map(|fact| status(provenance, fact)).join(" | "),
-        yes(!settings.gateway.v2i.is_empty()),
-        yes(!settings.command_binding.is_empty()),
+        signals(settings),
         protection(settings),
+        more.join(", "),
         verified(provenance),
     )
 }
 
+/// A file and its repository, without the note.
 fn source(source: &FactSource) -> String {
-    let mut text = source.kind.to_string();
-    if let Some(file) = &source.file {
-        text += &format!(" `{file}`");
-    }
-    if let Some(repository) = &source.repository {
-        let commit = source.commit.as_ref().map_or(String::new(), |commit| format!("/tree/{commit}"));
-        text += &format!(" of [{repository}](https://github.com/{repository}{commit})");
-    }
-    if let Some(version) = &source.version {
-        text += &format!(" {version}");
-    }
-    source.note.as_ref().map_or(text.clone(), |note| format!("{text}: {note}"))
+    let file = source.file.as_ref().map_or(String::new(), |file| format!("`{file}`"));
+    let Some(repository) = &source.repository else { return file };
+    let commit = source.commit.as_ref().map_or(String::new(), |commit| format!("/tree/{commit}"));
+    let version = source.version.as_ref().map_or(String::new(), |version| format!(" {version}"));
+    format!("{file} of [{repository}](https://github.com/{repository}{commit}){version}")
+        .trim_start()
+        .to_owned()
 }
 
 fn facts(name: &str) -> String {
-    let provenance = &profile(name).provenance;
-    let rows = provenance.records.iter().map(|record| {
+    let records = profile(name).provenance.records.iter();
+    let rows = records.filter(|record| record.verified != Verification::Nothing).map(|record| {
         let facts: Vec<_> = record.facts.iter().map(|fact| format!("`{fact}`")).collect();
-        let evidence = match record.verified {
-            Verification::Nothing => "nothing".to_owned(),
-            Verification::Bench | Verification::Recording | Verification::Car => {
-                format!("{}: {}", record.verified, record.evidence)
-            }
-        };
-        let (facts, source) = (facts.join(", "), source(&record.source));
-        format!("| {name} | {facts} | {evidence} | {source} | {} |\n", record.since)
+        let (kind, evidence) = (record.verified, &record.evidence);
+        format!("| {name} | {} | {kind}: {evidence} | {} |\n", facts.join(", "), source(&record.source))
     });
     rows.collect()
 }
@@ -170,8 +198,7 @@ fn the_document_of_vehicles_is_what_the_profiles_give() {
     });
     let overviews: String = names.iter().map(|name| overview(name)).collect();
     let facts: String = profile_names().iter().map(|name| facts(name)).collect();
-    let models: String = models().unwrap().iter().map(model).collect();
-    let made = format!("{HEAD}{overviews}{FACTS}{facts}{MODELS}{models}");
+    let made = format!("{HEAD}{overviews}{FACTS}{facts}{MODELS}{}", model_rows());
     let path = project().join("docs/vehicles.md");
     if std::env::var_os("UPDATE_DOCS").is_some() {
         fs::write(&path, made).unwrap();

@@ -248,43 +248,46 @@ const HEAD: &str = "\
 For anyone who wants a second opinion on a shipped profile. The tables tell you where opendbc reads the same states, and why it
 differs elsewhere.
 
-opendbc, a Python package, is the library with which openpilot reads cars. For every shipped profile with
+opendbc is the Python package with which openpilot reads cars; `tests/run` pins its version. For every shipped profile with
 a counterpart there, a test packs the frames of each state with its `CANPacker`, gives them to its `CarState` and to our
-replay of the profile, and compares `leftBlinker` and `rightBlinker` with our reports. The version is pinned in `tests/run`.
+replay of the profile, and compares `leftBlinker` and `rightBlinker` with our reports.
 
-- Each state lasts for 3 s and is read in its last 0.8 s, so that the holds of opendbc (0.4 to 0.5 s from a lit lamp, 2.5
-  to 3 s from the touch of a lever) and our observation of lamps are over; \"tap\" is a lever held for 0.3 s and read
+- Each state lasts for 3 s and is read in its last 0.8 s, after the holds of opendbc (0.4 to 0.5 s from a lit lamp, 2.5
+  to 3 s from the touch of a lever) and our observation of lamps; \"tap\" is a lever held for 0.3 s and read
   after 1 s. Lamps flash with 0.33 s lit and 0.33 s dark. Messages come every 50 ms, on all buses of opendbc.
-- The car state comes from the platform's `CarInterface`, without fingerprints and with all other messages absent, called
-  every 10 ms. Where opendbc has a DBC file and no car, its part is the packer, and the table has a dash.
-- \"both\" of opendbc and our \"hazard\" are the same; \"none\" is a report that stops, because its state is unknown or
-  invalid. The profile's counters and checksums are packed by opendbc and checked by us; where it has no rule for them the
-  test fills them in.
+- The car state comes from the platform's `CarInterface`, without fingerprints and without other messages, called
+  every 10 ms. Where opendbc has a DBC file and no car (a file without a platform below), its part is the packer.
+- \"both\" of opendbc is our \"hazard\"; \"none\" is a withheld report. opendbc packs counters and checksums, or the test
+  where it has no rule, and we check them.
 
+## States
+
+| profile | file of opendbc, and its platform | counter and checksum | read alike | read differently: opendbc / ours |
+|---|---|---|---|---|
 ";
 
-fn document(rows: &[Row]) -> String {
+fn document(rows: &[Vec<Row>]) -> String {
     let mut text = HEAD.to_owned();
-    text += "## Counterparts\n\n| profile | file of opendbc, and its platform | counter and checksum |\n|---|---|---|\n";
-    for vehicle in vehicles() {
+    for (vehicle, rows) in vehicles().iter().zip(rows) {
         let cars = vehicle.counterpart.cars.iter().map(|car| match file_and_platform(car) {
             (file, Some(platform)) => format!("`{file}` {platform}"),
             (file, None) => format!("`{file}`"),
         });
         let cars = cars.collect::<Vec<_>>().join("<br>");
-        let protection = match (is_protected(&vehicle), vehicle.counterpart.packs_protection) {
+        let protection = match (is_protected(vehicle), vehicle.counterpart.packs_protection) {
             (false, _) => "–",
             (true, true) => "opendbc",
             (true, false) => "the test",
         };
-        writeln!(text, "| {} | {cars} | {protection} |", vehicle.profile).unwrap();
-    }
-    text += "\n## States\n\n| profile | state | opendbc | ours | difference |\n|---|---|---|---|---|\n";
-    for row in rows {
-        let difference = row.difference.unwrap_or_default();
-        let theirs = row.theirs.unwrap_or("–");
-        writeln!(text, "| {} | {} | {theirs} | {} | {difference} |", row.profile, row.state, row.ours)
-            .unwrap();
+        let is_alike = |row: &&Row| row.agrees() && (row.theirs.is_some() || row.ours != "none");
+        let (alike, others): (Vec<_>, Vec<_>) = rows.iter().partition(is_alike);
+        let alike: Vec<_> = alike.iter().map(|row| row.state).collect();
+        let others = others.iter().map(|row| {
+            let difference = row.difference.map_or(String::new(), |name| format!(" ({name})"));
+            format!("{}: {} / {}{difference}", row.state, row.theirs.unwrap_or("–"), row.ours)
+        });
+        let (alike, others) = (alike.join("; "), others.collect::<Vec<_>>().join("<br>"));
+        writeln!(text, "| {} | {cars} | {protection} | {alike} | {others} |", vehicle.profile).unwrap();
     }
     text += "\n## Differences\n\n";
     for (name, reason) in DIFFERENCES {
@@ -315,9 +318,9 @@ fn reports_are_what_the_car_states_of_opendbc_read() {
     let (mut answers, mut all) = (answers.into_iter(), Vec::new());
     for vehicle in &vehicles {
         let cars = vehicle.counterpart.cars.iter().map(String::as_str);
-        all.extend(rows(vehicle, &cars.zip(answers.by_ref()).collect::<Vec<_>>()));
+        all.push(rows(vehicle, &cars.zip(answers.by_ref()).collect::<Vec<_>>()));
     }
-    let wrong = all.iter().filter(|row| row.agrees() == row.difference.is_some());
+    let wrong = all.iter().flatten().filter(|row| row.agrees() == row.difference.is_some());
     let wrong: Vec<_> = wrong
         .map(|row| {
             let known = row.difference.unwrap_or("no difference is known");

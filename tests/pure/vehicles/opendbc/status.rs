@@ -73,17 +73,18 @@ fn tried(vehicle: &Vehicle) -> Vec<(String, &'static str)> {
 
 /// The section of the document: how many values are compared, and what cannot be.
 pub(super) fn section() -> String {
-    let mut text = "\n## Status\n\nHow many values of each part of the status are the same in opendbc's car state and in \
-                    our report. Speed, steering and yaw rate are swept from 0 to their largest value, with both signs; there \
-                    is a row for each profile whose platform opendbc has a car state of.\n\n"
+    let mut text = "\n## Status\n\nNumber of values of each part of the status that opendbc's car state and our report read alike, \
+                    for the profiles whose platform has a car state. Speed, steering and yaw rate are swept from 0 to their \
+                    largest value, with both signs.\n\n"
         .to_owned();
     writeln!(
         text,
-        "| profile |{}|",
+        "| profiles |{}|",
         PARTS.map(|(name, _)| format!(" {} ", name.replace('_', " "))).join("|")
     )
     .unwrap();
     text += "|---|---|---|---|---|---|\n";
+    let mut rows: Vec<(String, Vec<&str>)> = Vec::new();
     for vehicle in vehicles() {
         let tried = tried(&vehicle);
         if tried.is_empty() {
@@ -93,7 +94,14 @@ pub(super) fn section() -> String {
             0 => "–".to_owned(),
             count => count.to_string(),
         });
-        writeln!(text, "| {} | {} |", vehicle.profile, counts.join(" | ")).unwrap();
+        let counts = counts.join(" | ");
+        match rows.iter_mut().find(|(known, _)| *known == counts) {
+            Some((_, profiles)) => profiles.push(vehicle.profile),
+            None => rows.push((counts, vec![vehicle.profile])),
+        }
+    }
+    for (counts, profiles) in rows {
+        writeln!(text, "| {} | {counts} |", profiles.join(", ")).unwrap();
     }
     text += "\n";
     for (name, note) in PARTS {
