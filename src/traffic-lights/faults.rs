@@ -1,5 +1,5 @@
 //! Injected faults of a channel, as caused by a pipeline or link
-//! (docs/spec/traffic-lights.md, "Faults on purpose").
+//! (docs/spec/traffic-lights.md, "Injected faults").
 //!
 //! All faults are off by default. The same seed and the same inputs give the same faults. Each kind of fault
 //! has its own random draws for each group and message, so that neither other kinds nor other groups affect

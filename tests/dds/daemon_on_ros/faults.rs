@@ -1,4 +1,4 @@
-//! Faults on purpose, on virtual time.
+//! Injected faults, on virtual time.
 
 use std::process::Command;
 
