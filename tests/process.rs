@@ -24,10 +24,12 @@ mod process {
     mod on_terminal;
     mod pictures;
     mod recorded_drives;
+    mod recordings;
     mod refusals;
     mod reload;
     mod status_command;
     mod systemd_units;
+    mod tables;
     mod terminal_view;
     mod vehicle_status;
 }

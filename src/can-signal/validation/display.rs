@@ -33,11 +33,14 @@ pub struct RoleTexts {
 impl RoleTexts {
     /// Returns the meaning of `raw` in this use.
     pub fn value_text(&self, raw: i128) -> ValueText {
+        let named = self.named.iter().any(|(range, _)| range.contains(raw));
+        ValueText { text: format!("{} {}", self.subject, self.state_text(raw)), defined: named }
+    }
+
+    /// Returns the state that `raw` names in this use, e.g. `left`.
+    pub fn state_text(&self, raw: i128) -> &str {
         let named = self.named.iter().find(|(range, _)| range.contains(raw));
-        match named {
-            Some((_, text)) => ValueText { text: format!("{} {text}", self.subject), defined: true },
-            None => ValueText { text: format!("{} UNDEFINED", self.subject), defined: false },
-        }
+        named.map_or("UNDEFINED", |(_, text)| text)
     }
 }
 

@@ -116,6 +116,13 @@ pub struct Received<'a> {
 pub type ReceivedSnapshot = (Vec<SignalSnapshot>, Vec<MessageSnapshot>);
 
 impl Received<'_> {
+    /// Returns the raw value of each signal in the order of the table; `None` while it is not valid.
+    pub fn raw_values(self, now: MonoTime) -> Vec<Option<i128>> {
+        let Self { table, observations, buses, .. } = self;
+        let value = |signal| observations.valid(table, SignalIndex(signal), buses, now).ok();
+        (0..table.signals.len()).map(|signal| value(signal).map(|last| last.raw)).collect()
+    }
+
     /// Returns all signals and messages in the order of the table; `texts` returns the meanings of a raw
     /// value, none for a plain number.
     pub fn snapshot(

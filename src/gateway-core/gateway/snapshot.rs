@@ -8,6 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Gateway;
+use super::perception::Perception;
 use crate::command::snapshot::CommandSnapshot;
 use crate::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use crate::vehicle_report::ReportSnapshot;
@@ -15,7 +16,7 @@ use crate::vehicle_status::VehicleStatusSnapshot;
 use can_signal::can::BusSnapshot;
 use can_signal::validation::snapshot::{MessageSnapshot, SignalSnapshot};
 use gateway_base::diagnostics::{Level, Status};
-use gateway_base::time::Now;
+use gateway_base::time::{MonoTime, Now};
 use traffic_lights::snapshot::TrafficLightsSnapshot;
 use turn_signal::flow::snapshot::DeciderSnapshot;
 
@@ -87,6 +88,15 @@ pub struct KeyValue {
 }
 
 impl Gateway {
+    /// Returns the raw value of each signal of the lights, followed by those of the status, in the order of
+    /// their tables; `None` while it is not valid.
+    pub fn raw_values(&self, now: MonoTime) -> Vec<Option<i128>> {
+        let Perception { lights, status, buses, .. } = &self.perception;
+        let mut values = lights.raw_values(buses, now);
+        values.extend(status.raw_values(buses, now));
+        values
+    }
+
     /// Returns the current state, without the process. `now` must not precede the last call of the gateway.
     pub fn snapshot<P>(&self, now: Now) -> Snapshot<P> {
         let (perception, mono) = (&self.perception, now.mono);

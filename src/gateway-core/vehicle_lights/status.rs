@@ -73,6 +73,11 @@ impl VehicleLights {
         self.report_snapshot(&self.hazard_task, self.hazard.current(), buses, now)
     }
 
+    /// Returns the raw value of each signal of the lights; `None` while it is not valid.
+    pub fn raw_values(&self, buses: &[Bus], now: MonoTime) -> Vec<Option<i128>> {
+        received(&self.binding, &self.observations, buses).raw_values(now)
+    }
+
     /// Returns the signals and messages of the lights.
     pub fn received_snapshot(&self, buses: &[Bus], now: MonoTime) -> ReceivedSnapshot {
         received(&self.binding, &self.observations, buses)

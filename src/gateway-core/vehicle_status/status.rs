@@ -88,6 +88,11 @@ impl VehicleStatus {
         }
     }
 
+    /// Returns the raw value of each signal of the status; `None` while it is not valid.
+    pub fn raw_values(&self, buses: &[Bus], now: MonoTime) -> Vec<Option<i128>> {
+        received(&self.binding, &self.observations, buses).raw_values(now)
+    }
+
     /// Returns the signals and messages of the status.
     pub fn received_snapshot(&self, buses: &[Bus], now: MonoTime) -> ReceivedSnapshot {
         let texts = StatusTexts::of(&self.binding);

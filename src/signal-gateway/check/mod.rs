@@ -17,6 +17,7 @@ mod report;
 mod service;
 mod survey;
 mod survey_text;
+pub mod table;
 pub mod timeline;
 mod traffic_lights;
 mod turn_signal;

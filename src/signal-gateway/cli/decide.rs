@@ -10,6 +10,7 @@ use super::arguments::{Every, NamedValue, draw, file_name, named_value, svg_path
 use super::failure::Failure;
 use super::progress::ProgressDisplay;
 use super::recorded_drive::{self, ReportForm};
+use super::recordings::{Batch, DecideSummary, SeveralArgs, Wanted};
 use super::{messages, survey};
 use crate::config::drive::{self, DriveFile};
 use crate::config::files::Disk;
@@ -37,6 +38,7 @@ Examples:
   signal-gateway decide --map lanelet2_map.osm --all-routes 500
   signal-gateway decide --map lanelet2_map.osm --all-routes 500 --sweep country
   signal-gateway decide drive.mcap --map lanelet2_map.osm --picture drive.svg
+  signal-gateway decide archive/ --map lanelet2_map.osm --json > results.jsonl
 
 For each change of the signal a line gives the command, the position of the rear axle along
 the route (and the time, where the vehicle stands), and the reason.
@@ -86,6 +88,8 @@ pub(super) struct DecideArgs {
     /// Drive scenario (.toml), or recording of a drive: MCAP, or the file or folder of a bag
     #[arg(value_name = "SCENARIO|RECORDING", required_unless_present = "map")]
     scenario: Option<PathBuf>,
+    #[command(flatten)]
+    several: SeveralArgs,
     /// lanelet2 map of a recording; or instead of a scenario: the shortest way from one lanelet to another is
     /// driven, without a change of lane
     #[arg(long, value_name = "MAP.osm")]
@@ -145,6 +149,9 @@ static COMPAT: [NamedValue<DeciderCompat>; 3] = [
 pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
     if let (Some(map), Some(routes)) = (&args.map, args.all_routes) {
         return survey_map(args, map, routes);
+    }
+    if let Some(recordings) = args.several.all(args.scenario.as_deref()) {
+        return report_each(args, recordings);
     }
     if let Some(recording) = &args.scenario
         && SampleLog::is_for(recording).map_err(Failure::file(recording))?
@@ -214,7 +221,19 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
     Ok(if has_failed { ExitCode::from(5) } else { ExitCode::SUCCESS })
 }
 
-fn report_recording(args: &DecideArgs, recording: &Path) -> Result<ExitCode, Failure> {
+/// Compares the signals of several recordings, after the map that they have in common.
+fn report_each(args: &DecideArgs, recordings: Vec<PathBuf>) -> Result<ExitCode, Failure> {
+    if args.picture.is_some() {
+        return Err(Failure::Usage("--picture draws one recording: give it alone".to_owned()));
+    }
+    read_map(args)?;
+    let read = DecideSummary::read;
+    let batch = Batch { wanted: Wanted::Messages, car: None, tables: None, as_json: args.json, read };
+    args.several.run(recordings, &batch)
+}
+
+/// Reads the map and the decider's settings for a recording.
+fn read_map(args: &DecideArgs) -> Result<(DriveFile, Option<TurnSignalConfig>), Failure> {
     let config = args.config.as_ref().map(|path| turn_signal(path)).transpose()?;
     let map = args.map.as_deref().or_else(|| config.as_ref().map(|config| config.map.as_path()));
     let map = map.ok_or_else(|| {
@@ -224,6 +243,11 @@ fn report_recording(args: &DecideArgs, recording: &Path) -> Result<ExitCode, Fai
     if let Some(config) = &config {
         take_settings(&mut file, &config.flow);
     }
+    Ok((file, config))
+}
+
+fn report_recording(args: &DecideArgs, recording: &Path) -> Result<ExitCode, Failure> {
+    let (mut file, config) = read_map(args)?;
     file.decider.compat = args.compat.unwrap_or(file.decider.compat);
     let (is_json, every, picture, signal) = (args.json, args.every, args.picture.as_deref(), args.signal);
     let form = ReportForm { is_json, every, picture, signal };

@@ -11,6 +11,7 @@ use super::arguments::{ShowProgress, TimeArgs, open, seconds};
 use super::failure::Failure;
 use super::messages;
 use super::progress::ProgressDisplay;
+use super::recordings::{Batch, Identified, SeveralArgs, Wanted};
 use crate::check::identify::{Identifier, ProfileCandidate};
 use crate::check::{identify_text, log_faults};
 use crate::daemon::DaemonError;
@@ -24,6 +25,7 @@ pub(super) const HELP: &str = "\
 Examples:
   signal-gateway identify drive.log.gz
   signal-gateway identify drive.log --all --json
+  signal-gateway identify archive/ --jobs 4
   signal-gateway identify --live can0 --seconds 60
 
 Listening ends with --seconds, on Ctrl-C with what was received until then, or as soon as one
@@ -34,6 +36,8 @@ pub(super) struct IdentifyArgs {
     /// Recording in any format that `check` reads, - for standard input
     #[arg(required_unless_present = "live")]
     log: Option<PathBuf>,
+    #[command(flatten)]
+    several: SeveralArgs,
     #[command(flatten)]
     time: TimeArgs,
     /// Listen to INTERFACE instead of reading a recording; nothing is sent
@@ -52,6 +56,11 @@ pub(super) struct IdentifyArgs {
 
 pub(super) fn run(args: &IdentifyArgs) -> Result<ExitCode, Failure> {
     messages::start_log("error", LogForm::Messages)?;
+    if let Some(recordings) = args.several.all(args.log.as_deref()) {
+        let read = Identified::read;
+        let batch = Batch { wanted: Wanted::Frames, car: None, tables: None, as_json: args.json, read };
+        return args.several.run(recordings, &batch);
+    }
     let identifier = match (&args.live, &args.log) {
         (Some(interface), _) => listen(interface, args.seconds)?,
         (None, log) => read(log.as_deref().unwrap_or(Path::new("-")), args.time)?,

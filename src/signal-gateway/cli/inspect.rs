@@ -9,8 +9,10 @@ use clap::Args;
 use super::arguments::{
     ConfigArgs, DEFAULT_CONFIG, RecordingArgs, ShowProgress, TimeArgs, open, recording, settings, settings_in,
 };
+use super::csv_output::CsvArgs;
 use super::failure::Failure;
 use super::progress::ProgressDisplay;
+use super::recordings::{Batch, Checked, SeveralArgs, Wanted};
 use super::replay::{has_frames, mention_losses};
 use super::status::SOCKET;
 use super::unreadable::expect_recording;
@@ -20,6 +22,7 @@ use crate::check::CheckReport;
 use crate::check::decode::Decoder;
 use crate::check::live_messages::LiveMessages;
 use crate::check::patch::{Fix, patch, timeouts};
+use crate::check::table::SignalValues;
 use crate::config::files::{Disk, Files as _, ListedDisk};
 use crate::config::ros_names::RosOverrides;
 use crate::config::{Refused, Settings, SourceLocation};
@@ -36,6 +39,7 @@ Examples:
   signal-gateway check --config gateway.toml
   signal-gateway check drive.log.gz --profile ford_falcon_fg
   signal-gateway check drive.log --config gateway.toml --fix
+  signal-gateway check archive/ --config gateway.toml --json > results.jsonl
   signal-gateway check lanelet2_map.osm
 
 Findings are errors (the profile belongs to another vehicle, or cannot work), warnings (to be
@@ -57,17 +61,25 @@ With --json one object is printed:
 pub(super) const DECODE_HELP: &str = "\
 Examples:
   signal-gateway decode drive.log.gz --profile j1939_truck --changes
+  signal-gateway decode drive.log --profile hyundai_kia --csv signals.csv
   signal-gateway decode --live --config gateway.toml
   signal-gateway decode --live --plain --changes | grep TURN
 
 On a terminal --live shows a table: for each identifier the last frame with what changed in it, its
 rate and its signals, also of frames that the profile does not bind. ? shows its keys.
-Elsewhere, with --plain and with --changes it prints a line for each bound signal.";
+Elsewhere, with --plain and with --changes it prints a line for each bound signal.
+
+With --csv the columns are time_s (virtual time), unix_time_s (the recording's clock), and the bound
+signals: states in words, measured values in the unit of the DBC, as in SPEED.ENCODER [km per h].
+A cell is empty while the gateway would not use the value: before the first frame, after a timeout,
+or when the frame fails a check.";
 
 #[derive(Debug, Args)]
 pub(super) struct CheckArgs {
     #[command(flatten)]
     recording: RecordingArgs,
+    #[command(flatten)]
+    several: SeveralArgs,
     /// Exit with 4 for notes as well, not only from warnings up
     #[arg(long)]
     strict: bool,
@@ -89,11 +101,13 @@ pub(super) struct DecodeArgs {
     #[command(flatten)]
     recording: RecordingArgs,
     /// From the configured interfaces instead of a recording
-    #[arg(long, conflicts_with_all = ["log", "map", "time_unit"])]
+    #[arg(long, conflicts_with_all = ["log", "map", "time_unit", "csv"])]
     live: bool,
     /// A signal only when its value changes
     #[arg(long)]
     changes: bool,
+    #[command(flatten)]
+    csv: CsvArgs,
     #[command(flatten)]
     view: ViewArgs,
 }
@@ -103,7 +117,22 @@ pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     if let Some(socket) = &args.against_running {
         return against_running::run(&settings(&args.recording.config)?, socket, args.json);
     }
-    judge(args)
+    let recordings = args.several.all(args.recording.log.as_deref());
+    match recordings.filter(|recordings| !matches!(recordings.as_slice(), [only] if is_map(only))) {
+        Some(recordings) => judge_each(args, recordings),
+        None => judge(args),
+    }
+}
+
+/// Checks several recordings, after the configuration that they have in common.
+fn judge_each(args: &CheckArgs, recordings: Vec<PathBuf>) -> Result<ExitCode, Failure> {
+    if args.fix {
+        return Err(Failure::Usage("--fix mends by one recording: give it alone".to_owned()));
+    }
+    let settings = settings(&args.recording.config)?;
+    let (car, read) = (Some(settings.vehicle.as_str()), Checked::read);
+    let batch = Batch { wanted: Wanted::Frames, car, tables: None, as_json: args.json, read };
+    args.several.run(recordings, &batch)
 }
 
 fn judge(args: &CheckArgs) -> Result<ExitCode, Failure> {
@@ -175,7 +204,7 @@ fn print_patch(profile: &Path, key: &str, fixes: &[&Fix]) -> Result<(), Failure>
 }
 
 fn is_map(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension == "osm") || path.is_dir()
+    path.extension().is_some_and(|extension| extension == "osm") || path.join("lanelet2_map.osm").exists()
 }
 
 /// Prints a report in the requested form, and returns the exit code for its findings.
@@ -208,13 +237,17 @@ fn print(
 pub(super) fn check_files(config: &Path, log: &Path, time: TimeArgs) -> Result<ExitCode, Failure> {
     let config = ConfigArgs { config: Some(config.to_owned()), profile: None };
     let recording = RecordingArgs { log: Some(log.to_owned()), config, map: Vec::new(), time };
-    judge(&CheckArgs { recording, strict: false, fix: false, json: false, against_running: None })
+    let several = SeveralArgs::default();
+    judge(&CheckArgs { recording, several, strict: false, fix: false, json: false, against_running: None })
 }
 
 pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
     messages::start_log("warn", LogForm::Messages)?;
     args.recording.log.as_deref().map_or(Ok(()), expect_recording)?;
     let settings = settings(&args.recording.config)?;
+    if args.csv.csv.is_some() {
+        return decode_to_table(args, settings);
+    }
     let mut decoder = Decoder::new(&settings, args.changes);
     if args.live {
         let clock = Clock::start();
@@ -242,6 +275,33 @@ pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
         }
     };
     out.flush()?;
+    mention_losses(&replay);
+    outcome.and_then(|code| has_frames(&replay, code, &unreadable))
+}
+
+/// Runs the gateway over the recording, so that a value counts for as long as the gateway would use it.
+fn decode_to_table(args: &DecodeArgs, settings: Settings) -> Result<ExitCode, Failure> {
+    let (path, routes) = recording(&args.recording, &settings)?;
+    let unreadable = Failure::file(&path);
+    let Some(csv) = args.csv.file(&path)? else { return Ok(ExitCode::SUCCESS) };
+    let log = open(&path, args.recording.time, ShowProgress::Always)?;
+    let unwritable = |error| csv.failure(error);
+    let table = SignalValues::new(&settings, csv.create()?, args.csv.rows());
+    let mut table = table.map_err(unwritable)?;
+    let mut replay = Replay::new(settings.gateway, log, routes).map_err(&unreadable)?;
+    let outcome = loop {
+        while replay.poll_output().is_some() {}
+        table.take(replay.gateway(), replay.now()).map_err(unwritable)?;
+        if replay.upcoming().is_some() {
+            table.entry();
+        }
+        match replay.step() {
+            Ok(true) => {}
+            Ok(false) => break Ok(ExitCode::SUCCESS),
+            Err(error) => break Err(unreadable(error)),
+        }
+    };
+    csv.conclude(table.finish(replay.length()), false)?;
     mention_losses(&replay);
     outcome.and_then(|code| has_frames(&replay, code, &unreadable))
 }

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use super::failure::Failure;
-use super::output_budget::OutputBudget;
 use crate::io::mcap::bag::{Bag, FileLimits};
 use crate::io::mcap::encoder::{Encoder, RecordedMessage};
 use crate::io::mcap::file::McapFile;
 use crate::io::sample_log::LoggedSample;
+use crate::report::output_budget::OutputBudget;
 use can_signal::can::CanInput;
 use gateway_base::time::{MonoTime, WallStamp};
 use gateway_core::gateway::call::TimedCall;

@@ -2,17 +2,20 @@
 
 use std::ffi::OsString;
 use std::io;
+use std::path::Path;
 use std::sync::OnceLock;
 use std::time::Duration;
 
 use annotate_snippets::Level;
 use anstream::{AutoStream, ColorChoice};
 use clap::{Args, ValueEnum};
+use serde_json::json;
 use tracing_subscriber::EnvFilter;
 use tracing_subscriber::filter::LevelFilter;
 
 use super::failure::Failure;
 use crate::config::Refused;
+use crate::config::built_in::display;
 use crate::config::files::Disk;
 use crate::io::process_log::{self, LogForm};
 use crate::report::refusal::{plain, refusals};
@@ -31,6 +34,18 @@ pub(super) struct MessageArgs {
     /// Colours; auto: on a terminal, unless `NO_COLOR` is set, or with `CLICOLOR_FORCE`
     #[arg(long, value_name = "WHEN", global = true, value_enum, default_value_t)]
     color: When,
+    /// How messages are written on standard error
+    #[arg(long, value_name = "FORMAT", global = true, value_enum, default_value_t, hide = true)]
+    message_format: MessageFormat,
+}
+
+/// Form of the messages on standard error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum MessageFormat {
+    #[default]
+    Text,
+    /// An object per line, for the process that has started this one.
+    Json,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
@@ -85,6 +100,12 @@ pub(super) fn error(text: &str, remedy: &str) {
     message((tracing::Level::ERROR, Level::ERROR), text, remedy);
 }
 
+/// Writes an error of a file, whose name the reader of an object per line already knows.
+pub(super) fn file_error(path: &Path, text: &str, remedy: &str) {
+    let is_text = options().message_format == MessageFormat::Text;
+    error(&if is_text { format!("{}: {text}", display(path)) } else { text.to_owned() }, remedy);
+}
+
 pub(super) fn warn(text: &str) {
     if !options().quiet {
         message((tracing::Level::WARN, Level::WARNING), text, "");
@@ -98,10 +119,24 @@ pub(super) fn note(text: &str) {
 }
 
 fn message((level, title): (tracing::Level, Level<'static>), text: &str, remedy: &str) {
-    process_log::lines(level, &plain(title, text, remedy, layout(&io::stderr())));
+    match options().message_format {
+        MessageFormat::Text => {
+            process_log::lines(level, &plain(title, text, remedy, layout(&io::stderr())));
+        }
+        MessageFormat::Json => {
+            let level_name = level.as_str().to_lowercase();
+            process_log::lines(
+                level,
+                &json!({ "level": level_name, "text": text, "remedy": remedy }).to_string(),
+            );
+        }
+    }
 }
 
 pub(super) fn refused(Refused(problems): &Refused) {
+    if options().message_format == MessageFormat::Json {
+        return problems.iter().for_each(|problem| error(&problem.to_string(), ""));
+    }
     let most = if options().verbose { usize::MAX } else { MAX_PROBLEMS };
     process_log::lines(tracing::Level::ERROR, &refusals(&Disk, problems, most, layout(&io::stderr())));
 }

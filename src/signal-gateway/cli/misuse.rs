@@ -11,7 +11,7 @@ use crate::config::built_in::BuiltIn;
 
 /// Parses the arguments of the process. Ends the process if they are wrong.
 pub(super) fn parse<Cli: Parser>() -> Cli {
-    let arguments = help_as_option(with_joined_address(std::env::args_os()));
+    let arguments = arguments();
     Cli::try_parse_from(&arguments).unwrap_or_else(|mut error| {
         let words: Vec<_> = arguments.iter().skip(1).map(|word| word.to_string_lossy()).collect();
         let words: Vec<_> = words.iter().map(AsRef::as_ref).collect();
@@ -23,6 +23,11 @@ pub(super) fn parse<Cli: Parser>() -> Cli {
         forget_hidden(&mut error, &Cli::command());
         error.exit()
     })
+}
+
+/// Returns the arguments of the process in the form that the parser accepts.
+pub(super) fn arguments() -> Vec<OsString> {
+    help_as_option(with_joined_address(std::env::args_os()))
 }
 
 /// Turns `help COMMAND` into `COMMAND --help`, and `help` into `--help`.

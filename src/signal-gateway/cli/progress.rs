@@ -42,6 +42,13 @@ impl ProgressDisplay {
         Self { bar, waiting: Some((sender, thread)) }
     }
 
+    /// Counts what is done of an unknown number, unless standard output is the same terminal, with lines of
+    /// its own.
+    pub(super) fn several(noun: &'static str) -> Option<Self> {
+        let form = "{spinner} {pos} {msg}, {elapsed}";
+        (!io::stdout().is_terminal()).then(|| Self::new(noun, None, form))
+    }
+
     pub(super) fn spinner(text: impl Into<String>) -> Self {
         Self::new(text, None, "{spinner} {msg}, {elapsed}")
     }

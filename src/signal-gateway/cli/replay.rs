@@ -9,14 +9,16 @@ use clap::Args;
 use super::arguments::{
     RecordingArgs, ShowProgress, draw, file_name, open, recording, settings, speed, svg_path,
 };
+use super::csv_output::{CsvArgs, CsvFile};
 use super::failure::Failure;
 use super::live::IsolationArgs;
 use super::mcap_export::McapExport;
 use super::messages;
-use super::output_budget::OutputBudget;
+use super::recordings::{Batch, SeveralArgs, Tabulated, Wanted};
 use super::unreadable::expect_recording;
 use super::view::ViewArgs;
 use super::web::WebArgs;
+use crate::check::table::ReportValues;
 use crate::check::timeline::TimelineCollector;
 use crate::check::{recording_faults, sample_faults};
 use crate::config::Settings;
@@ -29,6 +31,7 @@ use crate::io::process_log::LogForm;
 use crate::io::sample_log::{LoggedSample, SampleKind, SampleLog};
 use crate::replay::{Departures, NoRun, RecordedInput, RecordedRun, Recording, Replay, Routes, RunSink};
 use crate::report::gateway::{Changes, JsonTimeline};
+use crate::report::output_budget::OutputBudget;
 use crate::report::view::{Destination, View, time_text};
 use can_log::file_budget::FileBudget;
 use can_log::{Log, no_frame};
@@ -43,6 +46,8 @@ Examples:
   signal-gateway replay drive.log.gz --profile hyundai_kia
   signal-gateway replay drive.log -c gateway.toml --mcap drive.mcap --report drive.html
   signal-gateway replay drive.log -c gateway.toml --open
+  signal-gateway replay drive.log -c gateway.toml --csv drive.csv --rate 10
+  signal-gateway replay archive/ -c gateway.toml --csv tables/ --json > results.jsonl
   signal-gateway replay drive.log --config gateway.toml --map can1=body \\
     --speed 1 --ros
   signal-gateway replay bags/gateway_000001_20261122T230000Z -c gateway.toml --mcap drive
@@ -52,12 +57,19 @@ With --json every published message is one line
 and /diagnostics is a line whenever a status changes, holding the statuses that changed.
 t is virtual time since the first frame of the recording, with a bag of run --record since the start
 of the gateway, whose run is repeated to the byte; stamps come from the recording
-(with --ros the present, unless [recording] stamps = \"recorded\").";
+(with --ros the present, unless [recording] stamps = \"recorded\").
+
+With --csv the columns are time_s (virtual time), unix_time_s (the recording's clock), and what is
+published: turn_indicators, velocity_mps … The first row is the beginning of the recording, the
+last one its end. Its size is printed, with --json as one object:
+  {\"csv\": FILE, \"rows\": 446, \"seconds\": 45.0, \"known_s\": {\"turn_indicators\": 37.5, …}}";
 
 #[derive(Debug, Args)]
 pub(super) struct ReplayArgs {
     #[command(flatten)]
     recording: RecordingArgs,
+    #[command(flatten)]
+    several: SeveralArgs,
     /// Print JSON lines
     #[arg(long)]
     json: bool,
@@ -70,6 +82,8 @@ pub(super) struct ReplayArgs {
     /// Draw the timeline as well
     #[arg(long, value_name = "FILE.svg", value_parser = svg_path, conflicts_with_all = ["speed", "ros", "web", "open"])]
     picture: Option<PathBuf>,
+    #[command(flatten)]
+    csv: CsvArgs,
     /// Play with the original timing times FACTOR; default: as fast as possible, with --web 1
     #[arg(long, value_name = "FACTOR", value_parser = speed)]
     speed: Option<f64>,
@@ -86,6 +100,9 @@ pub(super) struct ReplayArgs {
 
 pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     messages::start_log("warn", LogForm::Messages)?;
+    if let Some(recordings) = args.several.all(args.recording.log.as_deref()) {
+        return tabulate_each(args, recordings);
+    }
     args.recording.log.as_deref().map_or(Ok(()), expect_recording)?;
     let settings = settings(&args.recording.config)?;
     let (path, routes) = recording(&args.recording, &settings)?;
@@ -95,6 +112,10 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
         buses: settings.gateway.buses.iter().map(|bus| bus.name.clone()).collect(),
     });
     if args.ros || args.speed.is_some() || args.web.is_on() {
+        if args.csv.csv.is_some() {
+            let reason = "--csv is written as fast as possible: leave out --speed, --ros, --web and --open";
+            return Err(Failure::Usage(reason.to_owned()));
+        }
         return replay_in_time(args, settings, &path, routes, json);
     }
     let mut results = Results {
@@ -104,9 +125,14 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
         mcap: args.mcap.as_deref().map(|path| McapExport::create(path, encoder(&settings))).transpose()?,
         timeline: (args.report.is_some() || args.picture.is_some())
             .then(|| TimelineCollector::new(&settings)),
+        table: None,
         printed: OutputBudget::default(),
         failed: Ok(()),
     };
+    if let Some(csv) = args.csv.file(&path)? {
+        let table = ReportValues::new(&settings, csv.create()?, args.csv.rows());
+        results.table = Some((table.map_err(|error| csv.failure(error))?, csv));
+    }
     let unreadable = Failure::file(&path);
     let is_bag = SampleLog::is_for(&path).map_err(&unreadable)?;
     let run = if is_bag && args.recording.map.is_empty() {
@@ -136,6 +162,19 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     };
     results.finish(args, (&path, vehicle, length))?;
     outcome
+}
+
+/// Writes a table for each of several recordings.
+fn tabulate_each(args: &ReplayArgs, recordings: Vec<PathBuf>) -> Result<ExitCode, Failure> {
+    let outputs = [&args.mcap, &args.report, &args.picture];
+    let Some(tables) = args.csv.folder().filter(|_| outputs.iter().all(|output| output.is_none())) else {
+        let reason = "several recordings: give --csv FOLDER for their tables, and no other output";
+        return Err(Failure::Usage(reason.to_owned()));
+    };
+    let settings = settings(&args.recording.config)?;
+    let (car, read) = (Some(settings.vehicle.as_str()), Tabulated::read);
+    let batch = Batch { wanted: Wanted::Frames, car, tables: Some(tables), as_json: args.json, read };
+    args.several.run(recordings, &batch)
 }
 
 /// Returns the topics of all inputs in a recording of the gateway itself, first those of its subscriptions.
@@ -181,6 +220,7 @@ fn by_stamps(
 ) -> Result<(), Failure> {
     loop {
         let now = replay.now();
+        results.set_clock(now);
         while let Some(output) = replay.poll_output() {
             results.decided(&output, now.mono);
             results.published(&output, now.wall);
@@ -209,6 +249,8 @@ struct Results<'a> {
     changes: Changes,
     mcap: Option<McapExport>,
     timeline: Option<TimelineCollector>,
+    /// Takes the place of the printed lines.
+    table: Option<(ReportValues<Box<dyn Write>>, CsvFile)>,
     printed: OutputBudget,
     failed: Result<(), Failure>,
 }
@@ -218,6 +260,21 @@ impl Results<'_> {
     fn export(&mut self, write: impl FnOnce(&mut McapExport) -> Result<(), Failure>) {
         if let (Some(mcap), Ok(())) = (&mut self.mcap, &self.failed) {
             self.failed = write(mcap);
+        }
+    }
+
+    /// Sets the recording's clock for the table.
+    fn set_clock(&mut self, now: Now) {
+        if let Some((table, _)) = &mut self.table {
+            table.set_clock(now);
+        }
+    }
+
+    /// Counts an entry of the recording.
+    fn entry(&mut self) {
+        self.printed.entry();
+        if let Some((table, _)) = &mut self.table {
+            table.entry();
         }
     }
 
@@ -236,18 +293,22 @@ impl Results<'_> {
             args.picture.as_ref().map_or(Ok(()), |path| draw(path, &timeline.chart()))?;
         }
         exported?;
+        if let Some((table, csv)) = self.table {
+            csv.conclude(table.finish(length), args.json)?;
+        }
         self.printed.outcome().map_err(Failure::written(Path::new("standard output")))
     }
 }
 
 impl RunSink for Results<'_> {
     fn call(&mut self, call: &TimedCall) {
-        self.printed.entry();
+        self.entry();
+        self.set_clock(call.at);
         self.export(|mcap| mcap.call(call));
     }
 
     fn received(&mut self, input: &CanInput, at: Now) {
-        self.printed.entry();
+        self.entry();
         if let Some(mcap) = &mut self.mcap {
             mcap.advance(at.mono);
         }
@@ -261,7 +322,7 @@ impl RunSink for Results<'_> {
     }
 
     fn sample(&mut self, sample: &LoggedSample) {
-        self.printed.entry();
+        self.entry();
         // The subscriptions come first among the topics.
         self.export(|mcap| mcap.sample(sample));
     }
@@ -270,18 +331,22 @@ impl RunSink for Results<'_> {
         if let Some(mcap) = &mut self.mcap {
             mcap.advance(at);
         }
-        let Self { out, json, changes, printed, .. } = self;
+        let Self { out, json, changes, printed, table, .. } = self;
         let mut print =
             |line: &str| if printed.take(line.len() + 1, at) { writeln!(out, "{line}") } else { Ok(()) };
-        let written = match json {
-            Some(json) => json.line(output, at).map_or(Ok(()), |line| print(&line)),
-            None => {
+        let written = match (table, json) {
+            (Some((table, csv)), _) => table.given_out(output, at).map_err(|error| csv.failure(error)),
+            (None, Some(json)) => {
+                json.line(output, at).map_or(Ok(()), |line| print(&line)).map_err(Failure::from)
+            }
+            (None, None) => {
                 let changes = changes.of(output);
-                changes.iter().try_for_each(|event| print(&format!("{} {event}", time_text(at))))
+                let print = |event| print(&format!("{} {event}", time_text(at)));
+                changes.iter().try_for_each(print).map_err(Failure::from)
             }
         };
-        if let (Err(error), Ok(())) = (written, &self.failed) {
-            self.failed = Err(error.into());
+        if let (Err(failure), Ok(())) = (written, &self.failed) {
+            self.failed = Err(failure);
         }
         if let Some(timeline) = &mut self.timeline {
             timeline.given_out(output, at);

@@ -12,11 +12,11 @@ use can_log::{NotRecording, regular_file, standard_input};
 use gateway_base::near_miss::nearest;
 
 /// Number of bytes that are read to recognise a file.
-const HEAD: u64 = 16 << 10;
+pub(super) const HEAD: u64 = 16 << 10;
 
 pub(super) fn show(path: &Path, error: &io::Error) {
     let NotRecording { reason, remedy } = explained(path, error);
-    messages::error(&format!("{}: {reason}", display(path)), &remedy);
+    messages::file_error(path, &reason, &remedy);
 }
 
 /// Writes why a file cannot be written, and the remedy.

@@ -12,19 +12,19 @@ const BASE: u64 = 64 << 20;
 const FOR_ENTRY: u64 = 8 << 10;
 
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct OutputBudget {
+pub(crate) struct OutputBudget {
     entries: u64,
     written: u64,
     ended: Option<MonoTime>,
 }
 
 impl OutputBudget {
-    pub(super) fn entry(&mut self) {
+    pub(crate) fn entry(&mut self) {
         self.entries += 1;
     }
 
     /// Counts bytes at virtual time `at`; returns false if they and everything after them are to be omitted.
-    pub(super) fn take(&mut self, bytes: usize, at: MonoTime) -> bool {
+    pub(crate) fn take(&mut self, bytes: usize, at: MonoTime) -> bool {
         let written = self.written.saturating_add(bytes as u64);
         if written > BASE.saturating_add(self.entries.saturating_mul(FOR_ENTRY)) {
             self.ended.get_or_insert(at);
@@ -35,7 +35,7 @@ impl OutputBudget {
     }
 
     /// Returns an error with the limit, the position and the remedy if output was omitted.
-    pub(super) fn outcome(&self) -> io::Result<()> {
+    pub(crate) fn outcome(&self) -> io::Result<()> {
         let Some(at) = self.ended else { return Ok(()) };
         let Self { entries, written, .. } = self;
         Err(io::Error::other(format!(
