@@ -116,6 +116,21 @@ fn each_fault_of_a_signal_is_named_with_its_place_and_the_reason() {
 }
 
 #[test]
+fn a_folder_of_drives_is_a_table_with_the_verdict_on_each() {
+    let writers = require!(McapReaders::find());
+    let recorded = Recorded::new(&writers, "crossing_left.toml", Planner::Agrees);
+    fs::write(recorded.folder.path().join("broken.mcap"), "nothing").unwrap();
+    let ran = recorded.report(".", &["--json"]);
+    let rows = ran.json();
+    let row = |name: &str| rows.iter().find(|row| row["recording"] == name).unwrap();
+    assert_eq!((ran.code, &row("./broken.mcap")["exit_code"]), (1, &Value::from(1)), "{rows:#?}");
+    let drive = row("./drive.mcap");
+    let summary = &drive["result"]["summary"];
+    assert_eq!((&drive["exit_code"], &summary["agreement_percent"]), (&Value::from(0), &Value::from(100.0)));
+    assert!(drive["found"].as_str().unwrap().starts_with("100 % agree (1 agree); "), "{drive}");
+}
+
+#[test]
 fn a_recording_without_what_is_needed_is_refused_with_what_it_has() {
     let writers = require!(McapReaders::find());
     let recorded = Recorded::new(&writers, "crossing_left.toml", Planner::Agrees);

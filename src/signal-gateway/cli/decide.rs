@@ -150,7 +150,7 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
     if let (Some(map), Some(routes)) = (&args.map, args.all_routes) {
         return survey_map(args, map, routes);
     }
-    if let Some(recordings) = args.several.all(args.scenario.as_deref()) {
+    if let Some(recordings) = args.several.all(args.scenario.as_deref())? {
         return report_each(args, recordings);
     }
     if let Some(recording) = &args.scenario

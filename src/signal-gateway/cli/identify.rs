@@ -56,7 +56,7 @@ pub(super) struct IdentifyArgs {
 
 pub(super) fn run(args: &IdentifyArgs) -> Result<ExitCode, Failure> {
     messages::start_log("error", LogForm::Messages)?;
-    if let Some(recordings) = args.several.all(args.log.as_deref()) {
+    if let Some(recordings) = args.several.all(args.log.as_deref())? {
         let read = Identified::read;
         let batch = Batch { wanted: Wanted::Frames, car: None, tables: None, as_json: args.json, read };
         return args.several.run(recordings, &batch);

@@ -117,7 +117,7 @@ pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     if let Some(socket) = &args.against_running {
         return against_running::run(&settings(&args.recording.config)?, socket, args.json);
     }
-    let recordings = args.several.all(args.recording.log.as_deref());
+    let recordings = args.several.all(args.recording.log.as_deref())?;
     match recordings.filter(|recordings| !matches!(recordings.as_slice(), [only] if is_map(only))) {
         Some(recordings) => judge_each(args, recordings),
         None => judge(args),

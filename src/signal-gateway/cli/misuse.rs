@@ -1,6 +1,7 @@
 //! Adds a tip to the parser's error for common mistakes in command lines.
 
 use std::ffi::OsString;
+use std::fmt::Display;
 use std::path::Path;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -50,6 +51,11 @@ fn forget_hidden(error: &mut Error, command: &Command) {
     }
 }
 
+/// Returns how to give a configuration or a profile, which stands in the place of a recording.
+pub(super) fn config_tip(path: impl Display) -> String {
+    format!("a configuration is given with --config {path}, a profile with --profile {path}")
+}
+
 /// Returns what the user probably meant; `None` if the parser's message is sufficient.
 #[allow(clippy::wildcard_enum_match_arm)] // most kinds of errors say enough
 fn tip(kind: ErrorKind, words: &[&str]) -> Option<String> {
@@ -78,9 +84,7 @@ fn tip(kind: ErrorKind, words: &[&str]) -> Option<String> {
         (name, ErrorKind::UnknownArgument) if is_recording_command && has("--log") => {
             Some(format!("the recording stands by itself: {name} drive.log"))
         }
-        (_, ErrorKind::UnknownArgument) if is_recording_command => config.map(|config| {
-            format!("a configuration is given with --config {config}, a profile with --profile {config}")
-        }),
+        (_, ErrorKind::UnknownArgument) if is_recording_command => config.map(config_tip),
         _ => None,
     }
 }

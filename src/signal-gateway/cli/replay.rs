@@ -100,7 +100,7 @@ pub(super) struct ReplayArgs {
 
 pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     messages::start_log("warn", LogForm::Messages)?;
-    if let Some(recordings) = args.several.all(args.recording.log.as_deref()) {
+    if let Some(recordings) = args.several.all(args.recording.log.as_deref())? {
         return tabulate_each(args, recordings);
     }
     args.recording.log.as_deref().map_or(Ok(()), expect_recording)?;

@@ -21,8 +21,8 @@ use std::sync::{Mutex, PoisonError};
 use clap::Args;
 
 use super::failure::Failure;
-use super::messages;
 use super::progress::ProgressDisplay;
+use super::{messages, misuse};
 use can_log::standard_input;
 use command_line::Arguments;
 use found::ReadResult;
@@ -61,21 +61,32 @@ pub(super) struct Batch<'a> {
 }
 
 impl SeveralArgs {
-    /// Returns all recordings and folders if there are several recordings; `None` for a single one.
-    pub(super) fn all(&self, first: Option<&Path>) -> Option<Vec<PathBuf>> {
-        let first = first?;
-        let is_several = !self.more.is_empty() || self.jobs.is_some() || search::is_archive(first);
-        is_several
-            .then(|| std::iter::once(first).chain(self.more.iter().map(PathBuf::as_path)))
-            .map(|paths| paths.map(Path::to_owned).collect())
+    /// Returns all recordings and folders if there are several recordings; `None` for a single one. Fails if
+    /// one of them cannot be among several.
+    pub(super) fn all(&self, first: Option<&Path>) -> Result<Option<Vec<PathBuf>>, Failure> {
+        let Some(first) = first else { return Ok(None) };
+        if self.more.is_empty() && self.jobs.is_none() && !search::is_archive(first) {
+            return Ok(None);
+        }
+        let all: Vec<_> = std::iter::once(first).chain(self.more.iter().map(PathBuf::as_path)).collect();
+        if all.iter().any(|path| standard_input::is_named(path)) {
+            let reason = "standard input is one recording: give it alone";
+            return Err(Failure::Usage(reason.to_owned()));
+        }
+        if let Some(config) =
+            all.iter().find(|path| path.extension().is_some_and(|extension| extension == "toml"))
+        {
+            let config = config.display();
+            return Err(Failure::Usage(format!(
+                "{config}: expected a recording; {}",
+                misuse::config_tip(&config)
+            )));
+        }
+        Ok(Some(all.into_iter().map(Path::to_owned).collect()))
     }
 
     /// Runs a command on each of the recordings, and prints their results. Returns the worst exit code.
     pub(super) fn run(&self, given: Vec<PathBuf>, batch: &Batch<'_>) -> Result<ExitCode, Failure> {
-        if given.iter().any(|path| standard_input::is_named(path)) {
-            let reason = "standard input is one recording: give it alone";
-            return Err(Failure::Usage(reason.to_owned()));
-        }
         let arguments = Arguments::of_process()?;
         let jobs = self.jobs.or_else(|| std::thread::available_parallelism().ok());
         let jobs = jobs.map_or(1, NonZeroUsize::get);
