@@ -187,6 +187,12 @@ impl Provenance {
         fact.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
     }
 
+    /// Returns true if the vehicle does not exist: every source of the profile is an invention.
+    pub fn is_invented(&self) -> bool {
+        let mut sources = self.records.iter().map(|record| &record.source);
+        !self.records.is_empty() && sources.all(|source| source.kind == FactSourceKind::Invention)
+    }
+
     /// Returns the strongest verification of a fact.
     pub fn verification(&self, fact: &ProfileFact) -> Verification {
         let records = fact.records.iter().filter_map(|index| self.records.get(*index));

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::time::Duration;
 
-use super::vehicle_status::report_names;
+use super::vehicle_status::{bound_messages, report_names};
 use crate::config::built_in::BuiltIn;
 use crate::config::files::Disk;
 use crate::config::{Refused, fingerprints, load_profile};
@@ -24,7 +24,8 @@ pub struct Identifier {
     lists: &'static [PlatformList],
     /// Positions of the profiles that bind an identifier.
     bound: IdTable<usize>,
-    heartbeats: IdTable<IdMatch>,
+    /// Identifiers of which one frame counts: heartbeats, and all messages of invented vehicles.
+    watched: IdTable<IdMatch>,
     interfaces: Vec<InterfaceEvidence>,
     first: Option<WallStamp>,
     now: MonoTime,
@@ -40,6 +41,9 @@ struct KnownProfile {
     bus: String,
     evidence: ProfileEvidence,
     heartbeats: Vec<IdMatch>,
+    /// Identifiers without which the profile is not a candidate: all bound messages of an invented vehicle,
+    /// which no real bus is taken for; otherwise none.
+    required: Vec<IdMatch>,
     identifier_lists: Vec<&'static PlatformList>,
 }
 
@@ -48,7 +52,8 @@ struct InterfaceEvidence {
     name: String,
     /// Evidence by the position of the profile.
     evidence: BTreeMap<usize, ProfileEvidence>,
-    heartbeats: BTreeSet<IdMatch>,
+    /// Watched identifiers that were received.
+    received: BTreeSet<IdMatch>,
     fingerprint: Fingerprint,
 }
 
@@ -82,12 +87,12 @@ impl Identifier {
             ids.into_iter().map(move |ids| (ids, position))
         });
         let bound = bound.collect();
-        let heartbeats: BTreeSet<_> =
-            profiles.iter().flat_map(|profile| profile.heartbeats.iter().copied()).collect();
-        let heartbeats = heartbeats.into_iter().map(|ids| (ids, ids)).collect();
+        let watched = profiles.iter().flat_map(|profile| profile.heartbeats.iter().chain(&profile.required));
+        let watched: BTreeSet<_> = watched.copied().collect();
+        let watched = watched.into_iter().map(|ids| (ids, ids)).collect();
         let lists = fingerprints::lists()?;
         let (interfaces, first, now, frames) = (Vec::new(), None, MonoTime::ZERO, 0);
-        Ok(Self { profiles, lists, bound, heartbeats, interfaces, first, now, frames })
+        Ok(Self { profiles, lists, bound, watched, interfaces, first, now, frames })
     }
 
     /// Adds the next frame of an interface.
@@ -106,7 +111,7 @@ impl Identifier {
             return;
         };
         if interface.fingerprint.frame(frame) {
-            interface.heartbeats.extend(self.heartbeats.get(id));
+            interface.received.extend(self.watched.get(id));
         }
         for profile in self.bound.get(id) {
             let fresh = || self.profiles[*profile].evidence.clone();
@@ -165,10 +170,13 @@ impl Identifier {
     /// Returns the profiles with received messages, best first, each on the interface that it fits best.
     pub fn candidates<'a>(&'a self) -> Vec<ProfileCandidate<'a>> {
         let candidate = |(position, profile): (usize, &'a KnownProfile)| {
-            let fits = self.interfaces.iter().filter_map(move |interface| {
+            let is_complete = |interface: &&InterfaceEvidence| {
+                profile.required.iter().all(|ids| interface.received.contains(ids))
+            };
+            let fits = self.interfaces.iter().filter(is_complete).filter_map(move |interface| {
                 let evidence = interface.evidence.get(&position)?;
                 let mut heartbeats = profile.heartbeats.clone();
-                heartbeats.retain(|ids| interface.heartbeats.contains(ids));
+                heartbeats.retain(|ids| interface.received.contains(ids));
                 let lists = profile.identifier_lists.iter().copied();
                 let platform = interface.fingerprint.compare_best(lists);
                 Some((interface, evidence, fit(evidence, &heartbeats, platform)?))
@@ -216,7 +224,12 @@ impl KnownProfile {
         let bus = gateway.buses.first().map_or_else(String::new, |bus| bus.name.clone());
         let identifier_lists =
             settings.dbcs.iter().flat_map(|dbc| dbc.identifier_lists.iter().copied()).collect();
-        let reports = report_names(&settings);
-        Ok(Self { name, vehicle: settings.vehicle, reports, bus, evidence, heartbeats, identifier_lists })
+        let required = if settings.provenance.is_invented() {
+            bound_messages(&settings).into_iter().map(|message| message.ids).collect()
+        } else {
+            Vec::new()
+        };
+        let (reports, vehicle) = (report_names(&settings), settings.vehicle);
+        Ok(Self { name, vehicle, reports, bus, evidence, heartbeats, required, identifier_lists })
     }
 }
