@@ -42,6 +42,7 @@ pub use report::{CheckReport, ReportedFinding};
 pub use service::{hiding_folder, service_files};
 pub use survey_text::{log_faults, recording, recording_faults, sample_faults};
 use vehicle_bringup::plausibility::finding::Severity as Weight;
+pub(crate) use vehicle_status::report_names;
 
 /// Lists the bindings of a configuration, and the unread parts of its DBCs.
 pub fn binding(settings: &Settings) -> CheckReport {

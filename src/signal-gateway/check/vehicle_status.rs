@@ -38,7 +38,7 @@ pub(super) fn bound_messages(settings: &Settings) -> Vec<&BoundMessage> {
 }
 
 /// Returns the names of all reports that a configuration provides, starting with the reports on the lights.
-pub(super) fn report_names(settings: &Settings) -> Vec<&'static str> {
+pub(crate) fn report_names(settings: &Settings) -> Vec<&'static str> {
     let lights = &settings.gateway.lights;
     let is_turn_shown = matches!(lights.turn, TurnBinding::From(_) | TurnBinding::NotFitted);
     let is_hazard_shown = matches!(lights.hazard, HazardBinding::From(_) | HazardBinding::NotFitted);

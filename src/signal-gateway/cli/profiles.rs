@@ -15,7 +15,6 @@ use crate::config::built_in::BuiltIn;
 use crate::config::files::{Disk, Files};
 use crate::config::{Settings, load_profile};
 use crate::report::car_models::{self, ModelAnswer, ProfileSummary};
-use gateway_core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use vehicle_bringup::car_model::{CarModel, ModelVerdict, find};
 
 pub(super) const HELP: &str = "\
@@ -51,7 +50,7 @@ enum ProfilesCommand {
         #[arg(long)]
         json: bool,
     },
-    /// List the profiles with their vehicles, and what each of them describes
+    /// List the profiles with their vehicles, and which statuses each of them has
     List {
         /// List the models by make, with the profile of each, instead
         #[arg(long)]
@@ -106,9 +105,10 @@ pub(super) fn run(args: &ProfilesArgs) -> Result<ExitCode, Failure> {
 
 pub(super) fn list(out: &mut impl Write) -> Result<(), Failure> {
     let width = BuiltIn::Profile.names().map(str::len).max().unwrap_or_default();
+    writeln!(out, "{}\n", car_models::PARTS_LEGEND)?;
     for name in BuiltIn::Profile.names() {
         let profile = summary(name)?;
-        writeln!(out, "{name:width$}  {}: {}", profile.vehicle, profile.describes.join(", "))?;
+        writeln!(out, "{name:width$}  {}  {}", profile.letters(), profile.vehicle)?;
     }
     Ok(())
 }
@@ -171,13 +171,12 @@ fn path(name: &str) -> Result<PathBuf, Failure> {
     })
 }
 
+/// Returns the names of what a profile describes: its reports, traffic lights and commands.
 fn contents(settings: &Settings) -> Vec<&'static str> {
-    let lights = &settings.gateway.lights;
-    let parts = [
-        (matches!(lights.turn, TurnBinding::From(_)), "turn"),
-        (matches!(lights.hazard, HazardBinding::From(_)), "hazard"),
-        (!settings.gateway.v2i.is_empty(), "traffic lights"),
+    let others = [
+        (!settings.gateway.v2i.is_empty(), "traffic_lights"),
         (!settings.command_binding.is_empty(), "commands"),
     ];
-    parts.into_iter().filter_map(|(is_described, part)| is_described.then_some(part)).collect()
+    let others = others.into_iter().filter_map(|(is_described, part)| is_described.then_some(part));
+    check::report_names(settings).into_iter().chain(others).collect()
 }

@@ -16,11 +16,45 @@ pub(crate) struct ProfileSummary {
     /// Observations that it requires before it reports, as texts.
     pub requires: Vec<String>,
     pub buses: Vec<String>,
-    /// Parts of the vehicle that it describes, as words.
+    /// What it describes, by the names in [`PARTS`].
     pub describes: Vec<&'static str>,
     pub facts: usize,
     /// Numbers of facts that have been verified.
     pub verified: ProvenanceSummary,
+}
+
+/// What a profile can describe.
+struct Part {
+    /// Name of the report or other part, as in JSON.
+    name: &'static str,
+    /// Letter in the list of profiles; [`PARTS_LEGEND`] explains it.
+    letter: char,
+    /// Name for display.
+    title: &'static str,
+    /// True for the statuses that Autoware needs.
+    is_needed: bool,
+}
+
+/// Everything that a profile can describe, the six statuses that Autoware needs first.
+const PARTS: [Part; 9] = [
+    part("velocity", 'V', "velocity", true),
+    part("steering", 'S', "steering", true),
+    part("gear", 'G', "gear", true),
+    part("control_mode", 'M', "control mode", true),
+    part("turn_indicators", 'T', "turn indicators", true),
+    part("hazard_lights", 'H', "hazard lights", true),
+    part("doors", 'D', "doors", false),
+    part("traffic_lights", 'L', "traffic lights", false),
+    part("commands", 'C', "commands", false),
+];
+
+/// Explains the letters of [`ProfileSummary::letters`].
+pub(crate) const PARTS_LEGEND: &str = "\
+the six that Autoware needs: V velocity, S steering, G gear, M control mode,
+T turn indicators, H hazard lights; also D doors, L traffic lights, C commands";
+
+const fn part(name: &'static str, letter: char, title: &'static str, is_needed: bool) -> Part {
+    Part { name, letter, title, is_needed }
 }
 
 /// Answer to the question whether a car is supported.
@@ -93,6 +127,15 @@ impl ModelAnswer<'_> {
 }
 
 impl ProfileSummary {
+    fn has(&self, part: &Part) -> bool {
+        self.describes.contains(&part.name)
+    }
+
+    /// Returns a letter for each part of [`PARTS`], or a dot for one that it does not describe.
+    pub(crate) fn letters(&self) -> String {
+        PARTS.iter().map(|part| if self.has(part) { part.letter } else { '·' }).collect()
+    }
+
     fn text(&self) -> String {
         let verified = [
             (self.verified.car, "a car"),
@@ -104,13 +147,25 @@ impl ProfileSummary {
         let proven =
             if verified.is_empty() { "none of them verified".to_owned() } else { verified.join(", ") };
         let mut text = format!(
-            "{} ({}): {} on bus {}; {} facts, {proven}\n",
+            "{} ({}), bus {}; {} facts, {proven}\n",
             self.profile,
             self.vehicle,
-            self.describes.join(", "),
             self.buses.join(", "),
             self.facts
         );
+        let titles = |is_listed: &dyn Fn(&Part) -> bool| {
+            let listed = PARTS.iter().filter(|part| is_listed(part)).map(|part| part.title);
+            listed.collect::<Vec<_>>().join(", ")
+        };
+        let [has, lacks] =
+            [titles(&|part| self.has(part)), titles(&|part| part.is_needed && !self.has(part))];
+        for (heading, parts) in [("has", has), ("lacks", lacks)] {
+            for (index, line) in
+                wrapped(&parts, Some(70), 0).iter().enumerate().filter(|(_, line)| !line.is_empty())
+            {
+                let _ = writeln!(text, "  {:<6}{line}", if index == 0 { heading } else { "" });
+            }
+        }
         for requirement in &self.requires {
             let _ = writeln!(text, "  it requires {requirement}");
         }
