@@ -1,5 +1,5 @@
-//! Vehicle-signal gateway for Autoware: CAN turn-signal and hazard frames in, ROS 2 status and
-//! diagnostics out.
+//! Vehicle-signal gateway for Autoware: velocity, steering, gear, control mode, doors and lights of the
+//! vehicle, from CAN to ROS 2, with diagnostics; commands for the lights, from ROS 2 to CAN.
 //!
 //! `ARCHITECTURE.md` has the map of the modules; `tests/pure/layering.rs` keeps the imports running downhill.
 

@@ -44,8 +44,8 @@ use crate::daemon::publisher::PublisherError;
 use failure::Failure;
 use manual::EXIT_CODES;
 
-/// Vehicle-signal gateway for Autoware: turn-signal and hazard frames from CAN become status
-/// reports and diagnostics on ROS 2
+/// Vehicle-signal gateway for Autoware: velocity, steering, gear, control mode, doors and lights of
+/// the vehicle, from CAN to ROS 2, with diagnostics; commands for the lights, from ROS 2 to CAN
 #[derive(Debug, Parser)]
 #[command(
     name = "signal-gateway",
