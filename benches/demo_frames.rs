@@ -1,4 +1,5 @@
-//! Frames of the demo vehicle by the work that they cause, and recordings of any length made of its demo.
+//! Frames of the demo vehicle's lights by the work that they cause, and recordings of any length made of its
+//! demo.
 
 #![allow(dead_code)] // each benchmark uses its part
 
@@ -14,8 +15,12 @@ use flate2::read::MultiGzDecoder;
 use gateway_base::time::{MonoTime, Now, WallStamp};
 use gateway_core::gateway::Gateway;
 use gateway_core::gateway::event::Input;
-use signal_gateway::config::files::{DEMO_CONFIG, Embedded};
-use signal_gateway::config::{Overrides, load};
+use signal_gateway::config::files::Disk;
+use signal_gateway::config::load_profile;
+
+/// The profile with the lights of the demo vehicle alone: a frame of another message is not decoded.
+pub(crate) const LIGHTS_VEHICLE: &str =
+    concat!(env!("CARGO_MANIFEST_DIR"), "/tests/support/lights_vehicle.toml");
 
 /// An identifier of 11 bits with its data.
 pub(crate) type Message = (u16, [u8; 8]);
@@ -50,8 +55,8 @@ pub(crate) const IRRELEVANT: FramePair =
     FramePair { name: "frame, not relevant", frames: [UNBOUND, UNBOUND], outputs: 0 };
 
 impl FramePair {
-    /// The gateway of the demo vehicle, and the inputs; checks that they lead to as many outputs as they
-    /// should.
+    /// The gateway of the demo vehicle's lights, and the inputs; checks that they lead to as many outputs as
+    /// they should.
     pub(crate) fn prepared(&self) -> (Gateway, [CanInput; 2]) {
         let (mut gateway, inputs) = (gateway(), self.frames.map(input));
         for input in [&inputs[1], &inputs[0], &inputs[1]].map(Clone::clone) {
@@ -74,7 +79,7 @@ pub(crate) fn take(gateway: &mut Gateway, input: impl Into<Input>, now: Now) -> 
 
 /// The demo vehicle's, with all links up and every message received.
 pub(crate) fn gateway() -> Gateway {
-    let settings = load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap();
+    let settings = load_profile(&Disk, Path::new(LIGHTS_VEHICLE)).unwrap();
     let mut gateway = Gateway::new(settings.gateway, LinkState::Up, NOW);
     for frame in [WHEEL_SPEEDS, HAZARD, LEFT] {
         take(&mut gateway, input(frame), NOW);

@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use comparison::{Row, figure, peers, point, run};
-use demo_frames::write_frames;
+use demo_frames::{LIGHTS_VEHICLE, write_frames};
 use flate2::write::GzEncoder;
 
 const GATEWAY: &str = env!("CARGO_BIN_EXE_signal-gateway");
@@ -35,9 +35,9 @@ fn main() -> ExitCode {
     let arguments: Vec<_> = std::env::args().skip(1).filter(|argument| !argument.starts_with("--")).collect();
     let many = arguments.first().map_or(MANY, |count| count.parse().unwrap());
     let project = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let (source, profile) = match arguments.get(1..) {
-        Some([log, profile]) => (PathBuf::from(log), profile.as_str()),
-        _ => (project.join("config/demo.log.gz"), "demo_vehicle"),
+    let (source, profile, with_dbc) = match arguments.get(1..) {
+        Some([log, profile]) => (PathBuf::from(log), profile.as_str(), profile.as_str()),
+        _ => (project.join("config/demo.log.gz"), LIGHTS_VEHICLE, "demo_vehicle"),
     };
     let folder = tempfile::tempdir().unwrap();
     let logs = [many / 10, many].map(|frames| (frames, folder.path().join(format!("{frames}.log"))));
@@ -62,7 +62,7 @@ fn main() -> ExitCode {
         measured("identify", GATEWAY, &["identify"], &logs),
         measured("check", GATEWAY, &["check", "--profile", profile], &logs),
     ];
-    let cantools = cantools(folder.path(), profile, &logs);
+    let cantools = cantools(folder.path(), with_dbc, &logs);
     let mut good = true;
     if let Some(peers) = peers(&["lines", logs[1].1.to_str().unwrap()]) {
         let mut row = |ours: &Measured, peer, theirs, aim, limit| {

@@ -1,61 +1,18 @@
-//! The recording of the demo vehicle: a story of turn indicators and hazard lights on a busy bus.
+//! The recording of the demo vehicle: a drive with its faults on a busy bus.
 //!
 //! Integers, one seed and no clock: the same bytes on every machine. The layout of the payloads is
 //! `dbc/demo_vehicle.dbc`; ids that are not in it are there to be ignored, as on a real bus.
 
+pub(crate) mod motion;
+pub(crate) mod story;
+
 use std::io::{self, Write};
+
+use motion::{Motion, drive, motion_at};
+use story::{AUTONOMOUS, DRIVE, LEFT, LENGTH_MS, OFF, RIGHT, STORY, Scene, scene_at};
 
 /// Stamp of the start, seconds since the epoch: 2026-01-01 00:00 UTC.
 pub(crate) const START_S: u64 = 1_767_225_600;
-
-/// Length of the recording, ms.
-pub(crate) const LENGTH_MS: u64 = 45_000;
-
-/// Raw values of `BCM_TurnIndicators.TurnIndicatorState`.
-const OFF: u8 = 0;
-const LEFT: u8 = 1;
-const RIGHT: u8 = 2;
-const NO_MEANING: u8 = 5;
-const NOT_AVAILABLE: u8 = 7;
-
-/// A stretch of the story in which nothing changes; it lasts until the next one begins.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Scene {
-    /// Begin of the scene, ms after the start.
-    pub(crate) from_ms: u64,
-    /// Actions of the vehicle, for people.
-    pub(crate) text: &'static str,
-    /// Raw turn state; `None` when the message is not sent at all.
-    pub(crate) turn: Option<u8>,
-    /// True if the lamp fault bit is set.
-    pub(crate) lamp_fault: bool,
-    /// True if the hazard lights are on.
-    pub(crate) hazard: bool,
-}
-
-/// The story, in order of time.
-pub(crate) const STORY: [Scene; 16] = [
-    plain(0, "off", OFF),
-    plain(4_000, "left", LEFT),
-    plain(9_000, "off", OFF),
-    plain(11_000, "right", RIGHT),
-    plain(16_000, "off", OFF),
-    Scene { hazard: true, ..plain(18_000, "hazard lights on, turn state off", OFF) },
-    plain(22_000, "off", OFF),
-    plain(24_000, "turn state 5, which has no meaning", NO_MEANING),
-    plain(26_500, "off", OFF),
-    plain(28_000, "turn state not available", NOT_AVAILABLE),
-    plain(30_500, "off", OFF),
-    Scene { lamp_fault: true, ..plain(32_000, "left with a broken lamp", LEFT) },
-    plain(35_000, "off", OFF),
-    Scene { turn: None, ..plain(36_500, "turn message silent, bus alive", OFF) },
-    plain(39_000, "turn message back, right", RIGHT),
-    plain(41_000, "off to the end", OFF),
-];
-
-const fn plain(from_ms: u64, text: &'static str, turn: u8) -> Scene {
-    Scene { from_ms, text, turn: Some(turn), lamp_fault: false, hazard: false }
-}
 
 /// Writes the story as text, one line a scene: seconds after the start, what happens.
 pub(crate) fn write_story(out: &mut impl Write) -> io::Result<()> {
@@ -106,6 +63,7 @@ struct Moment {
     /// Number of times that the message was due before.
     count: u64,
     scene: Scene,
+    motion: Motion,
 }
 
 const TURN_INDICATORS: u32 = 0x2A5;
@@ -115,7 +73,7 @@ const MESSAGES: [Message; 30] = [
     every(10, 0x0B2, wheel_speeds),
     every(10, 0x0B8, other),
     every(10, 0x0C6, steering),
-    every(10, 0x0D0, motion),
+    every(10, 0x0D0, inertial),
     every(10, 0x0D8, other),
     every(10, 0x0E4, other),
     every(10, 0x0F0, engine),
@@ -124,10 +82,10 @@ const MESSAGES: [Message; 30] = [
     every(20, 0x110, brake),
     every(20, 0x120, other),
     every(20, 0x13C, other),
-    every(20, 0x158, other),
+    every(20, 0x158, gearbox_speed),
     every(20, 0x1A0, gear),
     every(20, 0x1C2, other),
-    every(20, 0x1E6, other),
+    every(20, 0x1E6, control_mode),
     every(20, 0x1F4, cruise_control),
     every(50, 0x24A, other),
     every(50, TURN_INDICATORS, turn_indicators),
@@ -148,7 +106,7 @@ const fn every(period_ms: u64, id: u32, payload: fn(Moment) -> u64) -> Message {
 }
 
 fn all_frames() -> Vec<DueFrame> {
-    let mut noise = Noise(0x5EED);
+    let (mut noise, drive) = (Noise(0x5EED), drive());
     let mut frames = Vec::new();
     for Message { id, period_ms, payload } in MESSAGES {
         // Each unit started at a moment of its own and sends a little late now and then.
@@ -159,16 +117,13 @@ fn all_frames() -> Vec<DueFrame> {
             let scene = scene_at(ms);
             let silent = id == TURN_INDICATORS && scene.turn.is_none();
             if ms < LENGTH_MS && !silent {
-                let data = payload(Moment { id, ms, count, scene }).to_le_bytes();
+                let motion = motion_at(&drive, ms);
+                let data = payload(Moment { id, ms, count, scene, motion }).to_le_bytes();
                 frames.push(DueFrame { due_us, id, data });
             }
         }
     }
     frames
-}
-
-fn scene_at(ms: u64) -> Scene {
-    STORY.into_iter().rev().find(|scene| scene.from_ms <= ms).unwrap_or(STORY[0])
 }
 
 impl Moment {
@@ -193,11 +148,11 @@ impl Moment {
     fn flash(self) -> bool {
         self.into_scene_ms() % 667 < 333
     }
+}
 
-    /// Speed in 0.01 km/h.
-    fn speed(self) -> i64 {
-        self.wave(30_000, 2_000, 5_500)
-    }
+/// Converts mm/s to 0.01 km/h.
+fn centi_kmph(mmps: i64) -> i64 {
+    mmps * 36 / 100
 }
 
 /// `value` as `length` bits from bit `start` on, Intel numbering.
@@ -242,47 +197,61 @@ fn stalk(at: Moment) -> u64 {
 }
 
 fn wheel_speeds(at: Moment) -> u64 {
-    let (speed, curve) = (at.speed(), at.wave(14_000, -40, 40));
-    let wheels = [speed + curve, speed - curve, speed + curve / 2, speed - curve / 2];
+    let wheels = at.motion.wheels_mmps().map(centi_kmph);
     let payload = (0..).zip(wheels).map(|(wheel, speed)| big_endian(speed, 2 * wheel));
     payload.fold(0, |sum, wheel| sum | wheel)
 }
 
 fn steering(at: Moment) -> u64 {
-    let angle = at.wave(14_000, -450, 450);
-    let torque = at.wave(7_000, -120, 120);
+    // From µrad to 0.1 degrees.
+    let angle = at.motion.wheel_urad() * 1_800 / 3_141_593;
+    let torque = at.motion.lateral_mmps2() / 10;
     let payload = big_endian(angle, 0) | bits(torque, 16, 12) | at.counter();
     let checksum = payload.to_le_bytes().into_iter().fold(0, u8::wrapping_add);
     payload | u64::from(checksum) << 56
 }
 
-fn motion(at: Moment) -> u64 {
-    let lateral = at.wave(14_000, -150, 150);
-    let longitudinal = at.wave(15_000, -80, 80);
-    let yaw = at.wave(14_000, -90, 90);
-    bits(lateral, 0, 12) | bits(longitudinal, 12, 12) | bits(yaw, 24, 12) | at.counter()
+fn inertial(at: Moment) -> u64 {
+    let [lateral, longitudinal] = [at.motion.lateral_mmps2(), at.motion.acceleration_mmps2];
+    // From µrad/s to 0.1 degrees/s.
+    let yaw_rate = at.motion.yaw_rate_uradps * 1_800 / 3_141_593;
+    bits(lateral / 10, 0, 12) | bits(longitudinal / 10, 12, 12) | bits(yaw_rate, 24, 12) | at.counter()
+}
+
+/// The speed of the output shaft, which the sensors of the wheels do not influence.
+fn gearbox_speed(at: Moment) -> u64 {
+    let speed = centi_kmph(at.motion.speed_mmps.abs());
+    bits(if at.scene.half_speed { speed / 2 } else { speed }, 0, 16) | at.counter()
 }
 
 fn engine(at: Moment) -> u64 {
-    let payload = bits(at.wave(6_000, 4_400, 9_200), 0, 16) | bits(at.wave(6_000, 10, 90), 16, 8);
-    payload | at.counter()
+    let [speed, acceleration] = [at.motion.speed_mmps.abs(), at.motion.acceleration_mmps2];
+    let pedal = if acceleration > 0 { 20 + acceleration / 40 } else { speed / 500 };
+    bits(3_200 + speed / 4, 0, 16) | bits(pedal, 16, 8) | at.counter()
 }
 
 fn brake(at: Moment) -> u64 {
-    let pressure = at.wave(30_000, -400, 120).max(0);
+    // 1 bar for each 0.05 m/s², and 20 bar by which the driver holds the car.
+    let is_standing = at.motion.speed_mmps == 0;
+    let pressure = if is_standing { 200 } else { (-at.motion.acceleration_mmps2 / 5).max(0) };
     big_endian(pressure << 4, 0) | flag(pressure > 0, 11) | at.counter()
 }
 
 fn gear(at: Moment) -> u64 {
-    bits(3, 0, 4) | bits(at.speed() / 1_500 + 1, 4, 4) | at.counter()
+    let engaged = if at.scene.gear == DRIVE { at.motion.speed_mmps / 3_000 + 1 } else { 0 };
+    bits(at.scene.gear.into(), 0, 4) | bits(engaged, 4, 4) | at.counter()
 }
 
 fn cruise_control(at: Moment) -> u64 {
-    bits(1, 0, 3) | bits(50, 8, 8) | at.counter()
+    bits(if at.scene.mode == AUTONOMOUS { 2 } else { 1 }, 0, 3) | bits(36, 8, 8) | at.counter()
 }
 
-fn doors(_: Moment) -> u64 {
-    bits((8 + 40) * 2, 8, 8)
+fn control_mode(at: Moment) -> u64 {
+    bits(at.scene.mode.into(), 0, 3) | at.counter()
+}
+
+fn doors(at: Moment) -> u64 {
+    bits(at.scene.doors.into(), 0, 5) | bits((8 + 40) * 2, 8, 8)
 }
 
 fn climate(at: Moment) -> u64 {
@@ -290,7 +259,7 @@ fn climate(at: Moment) -> u64 {
 }
 
 fn odometer(at: Moment) -> u64 {
-    bits(412_300 + at.wave(90_000, 0, 5), 0, 24)
+    bits(412_300 + at.motion.distance_mm / 100_000, 0, 24)
 }
 
 fn cluster_pages(at: Moment) -> u64 {
@@ -298,9 +267,9 @@ fn cluster_pages(at: Moment) -> u64 {
 }
 
 fn position(at: Moment) -> u64 {
-    let latitude = 356_800_000 + at.wave(90_000, 0, 40_000);
-    let longitude = 1_397_700_000 + at.wave(90_000, 0, 60_000);
-    bits(latitude, 0, 32) | bits(longitude, 32, 32)
+    // 1e-7 degrees are 11.1 mm to the north, and at this latitude 9.0 mm to the east.
+    let [east, north] = at.motion.place_um;
+    bits(356_800_000 + north / 11_100, 0, 32) | bits(1_397_700_000 + east / 9_040, 32, 32)
 }
 
 /// A message nobody has described: a slow value, a constant of its own and a counter.

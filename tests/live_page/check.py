@@ -20,6 +20,8 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect, sync_playwright
 
 PROJECT = Path(__file__).resolve().parents[2]
+# What the states need: the vehicle's lights alone.
+PROFILE = str(PROJECT / "tests/support/lights_vehicle.toml")
 # Two rounds of the recording, on a machine that is busy.
 WAIT_MS = 150_000
 
@@ -62,7 +64,7 @@ def seed_history(folder, program):
     now = time.time()
     recorded = f"0a1b2c3d-{time.strftime('%Y%m%dT%H%M%SZ', time.gmtime(now - PAST_S / 2))}"
     (box / f"fault-000001-{recorded}.log").write_text("\n".join(recording.lines()) + "\n")
-    replayed = subprocess.run([program, "replay", "states.log", "--profile", "demo_vehicle"], cwd=folder, check=True,
+    replayed = subprocess.run([program, "replay", "states.log", "--profile", PROFILE], cwd=folder, check=True,
                               capture_output=True, text=True).stdout
     error_s = next(float(line.split()[0]) for line in replayed.splitlines() if "ERROR turn_indicators  invalid" in line)
     entries = []
@@ -98,7 +100,7 @@ class Gateway:
         (folder / "states.log").write_text("\n".join(recording.lines()) + "\n")
         seed_history(folder, program)
         (folder / "gateway.toml").write_text(f"""
-profile = "{PROJECT}/config/vehicles/demo_vehicle.toml"
+profile = "{PROFILE}"
 source = "recording"
 [can.body]
 interface = "can0"
@@ -172,14 +174,27 @@ def states_are_seen(page):
     expect(page.locator("#lights")).to_contain_text("main road")
 
 
-def picture_for_readme(page):
-    """The page when its last minute has every state, and the vehicle turns left again."""
-    expect(page.locator("#car-text")).to_have_text("turning left")
-    if os.environ.get("UPDATE_DOCS"):
-        page.emulate_media(color_scheme="dark", reduced_motion="reduce")  # lit, and not dark between two flashes
-        page.wait_for_timeout(300)  # until it is drawn
-        page.screenshot(path=PROJECT / "docs/pictures/page.png")
-        page.emulate_media(color_scheme="light", reduced_motion="no-preference")
+def demo_is_shown(browser, program, folder, port):
+    """The page of `demo` near its end: all six statuses, and a last minute that has every state. It is the picture of the README."""
+    command = [program, "demo", "--plain", "--no-ros", f"--web={port}"]
+    with open(folder / "demo.log", "ab") as log:
+        demo = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
+    try:
+        # Lit, and not dark between two flashes.
+        page = new_page(browser, viewport={"width": 1280, "height": 900}, color_scheme="dark", reduced_motion="reduce")
+        visit(page, f"http://127.0.0.1:{port}/")
+        for text in ("turning left", "hazard lights on", "not published", "turning left", "not published", "turning right"):
+            expect(page.locator("#car-text")).to_have_text(text)
+        for text in ("AUTONOMOUS", "DRIVE", "m/s", "front left"):
+            expect(page.locator("main")).to_contain_text(text)
+        if os.environ.get("UPDATE_DOCS"):
+            page.wait_for_timeout(300)  # until it is drawn
+            page.screenshot(path=PROJECT / "docs/pictures/page.png")
+        page.close()
+    finally:
+        demo.terminate()
+        demo.wait()
+    print("seen: the demo", flush=True)
 
 
 def loss_is_shown_and_mended(page, gateway, axe):
@@ -315,7 +330,7 @@ def every_look(browser, url, pictures, axe):
 def report_is_accessible(browser, program, folder, pictures, axe):
     """The page of `replay --report`, which works from a file."""
     report = folder / "report.html"
-    command = [program, "replay", "states.log", "--profile", "demo_vehicle", "--report", str(report)]
+    command = [program, "replay", "states.log", "--profile", PROFILE, "--report", str(report)]
     subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
     for scheme in ("light", "dark"):
         for width, height in ((1280, 900), (390, 844)):
@@ -350,7 +365,6 @@ def main(program, chromium, pictures):
             assert answer.status == 200 and "sha256-" in answer.headers["content-security-policy"], answer.headers
             complaints.clear()  # of the visits before the gateway had started
             states_are_seen(page)
-            picture_for_readme(page)
             keys_do_it(page)
             assert not complaints, complaints
             assert all(request.startswith((url, "data:")) for request in requests), requests
@@ -363,6 +377,7 @@ def main(program, chromium, pictures):
             loss_looks_like_one(browser, url, gateway, pictures)
             every_look(browser, url, pictures, axe)
             report_is_accessible(browser, program, Path(folder), pictures, axe)
+            demo_is_shown(browser, program, Path(folder), free_port())
         except BaseException:
             print((Path(folder) / "gateway.log").read_text()[-2000:])
             raise

@@ -94,7 +94,7 @@ fn plain_lines_stay_on_the_screen() {
         let tmux = require!(Tmux::run(&format!("{GATEWAY} demo --no-ros --speed 30 {arguments}")));
         tmux.wait_for_end();
         let all = tmux.tell(&["capture-pane", "-p", "-S", "-"]);
-        for line in ["4.000 ▸ the driver pulls the stalk left", "turn_indicators  ENABLE_LEFT", "Try next"]
+        for line in ["9.000 ▸ the driver pulls the stalk left", "turn_indicators  ENABLE_LEFT", "Try next"]
         {
             assert!(all.contains(line), "{all}");
         }

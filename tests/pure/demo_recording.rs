@@ -11,10 +11,29 @@ use std::path::Path;
 use flate2::read::GzDecoder;
 use signal_gateway::report::story;
 
-use generator::{LENGTH_MS, START_S, STORY, write_recording, write_story};
+use generator::story::{LENGTH_MS, STORY, Scene};
+use generator::{START_S, write_recording, write_story};
 
-const TURN: &str = "2A5";
-const HAZARD: &str = "2C1";
+/// A message with what a scene switches.
+struct Switched {
+    id: &'static str,
+    /// What is switched, in the payload.
+    bits: fn(u64) -> u64,
+    /// The same in a scene; `None` where the message is not sent.
+    expected: fn(&Scene) -> Option<u64>,
+}
+
+const SWITCHED: [Switched; 5] = [
+    Switched {
+        id: "2A5",
+        bits: |data| data >> 17 & 7 | (data >> 24 & 1) << 3,
+        expected: |scene| Some(u64::from(scene.turn?) | u64::from(scene.lamp_fault) << 3),
+    },
+    Switched { id: "2C1", bits: |data| data >> 8 & 3, expected: |scene| Some(scene.hazard.into()) },
+    Switched { id: "1A0", bits: |data| data & 15, expected: |scene| Some(scene.gear.into()) },
+    Switched { id: "1E6", bits: |data| data & 7, expected: |scene| Some(scene.mode.into()) },
+    Switched { id: "2E0", bits: |data| data & 31, expected: |scene| Some(scene.doors.into()) },
+];
 
 struct Line {
     /// Microseconds after the start.
@@ -72,17 +91,38 @@ fn each_scene_is_on_the_bus_from_its_first_moment_to_its_last() {
     let lines = lines(&generated());
     let ends = STORY.iter().skip(1).map(|scene| scene.from_ms).chain([LENGTH_MS]);
     for (scene, end_ms) in STORY.iter().zip(ends) {
-        let of = |id: &'static str| {
+        for Switched { id, bits, expected } in SWITCHED {
             // A frame may wait a moment for the bus.
             let times = scene.from_ms * 1000 + 5_000..end_ms * 1000;
-            lines.iter().filter(move |line| line.id == id && times.contains(&line.us))
-        };
-        let turn: BTreeSet<_> = of(TURN).map(|line| (line.data >> 17 & 7, line.data >> 24 & 1)).collect();
-        let expected = scene.turn.map(|state| (u64::from(state), u64::from(scene.lamp_fault)));
-        assert_eq!(turn, expected.into_iter().collect(), "{}", scene.text);
-        let hazard: BTreeSet<_> = of(HAZARD).map(|line| line.data >> 8 & 3).collect();
-        assert_eq!(hazard, [u64::from(scene.hazard)].into(), "{}", scene.text);
+            let frames = lines.iter().filter(|line| line.id == id && times.contains(&line.us));
+            let values: BTreeSet<_> = frames.map(|line| bits(line.data)).collect();
+            assert_eq!(values, expected(scene).into_iter().collect(), "{id}: {}", scene.text);
+        }
     }
+}
+
+#[test]
+fn the_gearbox_and_the_wheels_report_one_speed_unless_a_scene_halves_it() {
+    let lines = lines(&generated());
+    let big_endian = |data: u64, byte: u32| (data >> (8 * byte)).swap_bytes() >> 48;
+    let (mut rear, mut has_driven, mut is_halved) = (0, false, false);
+    for line in &lines {
+        match line.id.as_str() {
+            "0B2" => rear = u64::midpoint(big_endian(line.data, 4), big_endian(line.data, 6)),
+            "158" => {
+                let scene = STORY.iter().rfind(|scene| scene.from_ms * 1000 + 25_000 <= line.us);
+                let is_half = scene.is_some_and(|scene| scene.half_speed);
+                let expected = if is_half { rear / 2 } else { rear };
+                // 0.5 km/h, since the messages are up to 20 ms apart.
+                let is_near = (line.data & 0xFFFF).abs_diff(expected) < 50;
+                let is_switched = STORY.iter().any(|scene| line.us.abs_diff(scene.from_ms * 1000) < 25_000);
+                assert!(is_near || is_switched, "{expected} at {} us", line.us);
+                (has_driven, is_halved) = (has_driven || rear > 3_000, is_halved || is_half);
+            }
+            _ => {}
+        }
+    }
+    assert!(has_driven && is_halved);
 }
 
 #[test]
@@ -91,7 +131,7 @@ fn the_story_has_a_line_for_each_scene() {
     write_story(&mut text).unwrap();
     let text = String::from_utf8(text).unwrap();
     assert_eq!(text.lines().count(), STORY.len());
-    assert!(text.contains("  36.5 s  turn message silent, bus alive"), "{text}");
+    assert!(text.contains("  43.5 s  turn message silent, bus alive"), "{text}");
 }
 
 #[test]

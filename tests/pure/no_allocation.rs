@@ -26,8 +26,8 @@ use gateway_core::vehicle_lights::binding::TurnBinding;
 use gateway_core::vehicle_lights::output::VehicleLightsOutput;
 use gateway_core::vehicle_report::Step;
 use lanelet2_map::light_map::{GroupEntry, LightMap};
-use signal_gateway::config::files::{DEMO_CONFIG, Disk, Embedded};
-use signal_gateway::config::{Overrides, Settings, load, load_profile};
+use signal_gateway::config::files::Disk;
+use signal_gateway::config::{Settings, load_profile};
 use traffic_lights::arbiter::ArbiterSettings;
 use traffic_lights::compat::Compat;
 use traffic_lights::emission::{LightsContent, LightsTopic};
@@ -50,10 +50,11 @@ const OFF: [u8; 8] = [0; 8];
 const LEFT: [u8; 8] = [0, 0, 0b0010, 0, 0, 0, 0, 0];
 
 fn demo() -> Settings {
-    load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap()
+    let lights = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/support/lights_vehicle.toml");
+    load_profile(&Disk, Path::new(lights)).unwrap()
 }
 
-/// A gateway of the demo vehicle and the time, which stands still but for [`Car::passes`].
+/// A gateway of the lights of the demo vehicle and the time, which stands still but for [`Car::passes`].
 struct Car {
     gateway: Gateway,
     now: Now,

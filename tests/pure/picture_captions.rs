@@ -57,15 +57,20 @@ const CAPTIONS: &[Caption] = &[
     Caption {
         document: "docs/status.md",
         picture: "terminal.svg",
-        sentence: "The live view of the demo: the car with its left arrows lit, the values, and how far they are trusted",
+        sentence: "The live view of the demo: the car with its right arrows lit, its reports, and how far its lights are trusted",
         check: |picture| {
-            let lit = format!("fill=\"{}\" font-weight=\"bold\">◀━━━</text>", palette::AMBER.dark);
+            let lit = format!("fill=\"{}\" font-weight=\"bold\">━━━▶</text>", palette::AMBER.dark);
             assert_eq!(picture.svg.matches(&lit).count(), 2);
-            assert!(!picture.svg.contains("━━━▶"));
+            assert!(!picture.svg.contains("◀━━━"));
             picture.has(&[
                 "demo · Demo vehicle",
-                "ENABLE_LEFT",
-                "1 turn left",
+                "the message is back, with right",
+                "ENABLE_RIGHT",
+                "2 turn right",
+                "Velocity",
+                "Steering",
+                "DRIVE",
+                "AUTONOMOUS",
                 "trust",
                 "controller",
                 "report",
@@ -75,14 +80,14 @@ const CAPTIONS: &[Caption] = &[
     Caption {
         document: "README.md",
         picture: "page.png",
-        sentence: "The live page: the vehicle turning left, what is reported and received, the last minute, and how far it is \
+        sentence: "The live page: the sedan of the demo turning right, what is reported and received, the last minute, and how far it is \
                    trusted",
         check: |_| {
             // A browser takes it; this is what the browser waits for before.
             let check = fs::read_to_string(project().join("tests/live_page/check.py")).unwrap();
             let (before, _) = check.split_once("docs/pictures/page.png").unwrap();
-            let (_, before) = before.rsplit_once("def picture_for_readme").unwrap();
-            assert!(before.contains("\"turning left\""), "{before}");
+            let (_, before) = before.rsplit_once("def demo_is_shown").unwrap();
+            assert!(before.contains("\"turning right\")"), "{before}");
             let page =
                 fs::read_to_string(project().join("src/signal-gateway/report/live_page/page.html")).unwrap();
             for section in ["id=\"vehicle\"", "id=\"timeline\"", "id=\"trust\""] {
@@ -93,9 +98,9 @@ const CAPTIONS: &[Caption] = &[
     Caption {
         document: "docs/vehicle-lights.md",
         picture: "timeline.svg",
-        sentence: "Raw values, reports, diagnostics and the bus of the demo recording over time",
+        sentence: "Motion, raw values, reports, diagnostics and the bus of the demo recording over time",
         check: |picture| {
-            let lanes = ["raw values", "reports", "diagnostics", "buses"];
+            let lanes = ["motion", "raw values", "reports", "diagnostics", "buses"];
             assert_eq!(picture.lanes(), lanes);
             picture.has(&[">demo.log.gz<", ">time<"]);
         },
@@ -108,7 +113,7 @@ const CAPTIONS: &[Caption] = &[
             let bars = picture.row("hazard_lights").bars;
             let from = bars.iter().map(|bar| bar.from).fold(f64::INFINITY, f64::min);
             let to = bars.iter().map(|bar| bar.to).fold(0.0, f64::max);
-            assert!(from < 0.1 && (44.9..45.1).contains(&to), "{bars:?}");
+            assert!(from < 0.1 && (59.9..60.1).contains(&to), "{bars:?}");
         },
     },
     Caption {

@@ -16,11 +16,12 @@ const STOP_LIMIT: Duration = Duration::from_secs(4);
 pub(crate) struct Folder(tempfile::TempDir);
 
 impl Folder {
-    /// The shipped demo vehicle on `interface`; `keys` are further ones, top-level keys first.
+    /// The lights of the demo vehicle on `interface`; `keys` are further ones, top-level keys first. Without
+    /// the vehicle's status, a frame of each light is all that the gateway waits for.
     pub(crate) fn with_demo_vehicle(interface: &str, keys: &str) -> Self {
         let folder = Self(tempfile::tempdir().unwrap());
         let shipped = Path::new(env!("CARGO_MANIFEST_DIR"));
-        let profile = std::fs::read_to_string(shipped.join("config/vehicles/demo_vehicle.toml")).unwrap();
+        let profile = std::fs::read_to_string(shipped.join("tests/support/lights_vehicle.toml")).unwrap();
         let dbc = format!("{}/dbc/demo_vehicle.dbc", shipped.display());
         folder.write("demo_vehicle.toml", &profile.replace("../../dbc/demo_vehicle.dbc", &dbc));
         let (top, sections) = keys.split_at(keys.find('[').unwrap_or(keys.len()));

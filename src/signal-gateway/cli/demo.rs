@@ -19,7 +19,7 @@ use super::messages;
 use super::ros_arguments::RosArgs;
 use super::view::ViewArgs;
 use super::web::WebArgs;
-use crate::config::built_in::BuiltIn;
+use crate::config::built_in::{self, BuiltIn};
 use crate::config::drive;
 use crate::config::files::{DEMO_CONFIG, Disk, Embedded, Files};
 use crate::config::{Overrides, Refused, Settings, load};
@@ -37,7 +37,7 @@ use vehicle_bringup::simulated_vehicle::request::{self, SimulationRequest};
 
 pub(super) const HELP: &str = "\
 Examples:
-  signal-gateway demo                   45 s of an invented sedan, published on ROS 2
+  signal-gateway demo                   a minute of an invented sedan, published on ROS 2
   signal-gateway demo --repeat
   signal-gateway demo --no-ros          without publishing
   signal-gateway demo --domain 0        published where other computers see it
@@ -146,7 +146,7 @@ fn play(args: &DemoArgs, mut settings: Settings) -> Result<(), Failure> {
     // The page links from an error to its frames.
     let black_box = if args.web.is_on() { BlackBoxFolder::create(&mut settings) } else { None };
     let report = black_box.is_some().then(|| -> ReportPage {
-        let config = ConfigArgs { config: None, profile: Some("demo_vehicle".into()) };
+        let config = ConfigArgs { config: Some(built_in::path(DEMO_CONFIG)), profile: None };
         Arc::new(move |log, opened_at| black_box_report(&config, log, opened_at))
     });
     let recording = PlayedRecording { name: "the built-in recording", reopen: &reopen, routes };
@@ -256,7 +256,7 @@ mod tests {
     use super::*;
     use crate::process_status::snapshot::Snapshot;
     use crate::replay::Replay;
-    use crate::report::story::{Caption, Claim, Observed, Story, Teller, WrongCaption};
+    use crate::report::story::{Caption, Claim, ClaimedReport, Observed, Story, Teller, WrongCaption};
     use gateway_base::time::Now;
 
     fn settings(config: &str) -> Settings {
@@ -342,17 +342,20 @@ mod tests {
         }
     }
 
+    const TURN: ClaimedReport = ClaimedReport::TurnIndicators;
     const WRONG: Caption =
-        Caption { holds: &[Claim(Observed::TurnReport, "ENABLE_RIGHT")], ..story::DEMO[1] };
+        Caption { holds: &[Claim(Observed::Report(TURN), "ENABLE_RIGHT")], ..story::DEMO[3] };
 
     #[test]
     fn each_caption_claims_something_and_a_wrong_one_is_told_with_what_is_found() {
         for story in [story::DEMO, story::COMMANDS, story::LIGHTS] {
             assert!(story.iter().all(|caption| !caption.holds.is_empty()));
         }
+        let is_short = |caption: &Caption| caption.text.chars().count() <= 77;
+        assert!(story::DEMO.iter().all(is_short), "each is one line of a terminal of 80 columns");
         let wrong = watch_recording(&[WRONG]).err().unwrap().to_string();
-        let expected = "the caption “the driver pulls the stalk left” is wrong 4300 ms after the start: the report on turn \
-                        indicators should be ENABLE_RIGHT, and is ENABLE_LEFT";
+        let expected = "the caption “the driver pulls the stalk left” is wrong 9300 ms after the start: the report \
+                        turn_indicators should be ENABLE_RIGHT, and is ENABLE_LEFT";
         assert_eq!(wrong, expected);
     }
 }

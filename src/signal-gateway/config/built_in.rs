@@ -75,8 +75,8 @@ impl BuiltIn {
                 FILES.iter().filter(|(path, _)| self == Self::Profile && self.name_of(path).is_some());
             profiles.find(|(_, bytes)| title(bytes).is_some_and(|title| title.eq_ignore_ascii_case(name)))
         };
-        let (path, _) = named.or_else(titled)?;
-        Some(Path::new(ROOT).join(path))
+        let (name, _) = named.or_else(titled)?;
+        Some(path(name))
     }
 
     /// Returns the built-in names that were probably meant by a name or path, at most three.
@@ -107,6 +107,11 @@ impl BuiltIn {
 fn title(profile: &[u8]) -> Option<String> {
     let profile: toml::Table = toml::from_slice(profile).ok()?;
     Some(profile.get("name")?.as_str()?.to_owned())
+}
+
+/// Returns the path for [`Disk`](super::files::Disk) of a built-in file, from its path in the project.
+pub fn path(project_path: &str) -> PathBuf {
+    Path::new(ROOT).join(project_path)
 }
 
 /// Returns the path for texts: e.g. `built-in profile hyundai_kia` for a built-in file, `standard input`, or

@@ -7,68 +7,199 @@ mod teller;
 
 use caption::caption;
 pub use caption::{Caption, Story};
-pub use claim::{Claim, Observed};
+pub use claim::{Claim, ClaimedReport, Observed};
 pub use summary::{Summary, TryNext, try_next_text};
 pub use teller::{Teller, WrongCaption};
 
-use Observed::{
-    CommandLevel, Commanded, Compliance, Decided, HazardReport, Light, Phase, TurnFailure, TurnLevel,
-    TurnReport,
-};
+use ClaimedReport::{HazardLights, Status, TurnIndicators};
+use Observed::{CommandLevel, Commanded, Compliance, Decided, Failure, Level, Light, Phase, Report};
 use gateway_base::time::MonoTime;
+use gateway_core::vehicle_status::StatusReport;
 use traffic_lights::target::LightChannel::{Conventional, V2i};
 use traffic_lights::target::StoreLayer::{Detected, GroundTruth};
 
+const TURN: ClaimedReport = TurnIndicators;
+const VELOCITY: ClaimedReport = Status(StatusReport::Velocity);
+
 const fn turn(name: &'static str) -> Claim {
-    Claim(TurnReport, name)
+    Claim(Report(TURN), name)
 }
 
 const fn hazard(name: &'static str) -> Claim {
-    Claim(HazardReport, name)
+    Claim(Report(HazardLights), name)
 }
 
-const WITHHELD: Claim = turn("withheld");
+const fn velocity(name: &'static str) -> Claim {
+    Claim(Report(VELOCITY), name)
+}
+
+const fn steering(name: &'static str) -> Claim {
+    Claim(Report(Status(StatusReport::Steering)), name)
+}
+
+/// Claims on gear, control mode and doors, followed by further claims.
+macro_rules! vehicle {
+    ($gear:literal, $mode:literal, $doors:literal; $($more:expr),+ $(,)?) => {
+        &[
+            Claim(Report(Status(StatusReport::Gear)), $gear),
+            Claim(Report(Status(StatusReport::ControlMode)), $mode),
+            Claim(Report(Status(StatusReport::Doors)), $doors),
+            $($more),+
+        ]
+    };
+}
+
+/// Claims on a vehicle that stands in park with this state of the doors, and on all other reports.
+macro_rules! parked {
+    ($doors:literal) => {
+        vehicle!(
+            "PARK", "MANUAL", $doors;
+            velocity("standing"), steering("straight"), turn("DISABLE"), hazard("DISABLE"),
+        )
+    };
+}
+
+/// Claims on a vehicle that drives forward in this control mode, and on its lights, followed by further
+/// claims.
+macro_rules! driving {
+    ($mode:literal, $turn:literal, $hazard:literal $(, $more:expr)*) => {
+        vehicle!(
+            "DRIVE", $mode, "closed";
+            velocity("forward"), turn($turn), hazard($hazard) $(, $more)*
+        )
+    };
+}
+
+/// Claims on a report that is withheld with this kind of failure.
+macro_rules! withheld {
+    ($report:expr, $failure:literal; $($more:expr),+) => {
+        vehicle!(
+            "DRIVE", "AUTONOMOUS", "closed";
+            Claim(Report($report), "withheld"),
+            Claim(Failure($report), $failure),
+            Claim(Level($report), "ERROR"),
+            $($more),+
+        )
+    };
+}
 
 /// The moments of `config/demo.log.gz`.
 pub const DEMO: Story = &[
-    caption(0, "the car drives straight on: nothing flashes", &[turn("DISABLE"), hazard("DISABLE")])
+    caption(0, "the car is parked: gear P, all doors closed, nothing flashes", parked!("closed"))
         .settling_ms(1_000),
-    caption(4_000, "the driver pulls the stalk left", &[turn("ENABLE_LEFT"), hazard("DISABLE")]),
-    caption(9_000, "the stalk goes back: off", &[turn("DISABLE")]),
-    caption(11_000, "the driver pushes the stalk right", &[turn("ENABLE_RIGHT")]),
-    caption(16_000, "off again", &[turn("DISABLE")]),
-    caption(18_000, "the driver presses the hazard button", &[hazard("ENABLE")]),
-    caption(22_000, "hazard lights off", &[turn("DISABLE"), hazard("DISABLE")]),
     caption(
-        24_000,
-        "the car sends turn state 5, which has no meaning: nothing is made up, the report ends",
-        &[WITHHELD, Claim(TurnFailure, "invalid"), Claim(TurnLevel, "ERROR")],
+        2_000,
+        "the driver selects R and backs out, with the wheels to the left",
+        vehicle!(
+            "REVERSE", "MANUAL", "closed";
+            velocity("backward"), steering("left"), turn("DISABLE"), hazard("DISABLE"),
+        ),
+    )
+    .settling_ms(800),
+    caption(6_000, "the driver selects D and drives off", driving!("MANUAL", "DISABLE", "DISABLE"))
+        .settling_ms(800),
+    caption(9_000, "the driver pulls the stalk left", driving!("MANUAL", "ENABLE_LEFT", "DISABLE")),
+    caption(
+        10_200,
+        "the car turns left into a street",
+        driving!("MANUAL", "ENABLE_LEFT", "DISABLE", steering("left")),
     ),
     caption(
-        26_500,
-        "a value with a meaning again: the report is back",
-        &[turn("DISABLE"), Claim(TurnLevel, "OK")],
+        15_000,
+        "the turn is driven: the stalk goes back to off",
+        driving!("MANUAL", "DISABLE", "DISABLE", steering("straight")),
     ),
     caption(
-        28_000,
-        "the car sends “not available”: unknown is not off, the report ends",
-        &[WITHHELD, Claim(TurnFailure, "unknown"), Claim(TurnLevel, "ERROR")],
+        16_500,
+        "the driver pushes the stalk right and changes the lane",
+        driving!("MANUAL", "ENABLE_RIGHT", "DISABLE"),
     ),
-    caption(30_500, "the state is available again", &[turn("DISABLE"), Claim(TurnLevel, "OK")]),
+    caption(20_500, "off again", driving!("MANUAL", "DISABLE", "DISABLE")),
     caption(
-        32_000,
-        "left, and the lamp breaks: the report goes on, with an error that names the lamp",
-        &[turn("ENABLE_LEFT"), Claim(TurnFailure, "hardware_fault"), Claim(TurnLevel, "ERROR")],
+        21_500,
+        "the drive-by-wire kit takes over: the control mode is autonomous",
+        driving!("AUTONOMOUS", "DISABLE", "DISABLE", steering("straight")),
     ),
-    caption(35_000, "off, and the lamp is well again", &[turn("DISABLE"), Claim(TurnLevel, "OK")]),
     caption(
-        36_500,
-        "the turn message is silent on a living bus: its last value gets stale",
-        &[WITHHELD, Claim(TurnFailure, "unknown"), hazard("DISABLE")],
+        23_500,
+        "the gearbox reports half of the speed of the wheels: one of the two is wrong",
+        driving!("AUTONOMOUS", "DISABLE", "DISABLE", Claim(Level(VELOCITY), "OK")),
+    ),
+    caption(
+        25_500,
+        "after two seconds of contradiction the speed is withheld, and nothing else",
+        withheld!(VELOCITY, "invalid"; steering("straight"), turn("DISABLE"), hazard("DISABLE")),
+    ),
+    caption(
+        27_500,
+        "both speeds agree again, and after a second the report is back",
+        driving!("AUTONOMOUS", "DISABLE", "DISABLE", Claim(Level(VELOCITY), "OK")),
+    )
+    .settling_ms(1_300),
+    caption(
+        29_500,
+        "a traffic jam: the car brakes with its hazard lights on",
+        driving!("AUTONOMOUS", "DISABLE", "ENABLE"),
+    ),
+    caption(32_500, "hazard lights off", driving!("AUTONOMOUS", "DISABLE", "DISABLE")),
+    caption(
+        34_000,
+        "turn state 5 is not defined: nothing is made up, the report stops",
+        withheld!(TURN, "invalid"; velocity("forward"), hazard("DISABLE")),
+    ),
+    caption(
+        36_000,
+        "a defined value again: the report is back",
+        driving!("AUTONOMOUS", "DISABLE", "DISABLE", Claim(Level(TURN), "OK")),
+    ),
+    caption(
+        37_000,
+        "the car sends “not available”: unknown is not off, the report stops",
+        withheld!(TURN, "unknown"; velocity("forward"), hazard("DISABLE")),
+    ),
+    caption(
+        39_000,
+        "the state is available again",
+        driving!("AUTONOMOUS", "DISABLE", "DISABLE", Claim(Level(TURN), "OK")),
+    ),
+    caption(
+        40_000,
+        "left, and a lamp breaks: the report continues, and an error names the lamp",
+        driving!(
+            "AUTONOMOUS",
+            "ENABLE_LEFT",
+            "DISABLE",
+            steering("left"),
+            Claim(Failure(TURN), "hardware_fault"),
+            Claim(Level(TURN), "ERROR")
+        ),
+    )
+    .settling_ms(700),
+    caption(
+        42_500,
+        "off, and the lamp is repaired",
+        driving!("AUTONOMOUS", "DISABLE", "DISABLE", Claim(Level(TURN), "OK")),
+    ),
+    caption(
+        43_500,
+        "the turn message is silent on a living bus: its last value becomes stale",
+        withheld!(TURN, "unknown"; velocity("forward"), hazard("DISABLE")),
     )
     .settling_ms(1_000),
-    caption(39_000, "the message is back, with right", &[turn("ENABLE_RIGHT"), Claim(TurnLevel, "OK")]),
-    caption(41_000, "off to the end", &[turn("DISABLE"), hazard("DISABLE")]),
+    caption(
+        46_000,
+        "the message is back, with right",
+        driving!("AUTONOMOUS", "ENABLE_RIGHT", "DISABLE", steering("right"), Claim(Level(TURN), "OK")),
+    )
+    .settling_ms(1_000),
+    caption(
+        48_500,
+        "the driver takes over and brakes: the control mode is manual",
+        driving!("MANUAL", "DISABLE", "DISABLE"),
+    ),
+    caption(52_000, "the car stands, and the driver selects P", parked!("closed")),
+    caption(54_000, "the driver opens the door", parked!("front left OPENED")),
+    caption(57_000, "the door is closed, and nothing happens to the end", parked!("closed")),
 ];
 
 /// Claims on the decision, the command, the report, and the level of the turn command's status.

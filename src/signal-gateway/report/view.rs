@@ -85,7 +85,7 @@ impl View {
         let events = self.changes.of(output);
         if let Some(story) = &mut self.story {
             for event in &events {
-                story.summary.count(&event.change);
+                story.summary.count(&event.change, &self.changes.reports);
             }
         }
         match &self.destination {

@@ -2,6 +2,7 @@
 //! shows, and below it what `status` prints of the same view.
 //! `UPDATE_DOCS=1 cargo test --test pure terminal_view` writes them anew: look at what has changed.
 
+mod demo;
 mod messages;
 mod svg;
 
@@ -17,15 +18,14 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::Color;
-use signal_gateway::config::files::{DEMO_CONFIG, Embedded};
-use signal_gateway::config::{Overrides, load};
+use signal_gateway::config::files::Disk;
+use signal_gateway::config::load_profile;
 use signal_gateway::process_status::snapshot::{Build, ProcessSnapshot, RosSnapshot, TopicSnapshot};
 use signal_gateway::report::gateway_view::{
     ChannelView, Fact, GatewayView, Lamp, LightView, LightsView, Mark, RawView, ReportView, Value,
 };
 use signal_gateway::report::status;
 use signal_gateway::report::terminal::draw::draw;
-use signal_gateway::report::terminal::line_text;
 use signal_gateway::report::terminal::view_model::{KeyRequest, Keys, Model};
 use traffic_lights::bulb::Color::{Green, Red};
 use traffic_lights::bulb::{Bulb, BulbShape, BulbStatus};
@@ -36,7 +36,10 @@ const BUS: BusIndex = BusIndex(0);
 /// The terminals on which every state is drawn.
 const SIZES: [(u16, u16); 4] = [(50, 24), (80, 24), (120, 32), (200, 32)];
 
-/// The demo vehicle on a bus, watched ten times a second.
+/// The lights of the demo vehicle; the whole vehicle is in [`demo`].
+const LIGHTS_VEHICLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/support/lights_vehicle.toml");
+
+/// The lights of the demo vehicle on a bus, watched ten times a second.
 struct Drive {
     gateway: VirtualGateway,
     model: Model,
@@ -50,7 +53,7 @@ fn process() -> ProcessSnapshot {
 
 impl Drive {
     fn new() -> Self {
-        let settings = load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap().gateway;
+        let settings = load_profile(&Disk, Path::new(LIGHTS_VEHICLE)).unwrap().gateway;
         let topic = |name: &str| TopicSnapshot { name: name.to_owned(), peers: 1, other_writers: 0 };
         let written = vec![topic("turn_indicators_status"), topic("hazard_lights_status")];
         let ros = Some(RosSnapshot { is_up: true, written, ..RosSnapshot::default() });
@@ -145,28 +148,6 @@ fn left_right_and_hazard_are_in_arrows_words_and_strip() {
     );
     let hazard = check("hazard", &Drive::left().pass(3_000, Some(0), Some(1)));
     assert!(hazard.contains("◀━━━ │") && hazard.contains("│ ━━━▶") && hazard.contains("▲▲"), "{hazard}");
-}
-
-#[test]
-fn picture_of_the_documentation_is_the_view() {
-    let mut drive = Drive::new().pass(20_000, Some(0), Some(0)).pass(6_000, Some(2), Some(0));
-    drive = drive.pass(9_000, Some(0), Some(0)).pass(5_000, Some(0), Some(1)).pass(8_000, Some(0), Some(0));
-    drive = drive.pass(2_500, Some(5), Some(0)).pass(2_000, Some(0), Some(0)).pass(5_500, Some(1), Some(0));
-    drive.model.title = "demo · Demo vehicle, built-in recording".to_owned();
-    drive.model.caption = "the driver pulls the stalk left".to_owned();
-    drive.model.elapsed = Duration::from_secs(62);
-    for change in &drive.gateway.changes {
-        let text = format!("{:<5} {:<16} {}", change.level.to_string(), change.task, change.message);
-        let text = line_text(Duration::from_millis(change.ms()), &text);
-        drive.model.add_line(Some(change.level), text);
-    }
-    let picture = svg::picture(drawn(&drive.model, (100, 27)).backend().buffer());
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/pictures/terminal.svg");
-    if std::env::var_os("UPDATE_DOCS").is_some() {
-        std::fs::write(&path, &picture).unwrap();
-    }
-    let is_same = std::fs::read_to_string(&path).unwrap_or_default() == picture;
-    assert!(is_same, "UPDATE_DOCS=1 cargo test --test pure terminal_view");
 }
 
 #[test]

@@ -8,8 +8,54 @@ use serde_json::Value;
 use crate::pure::vehicles::project;
 use crate::support::vehicle_facts::VEHICLES;
 
-/// Reports come every 100 ms; a longer pause is a stop.
+/// Reports come every 100 ms at least; a longer pause is a stop.
 const PAUSE_S: f64 = 0.105;
+
+/// Puts the value of a message into words.
+type InWords = fn(&Value) -> String;
+
+/// Topics of the reports, and their values in words.
+const TOPICS: [(&str, InWords); 7] = [
+    ("/vehicle/status/turn_indicators_status", |data| {
+        named(data, "report", &[(1, "DISABLE"), (2, "ENABLE_LEFT"), (3, "ENABLE_RIGHT")])
+    }),
+    ("/vehicle/status/hazard_lights_status", |data| named(data, "report", &[(1, "DISABLE"), (2, "ENABLE")])),
+    ("/vehicle/status/velocity_status", |data| {
+        sign(data, "longitudinal_velocity", 0.1, ["standing", "forward", "backward"])
+    }),
+    ("/vehicle/status/steering_status", |data| {
+        sign(data, "steering_tire_angle", 0.05, ["straight", "left", "right"])
+    }),
+    ("/vehicle/status/gear_status", |data| {
+        named(data, "report", &[(2, "DRIVE"), (20, "REVERSE"), (22, "PARK")])
+    }),
+    ("/vehicle/status/control_mode", |data| named(data, "mode", &[(1, "AUTONOMOUS"), (4, "MANUAL")])),
+    ("/vehicle/doors/status", |data| {
+        let doors = data["doors"].as_array().unwrap().iter();
+        doors.map(|door| named(door, "status", &[(2, "O"), (3, "C")])).collect()
+    }),
+];
+
+fn named(data: &Value, key: &str, names: &[(u64, &str)]) -> String {
+    let number = data[key].as_u64().unwrap();
+    names
+        .iter()
+        .find(|(of, _)| *of == number)
+        .map_or_else(|| number.to_string(), |(_, name)| (*name).to_owned())
+}
+
+/// Near zero, above, or below.
+fn sign(data: &Value, key: &str, least: f64, [zero, above, below]: [&str; 3]) -> String {
+    let value = data[key].as_f64().unwrap();
+    (if value > least {
+        above
+    } else if value < -least {
+        below
+    } else {
+        zero
+    })
+    .to_owned()
+}
 
 fn replay_demo() -> Vec<u8> {
     let output = Command::new(env!("CARGO_BIN_EXE_signal-gateway"))
@@ -24,16 +70,12 @@ fn replay_demo() -> Vec<u8> {
 /// The time, topic or task, and the value of each JSON line; a diagnostics line may hold several.
 fn values(line: &Value) -> Vec<(f64, String, String)> {
     let t = line["t"].as_f64().unwrap();
-    let topic = line["topic"].as_str().unwrap().rsplit('/').next().unwrap();
     let data = &line["data"];
-    if topic != "diagnostics" {
-        let names = match topic {
-            "turn_indicators_status" => ["", "DISABLE", "ENABLE_LEFT", "ENABLE_RIGHT"],
-            _ => ["", "DISABLE", "ENABLE", ""],
-        };
-        let report = usize::try_from(data["report"].as_u64().unwrap()).unwrap();
-        return vec![(t, topic.to_owned(), names[report].to_owned())];
+    let path = line["topic"].as_str().unwrap();
+    if let Some((_, value)) = TOPICS.iter().find(|(topic, _)| *topic == path) {
+        return vec![(t, path.to_owned(), value(data))];
     }
+    assert_eq!(path, "/diagnostics");
     let status = |status: &Value| {
         let level = ["OK", "WARN", "ERROR"][usize::try_from(status["level"].as_u64().unwrap()).unwrap()];
         let task = status["name"].as_str().unwrap().strip_prefix("signal_gateway: ").unwrap();
@@ -49,7 +91,7 @@ fn changes(json: &str) -> Vec<(f64, String, String)> {
     let mut changes = Vec::new();
     for (t, subject, value) in lines.flat_map(|line| values(&line)) {
         if let Some((last, before)) = known.get(&subject) {
-            let paused = subject.ends_with("_status") && t - last > PAUSE_S;
+            let paused = subject.starts_with('/') && t - last > PAUSE_S;
             if paused {
                 changes.push((*last, subject.clone(), "silent".to_owned()));
             }
@@ -61,8 +103,8 @@ fn changes(json: &str) -> Vec<(f64, String, String)> {
         }
         known.insert(subject, (t, value));
     }
-    let at_the_end = known.iter().filter(|(subject, (t, _))| subject.ends_with("_status") && *t > 44.8);
-    assert_eq!(at_the_end.count(), 2, "both reports are published to the end");
+    let at_the_end = known.iter().filter(|(subject, (t, _))| subject.starts_with('/') && *t > 59.8);
+    assert_eq!(at_the_end.count(), TOPICS.len(), "all reports are published to the end");
     changes.sort_by(|a, b| a.0.total_cmp(&b.0));
     changes
 }

@@ -148,7 +148,7 @@ fn scenes() -> String {
     let start = time(recording.lines().next().unwrap());
     let mut scenes = String::new();
     let mut passed = 0.0;
-    for moment in [4.0, 9.0, 11.0, 16.0, 18.0, 22.0] {
+    for moment in [9.0, 15.0, 16.5, 20.5, 29.5, 32.5] {
         let (from, to) = (start + moment - 0.2, start + moment + 0.4);
         for line in recording.lines().filter(|line| (from..to).contains(&time(line))) {
             let rest = &line[line.find(')').unwrap()..];

@@ -7,8 +7,8 @@ use super::*;
 use crate::check::patch::patch;
 use crate::check::survey_text::recording;
 use crate::check::{CheckReport, Layout};
-use crate::config::files::{DEMO_CONFIG, Disk, Embedded, TestFiles};
-use crate::config::{Overrides, load, load_profile};
+use crate::config::files::{Disk, TestFiles};
+use crate::config::load_profile;
 use crate::replay::Routes;
 use can_log::Log;
 use vehicle_bringup::plausibility::finding::Severity;
@@ -23,7 +23,8 @@ fn text(report: &CheckReport) -> String {
 }
 
 fn survey(text: &str) -> CheckReport {
-    survey_of(&load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap(), text)
+    let lights = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/support/lights_vehicle.toml");
+    survey_of(&load_profile(&Disk, &lights).unwrap(), text)
 }
 
 fn survey_of(settings: &Settings, text: &str) -> CheckReport {

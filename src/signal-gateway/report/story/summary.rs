@@ -19,11 +19,12 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Counts a change for the summary.
-    pub fn count(&mut self, change: &Change) {
+    /// Counts a change for the summary; `reports` has the names of the published values, without the measured
+    /// ones, by report.
+    pub fn count(&mut self, change: &Change, reports: &BTreeMap<&'static str, String>) {
         match change.kind {
             ChangeKind::ReportPublished | ChangeKind::ReportWithdrawn => {
-                let value = (change.kind == ChangeKind::ReportPublished).then(|| change.text.clone());
+                let value = reports.get(change.subject.as_str()).cloned();
                 *self.values.entry(change.subject.clone()).or_default().entry(value).or_default() += 1;
             }
             ChangeKind::Status if change.level > Level::Ok => {
@@ -97,15 +98,17 @@ mod tests {
     #[test]
     fn summary_counts_values_and_names_each_reason_once() {
         let mut summary = Summary::default();
+        let (none, left) = (BTreeMap::new(), BTreeMap::from([("turn", "ENABLE_LEFT".to_owned())]));
         for event in [
-            event("turn", "ENABLE_LEFT", ChangeKind::ReportPublished, Level::Ok),
+            event("turn", "ENABLE_LEFT, measured", ChangeKind::ReportPublished, Level::Ok),
             event("turn", "no longer published", ChangeKind::ReportWithdrawn, Level::Ok),
             event("turn", "stale", ChangeKind::Status, Level::Error),
             event("turn", "ENABLE_LEFT", ChangeKind::ReportPublished, Level::Ok),
             event("turn", "stale", ChangeKind::Status, Level::Error),
             event("can0", "fine", ChangeKind::Status, Level::Ok),
         ] {
-            summary.count(&event);
+            let is_withdrawn = event.kind == ChangeKind::ReportWithdrawn;
+            summary.count(&event, if is_withdrawn { &none } else { &left });
         }
         let expected = "\nWhat the gateway did in 45 s\n  turn             ENABLE_LEFT 2 times, withheld once\n\
                         and why it warned\n  turn: stale\n";
@@ -116,13 +119,10 @@ mod tests {
     fn summary_and_what_comes_next_are_wrapped_between_words() {
         const NEXT: TryNext = &[("signal-gateway demo lights", "the traffic lights of a scenario")];
         let mut summary = Summary::default();
-        summary.count(&event("turn", "ENABLE_LEFT", ChangeKind::ReportPublished, Level::Ok));
-        summary.count(&event(
-            "turn",
-            "a reason that is longer than a narrow line",
-            ChangeKind::Status,
-            Level::Warn,
-        ));
+        let reports = BTreeMap::from([("turn", "ENABLE_LEFT".to_owned())]);
+        summary.count(&event("turn", "ENABLE_LEFT", ChangeKind::ReportPublished, Level::Ok), &reports);
+        let reason = "a reason that is longer than a narrow line";
+        summary.count(&event("turn", reason, ChangeKind::Status, Level::Warn), &reports);
         let text = summary.text(MonoTime::from_millis(45_100), Some(40)) + &try_next_text(NEXT, Some(40));
         assert!(text.lines().all(|line| line.chars().count() <= 40), "{text}");
         assert!(text.contains("\n  turn: a reason that is longer than a\n    narrow line\n"), "{text}");
