@@ -151,7 +151,9 @@ exit  car                         recording: what was found
     fn a_failure_is_worse_than_a_warning() {
         for (codes, worst) in [(vec![0, 4], 4), (vec![4, 5, 3, 0], 3), (vec![1, 2, 4], 1), (vec![0], 0)] {
             let mut table = ResultTable::new(io::sink(), true, false);
-            codes.iter().for_each(|code| table.add(&row("a", *code, None)).unwrap());
+            for code in &codes {
+                table.add(&row("a", *code, None)).unwrap();
+            }
             assert_eq!(table.finish().unwrap(), worst, "{codes:?}");
         }
     }

@@ -43,7 +43,8 @@ pub(super) fn drive(reported: &mut Reported) {
     case(&[], &[(geometry, "")], &[(driving(), 300)]);
     case(&[], &[("steering_ratio = 16.0\n", "")], &[(driving(), 300)]);
     case(&[], &[("steering_ratio = 16.0", "car = \"Toyota RAV4 2018\"")], &[(driving(), 300)]);
-    let rotating = ("\", unit = \"km/h\", valid = [\"0..=30000\"], ", "\", unit = \"rad/s\", valid = [\"0..=30000\"], ");
+    let rotating =
+        ("\", unit = \"km/h\", valid = [\"0..=30000\"], ", "\", unit = \"rad/s\", valid = [\"0..=30000\"], ");
     case(&[rotating], &[], &[(driving(), 300)]);
     case(&[], &[], &[(Car { gear: 14, ..Car::default() }, 2_500)]);
     let only_reverse = ("neutral = [2]\ndrive = [3]\n", "not_reverse = [3]\n");
