@@ -28,6 +28,7 @@ mod process {
     mod refusals;
     mod reload;
     mod status_command;
+    mod status_sockets;
     mod systemd_units;
     mod tables;
     mod terminal_view;

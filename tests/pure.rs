@@ -45,6 +45,7 @@ mod pure {
     mod scenario_refusals;
     mod snapshot;
     mod spec_citations;
+    mod start;
     mod terminal_view;
     mod text_rules;
     mod topics;

@@ -32,7 +32,7 @@ fn short_recording() -> Folder {
 fn the_service_manager_is_notified_of_start_watchdog_periods_and_end() {
     // Diagnostics every 500 ms, and a second of the recording takes 100 s: neither feeds the watchdog.
     for (folder, status) in [
-        (recording("speed = 0.01"), "ERROR: turn_indicators: unknown: no frame of "),
+        (recording("speed = 0.01"), "WARN: turn_indicators: starting: waiting for "),
         (
             Folder::with_demo_vehicle("no-such-can", "[ros]\nenabled = false\n"),
             "ERROR: turn_indicators: unknown: no-such-can is missing; hazard_lights: unknown: no-such-can is missing; \
@@ -214,6 +214,7 @@ fn dds_logs_only_when_rust_log_names_it() {
                 "ros: ",
                 "no-such-can",
                 "Demo vehicle",
+                "status socket",
                 "stopped",
                 // Of a machine that stands still for seconds.
                 "continuing with a new DDS participant",

@@ -91,18 +91,27 @@ fn a_frame_of_another_format_than_its_message_is_rejected() {
 #[test]
 fn a_page_that_does_not_come_is_not_called_a_message_that_does_not() {
     let settings = MemoryFiles::vehicle(PAGED, PAGES).settings();
-    let turn_only = lines("can0", "200#0301000000000000", 0..5);
-    let other_pages = lines("can0", "200#0500000000000000", 5..12);
-    let other_message = lines("can0", "201#00", 12..20);
-    let lines = replay_changes(&settings, &(turn_only + &other_pages + &other_message));
+    // The first frames are overdue after two seconds.
+    let late = lines("can0", "201#00", 0..25);
+    let turn_only = lines("can0", "200#0301000000000000", 25..30);
+    let other_pages = lines("can0", "200#0500000000000000", 30..37);
+    let other_message = lines("can0", "201#00", 37..45);
+    let lines = replay_changes(&settings, &(late + &turn_only + &other_pages + &other_message));
+    let awaited = |task: &str| {
+        format!("{task} starting: waiting for the first frame of PAGES (200) on can0, at most 2 s")
+    };
     let of = |task: &str| -> Vec<_> { lines.iter().filter(|line| line.starts_with(task)).cloned().collect() };
+    let start = awaited("hazard_lights");
     let expected = [
+        start.as_str(),
         "hazard_lights unknown: no frame of PAGES (200) on can0 yet",
         "hazard_lights unknown: PAGES (200) is received, but without PAGES.HAZARD",
         "hazard_lights unknown: no new frame of PAGES (200) on can0 yet",
     ];
     assert_eq!(of("hazard_lights"), expected);
+    let start = awaited("turn_indicators");
     let expected = [
+        start.as_str(),
         "turn_indicators unknown: no frame of PAGES (200) on can0 yet",
         "turn_indicators ENABLE_LEFT",
         "turn_indicators publishing",
@@ -145,7 +154,7 @@ fn a_message_that_two_buses_have_is_named_with_its_bus() {
     let log = lines("can0", "123#0100000000000000", 0..2) + &lines("can1", "123#0200000000000000", 2..9);
     let lines = replay_changes(&settings, &(log + &lines("can0", "123#0300000000000000", 9..10)));
     for text in [
-        "turn_indicators unknown: no frame of a:BODY (123) on can0 yet",
+        "turn_indicators starting: waiting for the first frame of a:BODY (123) on can0, at most 2 s",
         "turn_indicators ENABLE_LEFT",
         "turn_indicators unknown: a:BODY is stale, silent for more than 300 ms",
         "turn_indicators invalid: a:BODY.TURN = 3 is not a defined value",
@@ -175,7 +184,6 @@ fn a_message_sent_on_change_and_slowly_repeated_has_two_limits() {
     let lines = replay_changes(&settings, &log);
     let turn: Vec<_> = lines.iter().filter(|line| line.starts_with("turn_indicators unknown")).collect();
     let expected = [
-        "turn_indicators unknown: no frame of BODY (123) on can0 yet",
         "turn_indicators unknown: BODY is stale, silent for more than 1500 ms",
         "turn_indicators unknown: BODY may have changed: no frame of the vehicle profile on can0",
     ];

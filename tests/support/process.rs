@@ -105,6 +105,8 @@ impl Process {
         for variable in ["RUST_LOG", "NOTIFY_SOCKET", "WATCHDOG_USEC"].into_iter().chain(ros) {
             command.env_remove(variable);
         }
+        // Not that of whoever runs the tests.
+        command.env("XDG_RUNTIME_DIR", directory);
         change(&mut command);
         let started = Instant::now();
         let mut child = command.spawn().unwrap();

@@ -63,8 +63,17 @@ impl VirtualGateway {
     }
 
     pub(crate) fn starting_at(start: MonoTime, settings: GatewaySettings) -> Self {
+        Self::start(start, settings, LinkState::Up)
+    }
+
+    /// At time zero, with every link in that state.
+    pub(crate) fn on_link(settings: GatewaySettings, link: LinkState) -> Self {
+        Self::start(MonoTime::ZERO, settings, link)
+    }
+
+    fn start(start: MonoTime, settings: GatewaySettings, link: LinkState) -> Self {
         let mut started = Self {
-            gateway: Gateway::new(settings, LinkState::Up, at(start)),
+            gateway: Gateway::new(settings, link, at(start)),
             now: at(start),
             outputs: Vec::new(),
             changes: Vec::new(),

@@ -5,6 +5,7 @@ use gateway_base::diagnostics::messages;
 messages! {
     /// Why no value of a signal is known.
     MISSING {
+        - awaited(message, id, interface, limit) "waiting for the first frame of {message} ({id}) on {interface}, at most {limit} s", "Wait; after that time it is an error. Then check ignition, wiring, bit rate, and whether the profile is this vehicle's.";
         - no_frame_yet(message, id, interface) "no frame of {message} ({id}) on {interface} yet", "Check ignition, wiring, bit rate, and whether the profile is this vehicle's.";
         - no_new_frame_yet(message, id, interface) "no new frame of {message} ({id}) on {interface} yet", "Wait; if it stays, check ignition, wiring, bit rate, and whether the profile is this vehicle's.";
         - too_short(message, id) "{message} ({id}) is received, but too short", "Correct the DBC or the profile; the vehicle's message is shorter.";

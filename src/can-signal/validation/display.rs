@@ -78,6 +78,10 @@ pub fn missing_reason_message(
         MissingReason::Link(state) => {
             link_message(interface, state).unwrap_or_else(|| catalogue::may_have_changed(name, interface))
         }
+        MissingReason::Awaited => {
+            let limit = buses[usize::from(message.bus.0)].settings().start_timeout.as_secs_f64();
+            catalogue::awaited(name, ids, interface, limit)
+        }
         MissingReason::NeverSeen => catalogue::no_frame_yet(name, ids, interface),
         MissingReason::NotAgain => catalogue::no_new_frame_yet(name, ids, interface),
         MissingReason::TooShort => catalogue::too_short(name, ids),

@@ -29,6 +29,8 @@ pub enum Interruption {
 pub enum MissingReason {
     /// The link below the bus is not up.
     Link(LinkState),
+    /// No value of this signal has been received since the start, and its first frame is not overdue yet.
+    Awaited,
     /// No frame with this signal has been received since start.
     NeverSeen,
     /// No frame has been received since the link came back or, of an event message, since the bus woke up.
@@ -61,6 +63,25 @@ impl MissingReason {
     /// Returns true for a permitted sleep of the bus, which is no failure.
     pub fn is_sleep(self) -> bool {
         matches!(self, Self::BusQuiet | Self::BusAsleep)
+    }
+
+    /// Returns true if the first frames of a sound message can also give this reason.
+    fn is_usual_at_start(self) -> bool {
+        match self {
+            Self::NeverSeen | Self::NotCarried => true,
+            Self::NotTrusted(reject) => reject.is_usual_at_start(),
+            Self::Link(_)
+            | Self::Awaited
+            | Self::NotAgain
+            | Self::Stale
+            | Self::TooShort
+            | Self::WrongFormat
+            | Self::SeveralSenders(_)
+            | Self::BusSilent
+            | Self::BusOff
+            | Self::BusQuiet
+            | Self::BusAsleep => false,
+        }
     }
 }
 
@@ -333,6 +354,8 @@ impl Observations {
             let never = state.counts.frames == 0;
             let other = if never { MissingReason::NeverSeen } else { MissingReason::NotAgain };
             let reason = state.rejection(None, timeout, now).unwrap_or(other);
+            let is_awaited = bus.is_starting(now) && reason.is_usual_at_start();
+            let reason = if is_awaited { MissingReason::Awaited } else { reason };
             return Err(bus_reason(bus, None, now).unwrap_or(reason));
         };
         let last_at = Some(last.received.at);

@@ -43,6 +43,11 @@ impl Unusable {
         matches!(self, Self::Absent(_, reason) if reason.is_sleep())
     }
 
+    /// Returns true while the first value since the start is awaited.
+    pub fn is_awaited(self) -> bool {
+        matches!(self, Self::Absent(_, MissingReason::Awaited))
+    }
+
     /// Returns the kind of failure that this reason causes.
     pub fn kind(self) -> FaultKind {
         match self {

@@ -104,12 +104,17 @@ impl Perception {
         let bus_count = settings.buses.len();
         let links = links.iter().copied().chain(std::iter::repeat(LinkState::Missing));
         let indices = (0..=u8::MAX).map(BusIndex).take(bus_count);
+        let bus = |(settings, link)| {
+            let mut bus = Bus::new(settings, link);
+            bus.await_first_frames(now.mono);
+            bus
+        };
         let mut timers = TimerTable::default();
         timers.set(Timer::Diagnostics, now.mono);
         Self {
             routes: indices.map(|bus| routes(&settings, bus)).collect(),
             node: settings.node,
-            buses: settings.buses.into_iter().zip(links).map(|(bus, link)| Bus::new(bus, link)).collect(),
+            buses: settings.buses.into_iter().zip(links).map(bus).collect(),
             bus_findings: vec![None; bus_count],
             bus_rates: vec![RateMeter::default(); bus_count],
             lights: VehicleLights::new(settings.lights, settings.publish),
@@ -161,7 +166,9 @@ impl Perception {
         match *input {
             CanInput::Frame { bus, ref frame, stamp } => return self.handle_frame(bus, frame, stamp, now),
             CanInput::Link { bus, state } => {
-                if known.set_link(state) {
+                let is_lost = known.set_link(state);
+                known.await_first_frames(now.mono);
+                if is_lost {
                     return Some(self.forget(bus, Interruption::LinkLost));
                 }
             }

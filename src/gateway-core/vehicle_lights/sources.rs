@@ -416,12 +416,12 @@ impl TurnReader {
     }
 }
 
-/// Returns the reason to report first: a fault, then an invalid value, then "not available", and a sleep of
-/// the bus last.
+/// Returns the reason to report first: a fault, then an invalid value, then "not available", and last a sleep
+/// of the bus or a first value that is awaited.
 fn graver(first: UnavailableReason, second: UnavailableReason) -> UnavailableReason {
     let gravity = |reason: UnavailableReason| {
         let is_told = matches!(reason, UnavailableReason::Signal(Unusable::NotAvailable(..)));
-        (reason.kind(), is_told, !reason.is_sleep())
+        (reason.kind(), is_told, !reason.is_sleep() && !reason.is_awaited(false))
     };
     if gravity(second) > gravity(first) { second } else { first }
 }

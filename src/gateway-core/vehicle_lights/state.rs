@@ -89,10 +89,22 @@ impl UnavailableReason {
         matches!(self, Self::Signal(reason) if reason.is_sleep())
     }
 
-    /// Returns true if the reason is a failure of the report: neither a permitted sleep nor a vehicle that
-    /// never shows the state.
-    pub fn is_failure(self) -> bool {
-        !self.is_sleep() && !matches!(self, Self::NotVisible)
+    /// Returns true while the first value since the start is awaited. `is_starting` is true while frames are.
+    pub fn is_awaited(self, is_starting: bool) -> bool {
+        match self {
+            Self::Signal(reason) => reason.is_awaited(),
+            Self::OtherVehicle(unmet) => is_starting && !unmet.is_contradicted,
+            Self::NotVisible
+            | Self::NotSelected(..)
+            | Self::BothOn(_)
+            | Self::WatchingLamps(_)
+            | Self::Settling(_) => false,
+        }
+    }
+
+    /// Returns true while lamps or a stalk are observed.
+    pub fn is_observing(self) -> bool {
+        matches!(self, Self::WatchingLamps(_) | Self::Settling(_))
     }
 
     /// Returns the kind of failure that this reason causes.

@@ -34,40 +34,65 @@ pub(super) struct LightsFinding {
     fault: Option<ActiveFault>,
     withheld: bool,
     warnings: Warnings,
-    /// True if lamps or a stalk are observed again after a permitted sleep of the bus, which is not a
-    /// failure.
-    waking_up: bool,
+    /// Why the reason is not a failure.
+    pub(super) excuse: Option<Excuse>,
+}
+
+/// Why the reason for an unavailable state is not a failure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Excuse {
+    /// The first values since the start are awaited, or lamps or a stalk observed for the first time.
+    Starting,
+    /// The bus sleeps as permitted.
+    Asleep,
+    /// Lamps or a stalk are observed again after a permitted sleep of the bus.
+    WakingUp,
+    /// The vehicle never shows the state.
+    NotVisible,
 }
 
 impl LightsFinding {
-    /// Returns the finding of a verdict.
-    fn of<T>(verdict: &Verdict<T>) -> Self {
+    /// Returns the finding of a verdict, as the successor of `before`. `is_starting` is true while a first
+    /// frame since the start is not overdue.
+    fn new<T>(verdict: &Verdict<T>, before: Option<&Self>, is_starting: bool) -> Self {
+        let reason = verdict.state.as_ref().err().copied();
         Self {
-            reason: verdict.state.as_ref().err().copied(),
+            reason,
             fault: verdict.fault,
             withheld: verdict.publish.is_none(),
             warnings: verdict.warnings,
-            waking_up: false,
+            excuse: reason.and_then(|reason| Self::excuse(reason, before, is_starting)),
         }
     }
 
-    /// Returns this finding as the successor of `before`.
-    fn after(self, before: Option<&Self>) -> Self {
-        let observes = |reason: UnavailableReason| {
-            matches!(reason, UnavailableReason::WatchingLamps(_) | UnavailableReason::Settling(_))
-        };
-        let slept = before
-            .is_some_and(|before| before.waking_up || before.reason.is_some_and(UnavailableReason::is_sleep));
-        Self { waking_up: slept && self.reason.is_some_and(observes), ..self }
+    fn excuse(reason: UnavailableReason, before: Option<&Self>, is_starting: bool) -> Option<Excuse> {
+        if reason == UnavailableReason::NotVisible {
+            return Some(Excuse::NotVisible);
+        }
+        if reason.is_sleep() {
+            return Some(Excuse::Asleep);
+        }
+        if reason.is_awaited(is_starting) {
+            return Some(Excuse::Starting);
+        }
+        let before = before.map_or(Some(Excuse::Starting), |before| before.excuse);
+        match before.filter(|_| reason.is_observing())? {
+            Excuse::Starting => Some(Excuse::Starting),
+            Excuse::Asleep | Excuse::WakingUp => Some(Excuse::WakingUp),
+            Excuse::NotVisible => None,
+        }
     }
 }
 
 impl ReportFinding for LightsFinding {
-    /// See [`UnavailableReason::is_failure`].
     fn failure(&self) -> Option<FaultKind> {
-        let reason = self.reason.filter(|reason| reason.is_failure() && !self.waking_up);
+        let reason = self.reason.filter(|_| self.excuse.is_none());
         let reason = reason.map(UnavailableReason::kind);
         if self.fault.is_some() { Some(FaultKind::HardwareFault) } else { reason }
+    }
+
+    fn is_starting(&self) -> bool {
+        self.excuse == Some(Excuse::Starting)
     }
 }
 
@@ -88,7 +113,8 @@ impl LightsTask {
     /// Updates the finding from the current verdict and returns whether it has changed.
     pub(super) fn update<T>(&mut self, verdict: &Verdict<T>, context: LightsContext<'_>) -> bool {
         (self.reason, self.source) = (verdict.reason, verdict.source);
-        let finding = LightsFinding::of(verdict).after(self.report.finding.as_ref());
+        let is_starting = context.buses.iter().any(|bus| bus.is_starting(context.now.mono));
+        let finding = LightsFinding::new(verdict, self.report.finding.as_ref(), is_starting);
         let text = || texts(&message(context.binding, context.buses, self.task, &finding));
         self.report.update(finding, text, context.now.mono)
     }
@@ -105,14 +131,11 @@ pub(super) fn message(
         Task::TurnIndicators => &binding.turn_faults,
         Task::HazardLights => &binding.hazard_faults,
     };
-    let unavailable = |reason| unavailable_message(binding, buses, reason);
-    let reason = finding.reason.map(|reason| {
-        if finding.waking_up {
-            cause(binding, buses, reason).within(catalogue::waking_up)
-        } else {
-            unavailable(reason)
-        }
-    });
+    let reason = finding.reason.map(|reason| unavailable_message(binding, buses, reason, finding.excuse));
+    let unavailable = |reason| {
+        let excuse = LightsFinding::excuse(reason, Some(finding), true);
+        unavailable_message(binding, buses, reason, excuse)
+    };
     let fault = finding.fault.map(|fault| fault_message(binding, faults, fault, finding));
     let source = |position| source_name(binding, task, position);
     let warnings = finding.warnings.messages(binding, source, unavailable);
@@ -152,20 +175,23 @@ fn fault_message(
     }
 }
 
-/// Returns the message for an unavailable state: the kind of failure and the cause.
-fn unavailable_message(binding: &LightsBinding, buses: &[Bus], reason: UnavailableReason) -> MessagePart {
-    if reason == UnavailableReason::NotVisible && binding.is_acknowledged() {
-        return catalogue::acknowledged();
-    }
+/// Returns the message for an unavailable state: the excuse or the kind of failure, and the cause.
+fn unavailable_message(
+    binding: &LightsBinding,
+    buses: &[Bus],
+    reason: UnavailableReason,
+    excuse: Option<Excuse>,
+) -> MessagePart {
     let cause = cause(binding, buses, reason);
-    if reason.is_sleep() {
-        return cause.within(report::asleep);
-    }
-    match (reason, reason.kind()) {
-        (UnavailableReason::NotVisible, _) => cause.within(catalogue::not_visible),
-        (_, FaultKind::Unknown) => cause.within(report::unknown),
-        (_, FaultKind::Invalid) => cause.within(report::invalid),
-        (_, FaultKind::HardwareFault) => cause.within(report::hardware_fault),
+    match (excuse, reason.kind()) {
+        (Some(Excuse::NotVisible), _) if binding.is_acknowledged() => catalogue::acknowledged(),
+        (Some(Excuse::NotVisible), _) => cause.within(catalogue::not_visible),
+        (Some(Excuse::Asleep), _) => cause.within(report::asleep),
+        (Some(Excuse::WakingUp), _) => cause.within(catalogue::waking_up),
+        (Some(Excuse::Starting), _) => cause.within(report::starting),
+        (None, FaultKind::Unknown) => cause.within(report::unknown),
+        (None, FaultKind::Invalid) => cause.within(report::invalid),
+        (None, FaultKind::HardwareFault) => cause.within(report::hardware_fault),
     }
 }
 

@@ -16,6 +16,8 @@ pub struct ReportSnapshot<T> {
     pub withheld: Option<String>,
     /// Kind of failure; `None` without one. A report can be published in spite of a hardware fault.
     pub failure: Option<FaultKind>,
+    /// True while it is withheld because its first values since the start are awaited; not a failure.
+    pub is_starting: bool,
     /// Level of its diagnostic status.
     pub level: Level,
     /// Message of its diagnostic status.
@@ -41,6 +43,7 @@ impl<T> ReportSnapshot<T> {
             published: self.published.as_ref().map(value),
             withheld: self.withheld.clone(),
             failure: self.failure,
+            is_starting: self.is_starting,
             level: self.level,
             message: self.message.clone(),
             source: self.source.clone(),

@@ -15,6 +15,9 @@ use gateway_base::time::{MonoTime, WallStamp};
 pub trait ReportFinding: Copy + Default + PartialEq {
     /// Returns the kind of failure; `None` without a failure.
     fn failure(&self) -> Option<FaultKind>;
+
+    /// Returns true while the report is withheld because its first values since the start are awaited.
+    fn is_starting(&self) -> bool;
 }
 
 /// Diagnostic task of a report.
@@ -79,6 +82,7 @@ impl<F: ReportFinding> ReportTask<F> {
             withheld: published.is_none().then(|| status.message.clone()),
             published,
             failure: self.finding.and_then(|finding| finding.failure()),
+            is_starting: self.finding.is_some_and(|finding| finding.is_starting()),
             level: status.level,
             message: status.message,
             source: (!source.is_empty()).then(|| source.to_owned()),

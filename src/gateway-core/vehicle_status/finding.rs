@@ -19,6 +19,8 @@ use gateway_base::diagnostics::MessagePart;
 pub(super) struct StatusFinding {
     /// Reason why there is no value.
     pub(super) reason: Option<StatusReason>,
+    /// True if the reason is that the first value since the start is awaited.
+    pub(super) is_starting: bool,
     /// The missing part of a velocity.
     pub(super) part: VelocityPart,
     /// Position of the deciding source.
@@ -53,7 +55,11 @@ pub(super) struct HeadingFinding {
 
 impl ReportFinding for StatusFinding {
     fn failure(&self) -> Option<FaultKind> {
-        self.reason.and_then(StatusReason::failure)
+        self.reason.filter(|_| !self.is_starting).and_then(StatusReason::failure)
+    }
+
+    fn is_starting(&self) -> bool {
+        self.is_starting
     }
 }
 
@@ -77,7 +83,7 @@ pub(super) fn message(
     report: StatusReport,
     finding: StatusFinding,
 ) -> Vec<MessagePart> {
-    let unavailable = |reason| unavailable_message(binding, buses, reason);
+    let unavailable = |reason| unavailable_message(binding, buses, reason, finding.is_starting);
     let part = match finding.part {
         VelocityPart::Speed => "",
         VelocityPart::Direction => "direction: ",
@@ -140,7 +146,12 @@ fn listed_ratio(
 }
 
 /// Returns the message for an unavailable value: the kind of failure, if it is a failure, and the cause.
-fn unavailable_message(binding: &StatusBinding, buses: &[Bus], reason: StatusReason) -> MessagePart {
+fn unavailable_message(
+    binding: &StatusBinding,
+    buses: &[Bus],
+    reason: StatusReason,
+    is_starting: bool,
+) -> MessagePart {
     let name = |signal: SignalIndex| binding.table.signals[signal.0].name.as_str();
     let cause = match reason {
         StatusReason::Signal(reason) => reason.message(&binding.table, buses),
@@ -168,6 +179,9 @@ fn unavailable_message(binding: &StatusBinding, buses: &[Bus], reason: StatusRea
         StatusReason::NotChosen => catalogue::no_source_at_this_speed(),
         StatusReason::NoSource => catalogue::no_source(),
     };
+    if reason.is_awaited(is_starting) {
+        return cause.within(report_catalogue::starting);
+    }
     cause.within(match reason.failure() {
         Some(FaultKind::Unknown) => report_catalogue::unknown,
         Some(FaultKind::Invalid) => report_catalogue::invalid,

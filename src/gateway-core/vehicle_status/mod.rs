@@ -249,7 +249,8 @@ impl VehicleStatus {
             };
             output.into_iter().for_each(&mut emit);
             let geometry = &context.settings.geometry;
-            let finding = finding.as_configured(geometry);
+            let is_starting = finding.reason.is_some_and(|reason| reason.is_awaited(context.is_starting()));
+            let finding = StatusFinding { is_starting, ..finding.as_configured(geometry) };
             let text = || texts(&message(binding, geometry, buses, *report, finding));
             if task.update(finding, text, now.mono) {
                 changed(*report);
@@ -305,7 +306,13 @@ fn speed_and_tire(
     let needs_speed = binding.steering.iter().any(|source| source.depends_on_speed(geometry));
     let known = if needs_speed { speed(Err(StatusReason::NoSpeedForSteering)) } else { None };
     let speed_mps = known.and_then(|chosen| chosen.state.ok()).map(|(reading, _)| reading.speed_mps);
-    let read = |_, source: &SteeringSource| steering::judge(source, speed_mps, context);
+    let awaited = known.and_then(|chosen| chosen.state.err()).filter(|reason| reason.is_awaited(false));
+    let read = |_, source: &SteeringSource| {
+        let judged = steering::judge(source, speed_mps, context);
+        judged.map_err(|reason| {
+            awaited.filter(|_| reason == StatusReason::NoSpeedForSteering).unwrap_or(reason)
+        })
+    };
     let tire = first_usable(&binding.steering, context, read);
     (speed(tire.state), tire)
 }

@@ -57,6 +57,27 @@ pub enum StatusReason {
 }
 
 impl StatusReason {
+    /// Returns true while the first value since the start is awaited. `is_starting` is true while frames are.
+    pub fn is_awaited(self, is_starting: bool) -> bool {
+        match self {
+            Self::Signal(reason) => reason.is_awaited(),
+            Self::OtherVehicle(unmet) => is_starting && !unmet.is_contradicted,
+            Self::BadQuality(..)
+            | Self::OutOfRange(_)
+            | Self::BetweenGears { .. }
+            | Self::OnlyReverseShown(_)
+            | Self::NotConfigured(_)
+            | Self::NoSpeedForSteering
+            | Self::OutOfStep
+            | Self::DirectionNotTold
+            | Self::HeadingRateOutOfRange
+            | Self::NoRearWheels
+            | Self::Implausible(_)
+            | Self::NotChosen
+            | Self::NoSource => false,
+        }
+    }
+
     /// Returns the kind of failure; `None` for a reason that is not a failure.
     pub fn failure(self) -> Option<FaultKind> {
         match self {
@@ -98,6 +119,11 @@ pub struct StatusContext<'a> {
 }
 
 impl StatusContext<'_> {
+    /// Returns true while the first frames since the start are awaited on any bus.
+    pub fn is_starting(self) -> bool {
+        self.buses.iter().any(|bus| bus.is_starting(self.now.mono))
+    }
+
     /// Returns the defined value of a signal with its receive time.
     pub fn defined<T: Copy>(self, role: &Role<T>) -> Judged<T> {
         Ok(self.observations.defined(self.table, role, self.buses, self.now.mono)?)

@@ -13,6 +13,7 @@ use gateway_base::time::MonoTime;
 use gateway_core::gateway::event::Output;
 use gateway_core::vehicle_lights::Task;
 use gateway_core::vehicle_lights::binding::{HazardBinding, TurnBinding};
+use gateway_core::vehicle_report::catalogue::is_starting;
 use gateway_core::vehicle_status::StatusReport;
 use gateway_core::vehicle_status::binding::StatusBinding;
 use gateway_core::vehicle_status::doors::Door;
@@ -184,8 +185,8 @@ impl StatusSurvey {
                     if survey.status.as_ref() == Some(&state) {
                         continue;
                     }
-                    // The time between the first value and its first report is not a fault.
-                    if !survey.is_published && status.level != Level::Ok {
+                    // The time until the first values, and between them and the first report, is not a fault.
+                    if !survey.is_published && status.level != Level::Ok && !is_starting(status) {
                         let reason = survey.reasons.entry(status.message.clone());
                         reason.or_insert(FaultSurvey::begin(now)).count += 1;
                     }

@@ -13,7 +13,8 @@ use crate::process_status::configuration::{Change, ReloadPlan, plan};
 use crate::process_status::snapshot::{Build, Snapshot};
 use crate::report::text::escaped;
 
-use super::status::{UNREACHABLE, unreachable};
+use super::exit_code::UNREACHABLE;
+use super::status::unreachable;
 
 const RESTART_NEEDED: u8 = 9;
 

@@ -14,7 +14,7 @@ use super::failure::Failure;
 use super::progress::ProgressDisplay;
 use super::recordings::{Batch, Checked, SeveralArgs, Wanted};
 use super::replay::{has_frames, mention_losses};
-use super::status::SOCKET;
+use super::running::likely_socket;
 use super::unreadable::expect_recording;
 use super::view::{self, ViewArgs};
 use super::{against_running, messages};
@@ -91,9 +91,10 @@ pub(super) struct CheckArgs {
     json: bool,
     /// Compare with the configuration of the running gateway instead: what a reload would change, and what
     /// needs a restart
-    #[arg(long, value_name = "SOCKET", num_args = 0..=1, require_equals = true, default_missing_value = SOCKET,
+    #[arg(long, value_name = "SOCKET", num_args = 0..=1, require_equals = true,
           conflicts_with_all = ["log", "map", "fix", "strict"])]
-    against_running: Option<PathBuf>,
+    #[allow(clippy::option_option)] // clap's form of an option whose value may be left out
+    against_running: Option<Option<PathBuf>>,
 }
 
 #[derive(Debug, Args)]
@@ -115,7 +116,10 @@ pub(super) struct DecodeArgs {
 pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     messages::start_log("error", LogForm::Messages)?;
     if let Some(socket) = &args.against_running {
-        return against_running::run(&settings(&args.recording.config)?, socket, args.json);
+        let settings = settings(&args.recording.config)?;
+        let likely = || likely_socket(&settings.file);
+        let socket = socket.clone().or_else(|| settings.status.socket.clone()).unwrap_or_else(likely);
+        return against_running::run(&settings, &socket, args.json);
     }
     let recordings = args.several.all(args.recording.log.as_deref())?;
     match recordings.filter(|recordings| !matches!(recordings.as_slice(), [only] if is_map(only))) {

@@ -23,7 +23,7 @@ pub(super) const EXIT_CODES: &str = "  0  done
   9  check --against-running: the configuration needs a restart";
 
 /// Environment variables for the pages of `run` and the whole program.
-const ENVIRONMENT: [(&str, &str); 7] = [
+const ENVIRONMENT: [(&str, &str); 8] = [
     ("ROS_DOMAIN_ID", "the domain, unless [ros] domain_id gives it"),
     (
         "ROS_LOCALHOST_ONLY, ROS_AUTOMATIC_DISCOVERY_RANGE",
@@ -39,6 +39,7 @@ const ENVIRONMENT: [(&str, &str); 7] = [
         "STATE_DIRECTORY, RUNTIME_DIRECTORY",
         "set by systemd: where the black box and the socket for status are, unless the configuration says so",
     ),
+    ("XDG_RUNTIME_DIR", "where the socket for status of a gateway without systemd is, in signal-gateway"),
     (
         "SIGNAL_GATEWAY_SUPERVISOR",
         "set by the unit: the socket at which systemd starts the network process as a user of its own",
@@ -55,7 +56,10 @@ const FILES: [(&str, &str); 7] = [
     ),
     ("/usr/share/signal-gateway", "vehicle profiles, DBC files, maps, drives and scenarios"),
     ("/usr/share/doc/signal-gateway", "the documents; docs/troubleshooting.md is by symptom"),
-    ("/run/signal-gateway/status.sock", "the socket for status, reload and check --against-running"),
+    (
+        "/run/signal-gateway/status.sock",
+        "the service's socket for status, reload and check --against-running",
+    ),
     ("/var/lib/signal-gateway/black-box", "recordings around faults"),
 ];
 

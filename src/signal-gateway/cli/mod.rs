@@ -8,6 +8,7 @@ mod decide;
 mod demo;
 mod discover;
 mod doctor;
+mod exit_code;
 mod failure;
 mod failure_message;
 mod identify;
@@ -27,6 +28,7 @@ mod recordings;
 mod reload;
 mod replay;
 mod ros_arguments;
+mod running;
 mod status;
 mod survey;
 mod unreadable;
@@ -41,6 +43,7 @@ use clap::{CommandFactory as _, Parser, Subcommand};
 
 use crate::daemon::DaemonError;
 use crate::daemon::publisher::PublisherError;
+use exit_code::USAGE;
 use failure::Failure;
 use manual::EXIT_CODES;
 
@@ -172,7 +175,7 @@ pub fn main() -> ExitCode {
                 | Failure::Daemon(DaemonError::Publisher(
                     PublisherError::Environment(_) | PublisherError::Loop(_) | PublisherError::NotBuilt,
                 )) => 3,
-                Failure::Usage(_) => 2,
+                Failure::Usage(_) => USAGE,
                 Failure::Daemon(_)
                 | Failure::File(..)
                 | Failure::Written(..)

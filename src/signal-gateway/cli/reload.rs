@@ -7,11 +7,14 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 
+use super::exit_code::UNREACHABLE;
 use super::failure::Failure;
 use super::messages;
-use super::status::{SOCKET, UNREACHABLE, remedy, unreachable};
+use super::running::{Asked, RunningArgs, gateways};
+use super::status::{remedy, unreachable};
 use crate::io::hangup::{hang_up, refuses_hangup};
 use crate::io::snapshots::client::{ClientError, StatusClient};
+use crate::io::snapshots::places::SERVICE_SOCKET;
 use crate::process_status::configuration::{ConfigurationState, Reload};
 use crate::process_status::snapshot::Snapshot;
 use crate::report::text::escaped;
@@ -29,9 +32,8 @@ const PATIENCE: Duration = Duration::from_secs(60);
 
 #[derive(Debug, Args)]
 pub(super) struct ReloadArgs {
-    /// Status socket of the gateway
-    #[arg(long, value_name = "PATH", default_value = SOCKET)]
-    socket: PathBuf,
+    #[command(flatten)]
+    running: RunningArgs,
     /// Process of the gateway; without a status socket the request is sent to it nevertheless, and its log
     /// says what becomes of it
     #[arg(long)]
@@ -39,7 +41,11 @@ pub(super) struct ReloadArgs {
 }
 
 pub(super) fn run(args: &ReloadArgs) -> Result<ExitCode, Failure> {
-    let connected = StatusClient::connect(&args.socket).and_then(|mut client| {
+    let socket = match socket(args)? {
+        Ok(socket) => socket,
+        Err(code) => return Ok(code),
+    };
+    let connected = StatusClient::connect(&socket).and_then(|mut client| {
         let (snapshot, _) = client.receive()?;
         Ok((client, snapshot))
     });
@@ -53,7 +59,7 @@ pub(super) fn run(args: &ReloadArgs) -> Result<ExitCode, Failure> {
             hang_up(pid)?;
             return Ok(ExitCode::SUCCESS);
         }
-        (Err(error), None) => return Ok(unreachable(&args.socket, &error)),
+        (Err(error), None) => return Ok(unreachable(&socket, &error)),
     };
     let Some((before, pid)) = configuration(&before) else {
         messages::error(
@@ -66,9 +72,20 @@ pub(super) fn run(args: &ReloadArgs) -> Result<ExitCode, Failure> {
     match wait(&mut client, ended(before)) {
         Ok(reload) => show(&reload),
         Err(error) => {
-            messages::error(&format!("no answer from {}: {error}", args.socket.display()), remedy(&error));
+            messages::error(&format!("no answer from {}: {error}", socket.display()), remedy(&error));
             Ok(ExitCode::from(UNREACHABLE))
         }
+    }
+}
+
+/// Finds the socket of the gateway: of the process if only that is given, and it has one.
+fn socket(args: &ReloadArgs) -> Result<Asked, Failure> {
+    match args.pid {
+        Some(pid) if !args.running.is_given() => {
+            let own = gateways().into_iter().find(|gateway| gateway.has_pid(pid));
+            Ok(Ok(own.map_or_else(|| PathBuf::from(SERVICE_SOCKET), |gateway| gateway.socket)))
+        }
+        Some(_) | None => args.running.find("reload"),
     }
 }
 

@@ -1,7 +1,7 @@
 //! `status`: prints the current state of a running gateway.
 
 use std::io::{self, IsTerminal as _, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::thread::sleep;
 use std::time::Duration;
@@ -9,8 +9,10 @@ use std::time::Duration;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
+use super::exit_code::UNREACHABLE;
 use super::failure::Failure;
 use super::messages;
+use super::running::RunningArgs;
 use crate::io::snapshots::client::{ClientError, StatusClient};
 use crate::process_status::snapshot::Snapshot;
 use crate::report::gateway_view::GatewayView;
@@ -23,14 +25,16 @@ use gateway_core::gateway::history::{HistoryEntry, HistoryRequest};
 
 pub(super) const HELP: &str = "\
 Examples:
-  signal-gateway status                  the present state of the service, as text
+  signal-gateway status                  the present state of the only gateway, as text
+  signal-gateway status -c kona.toml     of several, the one with this configuration
   signal-gateway status --watch
   signal-gateway status --json | jq .buses
   signal-gateway status --quiet || echo \"look at the vehicle\"
   signal-gateway status --history | less +G
   signal-gateway status --history=ERROR --watch    errors so far, and from now on
 
-The socket belongs to the user and the group of the service: sudo usermod -aG signal-gateway $USER
+Several gateways are listed, each with the command that asks it (exit code 2). The service's user and
+group may ask it: sudo usermod -aG signal-gateway $USER
 docs/status.md describes the JSON, and --schema prints its JSON Schema.
 
 Exit codes:
@@ -39,16 +43,12 @@ Exit codes:
   7  errors
   8  no gateway can be reached";
 
-pub(super) const UNREACHABLE: u8 = 8;
-
-pub(super) const SOCKET: &str = "/run/signal-gateway/status.sock";
 const RECONNECT_INTERVAL: Duration = Duration::from_millis(500);
 
 #[derive(Debug, Args)]
 pub(super) struct StatusArgs {
-    /// Socket of the gateway
-    #[arg(long, value_name = "PATH", default_value = SOCKET)]
-    socket: PathBuf,
+    #[command(flatten)]
+    running: RunningArgs,
     /// Print a line of JSON
     #[arg(long)]
     json: bool,
@@ -73,21 +73,25 @@ pub(super) fn run(args: &StatusArgs) -> Result<ExitCode, Failure> {
         print(&format!("{schema:#}\n"), args)?;
         return Ok(ExitCode::SUCCESS);
     }
+    let socket = match args.running.find("status")? {
+        Ok(socket) => socket,
+        Err(code) => return Ok(code),
+    };
     if let Some(level) = args.history {
-        return history(args, level);
+        return history(args, &socket, level);
     }
-    let mut client = match StatusClient::connect(&args.socket) {
+    let mut client = match StatusClient::connect(&socket) {
         Ok(client) => client,
-        Err(error) => return Ok(unreachable(&args.socket, &error)),
+        Err(error) => return Ok(unreachable(&socket, &error)),
     };
     loop {
         let (snapshot, line) = match client.receive() {
             Ok(received) => received,
             Err(error) if args.watch => {
-                client = reconnect(args, &error)?;
+                client = reconnect(args, &socket, &error)?;
                 continue;
             }
-            Err(error) => return Ok(unreachable(&args.socket, &error)),
+            Err(error) => return Ok(unreachable(&socket, &error)),
         };
         if !messages::options().quiet {
             let width = messages::layout(&io::stdout()).width;
@@ -109,23 +113,23 @@ pub(super) fn exit_code(level: Level) -> ExitCode {
     })
 }
 
-fn history(args: &StatusArgs, level: Level) -> Result<ExitCode, Failure> {
+fn history(args: &StatusArgs, socket: &Path, level: Level) -> Result<ExitCode, Failure> {
     let (mut after, mut is_connected) = (0, false);
     loop {
         let request = HistoryRequest { after: Some(after), level, ..HistoryRequest::default() };
         // Each time a new connection, since snapshots would pile up on one while printing blocks.
-        let page = match StatusClient::connect(&args.socket).and_then(|mut client| client.history(request)) {
+        let page = match StatusClient::connect(socket).and_then(|mut client| client.history(request)) {
             Ok(page) => page,
             Err(error) if args.watch && after > 0 && !matches!(error, ClientError::NoHistory) => {
                 if is_connected {
-                    let socket = args.socket.display();
+                    let socket = socket.display();
                     messages::warn(&format!("no history from {socket}: {error}; waiting for it"));
                 }
                 is_connected = false;
                 sleep(RECONNECT_INTERVAL);
                 continue;
             }
-            Err(error) => return Ok(unreachable(&args.socket, &error)),
+            Err(error) => return Ok(unreachable(socket, &error)),
         };
         is_connected = true;
         let mut out = io::stdout().lock();
@@ -156,8 +160,8 @@ pub(super) fn unreachable(socket: &Path, error: &ClientError) -> ExitCode {
     ExitCode::from(UNREACHABLE)
 }
 
-fn reconnect(args: &StatusArgs, error: &ClientError) -> io::Result<StatusClient> {
-    let lost = format!("no status from {}: {error}; waiting for it", args.socket.display());
+fn reconnect(args: &StatusArgs, socket: &Path, error: &ClientError) -> io::Result<StatusClient> {
+    let lost = format!("no status from {}: {error}; waiting for it", socket.display());
     if !args.json && io::stdout().is_terminal() {
         // The state on the screen is out of date.
         print(&format!("{lost}\n"), args)?;
@@ -167,7 +171,7 @@ fn reconnect(args: &StatusArgs, error: &ClientError) -> io::Result<StatusClient>
     loop {
         sleep(RECONNECT_INTERVAL);
         // The first snapshot would be shown twice, since the next one comes half a second later.
-        if let Ok(mut client) = StatusClient::connect(&args.socket)
+        if let Ok(mut client) = StatusClient::connect(socket)
             && client.receive().is_ok()
         {
             return Ok(client);
@@ -191,7 +195,7 @@ pub(super) fn remedy(error: &ClientError) -> &'static str {
     #[allow(clippy::wildcard_enum_match_arm)] // there are forty kinds
     match error.kind() {
         io::ErrorKind::NotFound | io::ErrorKind::ConnectionRefused => {
-            "start the service; a gateway started by hand has a socket with [status] socket = \"PATH\": give it with --socket"
+            "start the service, or a gateway as this user; that of a configuration with [status] socket: give it by --config"
         }
         io::ErrorKind::PermissionDenied => {
             "join the group of the service: sudo usermod -aG signal-gateway $USER"

@@ -6,6 +6,7 @@ use super::outputs::Outputs;
 use crate::config::Settings;
 use crate::io::can::traffic::TrafficMeter;
 use crate::io::process_log;
+use crate::io::snapshots::places::absolute_text;
 use crate::process_status::configuration::ConfigurationState;
 use crate::process_status::log::LogState;
 use crate::process_status::snapshot::{Build, ProcessSnapshot, Snapshot};
@@ -35,7 +36,12 @@ pub(super) struct ProcessState {
 impl ProcessState {
     /// Creates the state at the start, without statuses, and with a configuration that cannot be reloaded.
     pub(super) fn new(settings: &Settings) -> Self {
-        let known = ProcessSnapshot { pid: std::process::id(), build: build(), ..ProcessSnapshot::default() };
+        let known = ProcessSnapshot {
+            pid: std::process::id(),
+            build: build(),
+            configuration_file: Some(absolute_text(&settings.file)),
+            ..ProcessSnapshot::default()
+        };
         let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.as_str());
         let mut state = Self {
             known,

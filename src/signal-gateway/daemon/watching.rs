@@ -15,7 +15,8 @@ use crate::config::gateway::HttpConfig;
 use crate::io::http;
 use crate::io::optional_future::or_never;
 use crate::io::snapshots::feed::SnapshotFeed;
-use crate::io::snapshots::socket::{StatusSocket, serve};
+use crate::io::snapshots::places::{self, PlaceError, SOCKET_OF_SERVICE};
+use crate::io::snapshots::socket::{GROUP_MODE, StatusSocket, serve};
 use crate::io::systemd::service_folder;
 
 /// Clients that watch the gateway.
@@ -25,19 +26,13 @@ pub(super) struct Clients {
     _socket: Option<StatusSocket>,
 }
 
-/// Serves HTTP, and the socket of the configuration or one in systemd's `RUNTIME_DIRECTORY`. If there is no
-/// socket, the gateway runs without it, and the log states the reason.
+/// Serves HTTP and the status socket.
 pub(super) fn serve_clients(
     settings: &Settings,
     history: SharedHistory,
     report: Option<ReportPage>,
 ) -> Clients {
-    let from_systemd = || Some(service_folder("RUNTIME_DIRECTORY")?.join("status.sock"));
-    let config = &settings.status;
-    let path = config.socket.clone().or_else(from_systemd).filter(|_| config.enabled);
-    let socket = path.and_then(|path| {
-        StatusSocket::bind(&path).inspect_err(|error| tracing::warn!("no status socket: {error}")).ok()
-    });
+    let socket = bind_socket(settings);
     let http = settings.http.address.and_then(|address| {
         let failed = |error: &io::Error| tracing::warn!("no HTTP server: {address}: {error}");
         http::bind(address).inspect_err(failed).ok()
@@ -53,6 +48,29 @@ pub(super) fn serve_clients(
         tracing::warn!("no status: {error}");
     }
     Clients { feed, _socket: socket }
+}
+
+/// Binds the socket of the configuration, else one in systemd's `RUNTIME_DIRECTORY`, else one of this user.
+/// If there is none, the gateway runs without it, and the log states the reason.
+fn bind_socket(settings: &Settings) -> Option<StatusSocket> {
+    let config = &settings.status;
+    if !config.enabled {
+        return None;
+    }
+    let from_systemd = || Some(service_folder("RUNTIME_DIRECTORY")?.join(SOCKET_OF_SERVICE));
+    let bound = match config.socket.clone().or_else(from_systemd) {
+        Some(path) => StatusSocket::bind(&path, GROUP_MODE).map_err(PlaceError::from),
+        None => places::bind(&settings.instance_name())
+            .inspect(|socket| tracing::info!("status socket: {}", socket.path().display())),
+    };
+    match bound {
+        Ok(socket) => return Some(socket),
+        Err(error) if error.is_usual() => {
+            tracing::info!("no status socket: {error}; for one, write [status] socket = \"PATH\"");
+        }
+        Err(error) => tracing::warn!("no status socket: {error}"),
+    }
+    None
 }
 
 /// Starts the thread that serves the socket and HTTP.

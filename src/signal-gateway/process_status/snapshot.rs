@@ -27,6 +27,9 @@ pub struct ProcessSnapshot {
     pub uptime_ms: u64,
     /// Version and origin of the binary.
     pub build: Build,
+    /// Absolute path of the file that the gateway was started with; `None` from an older version.
+    #[serde(default)]
+    pub configuration_file: Option<String>,
     /// The configuration; `None` where it cannot be reloaded.
     pub configuration: Option<ConfigurationState>,
     /// Black-box files; `None` without a folder for them.

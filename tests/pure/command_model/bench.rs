@@ -68,6 +68,7 @@ impl Bench {
             heartbeat_messages: Vec::new(),
             alive_timeout: Duration::from_secs(1),
             wake_up_timeout: Duration::from_secs(1),
+            start_timeout: Duration::from_secs(2),
             may_sleep: false,
         };
         let flow = CommandFlow::new(config.settings, config.binding, at_ns(0));

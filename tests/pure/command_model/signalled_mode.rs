@@ -72,7 +72,10 @@ fn an_unusable_mode_takes_the_permission_and_diagnostics_give_its_reason() {
         format!("{level} control mode unknown: nothing is requested of the vehicle ({reason})")
     };
     let mut desk = live(SIGNALS, MODE);
-    assert_eq!(desk.transmission(), unknown("WARN", "no frame of STATE (230) on can0 yet"));
+    assert_eq!(
+        desk.transmission(),
+        unknown("WARN", "waiting for the first frame of STATE (230) on can0, at most 2 s")
+    );
     desk.pass_with(300, Some(AUTONOMOUS));
     let undefined = unknown("ERROR", "STATE.MODE = 3 is not a defined value");
     for count in ["1", "2"] {

@@ -295,7 +295,7 @@ For operators and integrators who read `/diagnostics`. Look up a status to find 
 do.
 
 `/diagnostics` is a `diagnostic_msgs/msg/DiagnosticArray`. The gateway sends all statuses `rate_hz` times a second, and a status at once
-when its level or message changes. The name of a status is `<node>: <status>`, `hardware_id` is the profile's name.
+when its level or message changes. The name of a status is `<node>: <status>`, its `hardware_id` the one of `[diagnostics]`.
 `STALE` is never sent. Messages change only when the situation does; counts and ages are in the keys, which are in
 the order of these tables and keep their names. Counts are since start.
 
@@ -306,7 +306,18 @@ While the level is not OK, two more keys come last: `remedy` is what to do, in t
 that describes the status, a file of the project with an anchor (a package has it in `/usr/share/doc/signal-gateway`).
 [Status](status.md), the live page and [metrics](metrics.md) have the same two.
 
-To silence a status that is as it should be, change its cause: acknowledge hazard lights that are not visible
-([`hazard_not_visible`](vehicle-lights.md#what-is-reported)), set `may_sleep` for a bus that sleeps, or leave a section out of the
-profile. No key hides a status; choose what Autoware reacts to in its diagnostic graph ([units for it](../ros/README.md)).
+After the start, and after the first link of a bus, a report waits for its first frames: WARN, *starting*. They are overdue after the
+longest timeout of the bus's messages, at least 2 s, and only then is the report an ERROR.
+
+## Silencing a status
+
+The gateway sends every status of what the profile describes, and none can be switched off or lowered: a withheld report stays visible. What
+is not wanted is left out, or accepted, where it is read:
+
+| where | how |
+|---|---|
+| profile | a report that is not described has no status |
+| `hazard_not_visible = \"acknowledged\"` in `[reports]` | hazard lights that no signal shows are OK |
+| Autoware's diagnostic graph | counts only linked statuses: leave the unit out of [the example](../ros/config/autoware_diagnostic_graph.yaml), remove it with `edits`, or put a unit of type `warn-to-ok` above it |
+| `diagnostic_aggregator` | `startswith`, `contains` or `name` of [the analyzer](../ros/config/diagnostic_aggregator.yaml) choose statuses; `IgnoreAnalyzer` drops them |
 ";

@@ -112,6 +112,13 @@ impl VirtualGateway {
         }
     }
 
+    /// Changes of the statuses of the reports to a warning, without those of the start.
+    pub(crate) fn warnings(&self) -> impl Iterator<Item = &StatusChange> {
+        let is_warning =
+            |change: &&StatusChange| change.level == Level::Warn && !change.message.starts_with("starting: ");
+        self.report_changes().filter(is_warning)
+    }
+
     /// Changes of the statuses of the reports.
     pub(crate) fn report_changes(&self) -> impl Iterator<Item = &StatusChange> {
         self.changes

@@ -31,7 +31,7 @@ fn a_stalk_is_unknown_until_it_was_observed() {
     car.frame(STALK, IDLE, 0);
     assert_eq!(
         car.turn_status(),
-        "ERROR unknown: observing STALK.POSITION, which may have been pressed before"
+        "WARN starting: observing STALK.POSITION, which may have been pressed before"
     );
 }
 
@@ -109,7 +109,7 @@ fn each_press_of_the_button_toggles_the_hazard_lights() {
     car.frame(PANEL, 0, 0);
     assert_eq!(
         car.hazard_status(),
-        "ERROR unknown: observing PANEL.BUTTON, which may have been pressed before"
+        "WARN starting: observing PANEL.BUTTON, which may have been pressed before"
     );
     let pressed = |ms| u8::from((2000..2500).contains(&ms) || (4000..4300).contains(&ms));
     car.frames(PANEL, 100, 100..6000, pressed);

@@ -10,6 +10,7 @@ use crate::pure::lamp_reports::car::{
 use crate::support::virtual_gateway::VirtualGateway;
 
 const OBSERVING: &str = "ERROR unknown: observing the lamps LAMPS.LEFT and LAMPS.RIGHT";
+const STARTING: &str = "WARN starting: observing the lamps LAMPS.LEFT and LAMPS.RIGHT";
 const BY_LAMPS: &str = "[hazard]\nfrom = \"both_sides\"\n";
 
 fn lights(period: u64, both_on: &str, hazard: &str) -> String {
@@ -94,7 +95,7 @@ fn dark_lamps_are_unknown_until_they_were_observed_for_a_hold() {
     let mut car = car(&lights(50, "hazard", BY_LAMPS));
     car.frame(LAMPS, DARK, 10);
     for task in ["turn_indicators", "hazard_lights"] {
-        assert_eq!(car.status_text(task), OBSERVING);
+        assert_eq!(car.status_text(task), STARTING);
     }
     car.frames(LAMPS, 50, 60..1000, |_| DARK);
     // 700 ms of legal darkness and three times 55 ms.
@@ -163,7 +164,7 @@ fn a_doubled_rate_is_a_warning_and_the_report_continues() {
     assert_eq!(car.turn_states(), ["DISABLE", "ENABLE_LEFT"]);
     assert_eq!(car.value("turn_indicators", "invalid_count"), "0");
     assert_eq!(car.value("turn_indicators", "hardware_fault_count"), "0");
-    let warnings = car.report_changes().filter(|change| change.level == Level::Warn).count();
+    let warnings = car.warnings().count();
     assert_eq!(warnings, 1, "reported once: {:?}", car.changes);
 }
 

@@ -151,6 +151,32 @@ impl History {
         })
     }
 
+    /// True if no readable frame of a message has come since the start.
+    pub(crate) fn was_never_received(&self, bus: u8, id: u16, until_ns: u64) -> bool {
+        let mut is_up = true;
+        let mut readable = self.entries.iter().filter(|entry| entry.at_ns <= until_ns).filter(|entry| {
+            match entry.event {
+                Event::Link { bus: of, up } if of == bus => is_up = up,
+                Event::Frame { bus: on, id: of, short: false, .. } => return is_up && (on, of) == (bus, id),
+                Event::Frame { .. } | Event::Link { .. } | Event::Error { .. } | Event::Controller { .. } => {
+                }
+            }
+            false
+        });
+        readable.next().is_none()
+    }
+
+    /// True if nothing but readable frames has come on a bus.
+    pub(crate) fn is_calm(&self, bus: u8, until_ns: u64) -> bool {
+        let mut entries = self.entries.iter().filter(|entry| entry.at_ns <= until_ns);
+        entries.all(|entry| match entry.event {
+            Event::Frame { bus: on, short, .. } => on != bus || !short,
+            Event::Link { bus: on, .. }
+            | Event::Error { bus: on, .. }
+            | Event::Controller { bus: on, .. } => on != bus,
+        })
+    }
+
     /// True if frames with one of the ids came without a pause longer than the limit.
     pub(crate) fn was_busy(
         &self,

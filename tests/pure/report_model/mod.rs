@@ -24,7 +24,7 @@ use crate::support::clock::at_ns;
 use crate::support::property::for_all;
 use car::{Car, Publish, any_car, settings};
 use history::{Event, History, any_event};
-use model::{Expected, FaultKind, judge, may_be_asleep};
+use model::{Expected, FaultKind, awaits, judge, may_be_asleep};
 
 /// Refresh of all statuses, as the generated configuration leaves it.
 const REFRESH_NS: u64 = 250_000_000;
@@ -155,7 +155,7 @@ impl Trial {
         prop_assert!(self.now_ns - self.refreshed_ns <= REFRESH_NS);
         for (index, expected) in expected.iter().enumerate() {
             self.check_topic(index, expected, &published[index], withdrawn[index])?;
-            self.check_status(TASKS[index], expected)?;
+            self.check_status(index, expected)?;
         }
         Ok(())
     }
@@ -201,13 +201,21 @@ impl Trial {
         Ok(())
     }
 
-    fn check_status(&self, task: &str, expected: &Expected) -> Result<(), TestCaseError> {
-        let (level, message) = &self.statuses[task];
+    fn check_status(&self, index: usize, expected: &Expected) -> Result<(), TestCaseError> {
+        let (level, message) = &self.statuses[TASKS[index]];
+        let (may_be_starting, is_starting) = awaits(&self.car, &self.history, self.now_ns)[index];
         match expected.problem() {
             None => prop_assert_eq!((*level, message.as_str()), (Level::Ok, "publishing")),
+            Some(FaultKind::Unknown) if message.starts_with("starting: ") => {
+                prop_assert_eq!(*level, Level::Warn, "{}", message);
+                prop_assert!(may_be_starting, "{}", message);
+            }
             Some(FaultKind::Unknown) if message.starts_with("asleep: ") => {
                 prop_assert_eq!(*level, Level::Warn, "{}", message);
                 prop_assert!(may_be_asleep(&self.car, &self.history, self.now_ns), "{}", message);
+            }
+            Some(FaultKind::Unknown) if is_starting => {
+                prop_assert!(!is_starting, "an error at the start: {}", message);
             }
             Some(problem) => {
                 let expected_level =

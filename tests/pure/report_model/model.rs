@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | a defined value | it is | OK |
 //! | not available, stale, never received, link lost | nothing | ERROR, unknown |
+//! | never received, and the start not long ago | nothing | WARN, starting |
 //! | no signal shows the state | nothing | WARN |
 //! | a value without a meaning | nothing | ERROR, invalid |
 //! | a value that means fault | nothing | ERROR, hardware fault |
@@ -79,6 +80,29 @@ pub(crate) fn may_be_asleep(car: &Car, history: &History, now: u64) -> bool {
     let lately = (now.saturating_sub(4 * ALIVE_TIMEOUT_NS), now);
     let was_busy = |bus| history.was_busy(bus, &knowledge.relevant(bus), lately, TURN_TIMEOUT_NS / 2);
     car.may_sleep && !(was_busy(FRONT) && was_busy(REAR))
+}
+
+/// Longest time from the start in which a first frame is awaited, nanoseconds.
+const START_NS: u64 = 2_000_000_000;
+
+/// Whether each report awaits a first frame: for all that is known, and for certain.
+pub(crate) fn awaits(car: &Car, history: &History, now: u64) -> [(bool, bool); 2] {
+    let of_turn = match car.turn {
+        Turn::Enumerated => vec![(FRONT, TURN)],
+        Turn::Pair { .. } => vec![(FRONT, LEFT), (FRONT, RIGHT)],
+        Turn::NotFitted => vec![],
+    };
+    let of_hazard = match car.hazard {
+        Hazard::Signal | Hazard::Reason => vec![(REAR, HAZARD)],
+        Hazard::BothSides => of_turn.clone(),
+        Hazard::NotFitted | Hazard::NotVisible => vec![],
+    };
+    [of_turn, of_hazard].map(|messages| {
+        let mut never = messages.iter().map(|(bus, id)| history.was_never_received(*bus, *id, now));
+        let may = now <= START_NS && never.clone().any(|never| never);
+        let is_calm = messages.iter().all(|(bus, _)| history.is_calm(*bus, now));
+        (may, may && is_calm && never.all(|never| never))
+    })
 }
 
 fn turn_name(sides: Sides) -> &'static str {

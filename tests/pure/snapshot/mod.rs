@@ -74,7 +74,7 @@ fn snapshot_agrees_with_outputs_and_frames_throughout_the_demo() {
         let signal = snapshot.signals.iter().find(|signal| turn.signals.contains(&signal.name)).unwrap();
         let expected = last.map(|(state, at)| (state, age_ms(now, at)));
         assert_eq!(signal.raw.zip(signal.age_ms), expected);
-        let is_missing = turn.message.contains("stale") || turn.message.contains("yet");
+        let is_missing = turn.message.contains("stale") || turn.is_starting;
         assert_eq!(signal.missing.is_some(), is_missing, "{}", turn.message);
         let statuses = replay.gateway().statuses(now);
         let shown = snapshot.diagnostics.iter().map(|shown| (&shown.task, shown.level, &shown.message));
@@ -83,7 +83,7 @@ fn snapshot_agrees_with_outputs_and_frames_throughout_the_demo() {
         assert_eq!(snapshot.level, statuses.iter().map(|status| status.level).max().unwrap());
     }
     assert!(steps > 1000, "{steps}");
-    for begin in ["ENABLE_LEFT", "ENABLE_RIGHT", "DISABLE", "unknown: ", "invalid: "] {
+    for begin in ["ENABLE_LEFT", "ENABLE_RIGHT", "DISABLE", "starting: ", "unknown: ", "invalid: "] {
         assert!(seen.iter().any(|text| text.starts_with(begin)), "{seen:?}");
     }
 }

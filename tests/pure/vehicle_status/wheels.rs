@@ -117,8 +117,8 @@ fn ten_kmh_with(edits: &Edits, wheels: &[usize], reading_kmh: f64) -> Listener {
 const CONTRADICT: &str = "invalid: the wheels contradict each other, and nothing tells which of them are right; check the sensors of \
      the wheels and their tyres; a wheel that locks or spins is no fault of theirs";
 
-const NO_FRAME_YET: &str =
-    "unknown: no frame of WHEELS (100) on can0 yet > direction: unknown: no frame of GEAR (104) on can0 yet";
+const AWAITED: &str = "starting: waiting for the first frame of WHEELS (100) on can0, at most 2 s > \
+     direction: starting: waiting for the first frame of GEAR (104) on can0, at most 2 s";
 
 /// The table of such a drive: `during` is the speed in the fifth second, before the contradiction has lasted
 /// long enough.
@@ -126,7 +126,7 @@ fn contradicted_for_four_seconds(during: &str) -> String {
     let mut table = String::new();
     for second in 0..11 {
         let row = match second {
-            0 => format!("50 | 10 | {NO_FRAME_YET} > publishing"),
+            0 => format!("50 | 10 | {AWAITED} > publishing"),
             4 => format!("50 | {during} | publishing"),
             5..=8 => format!("0 |  | {CONTRADICT}"),
             // The first report after the end shifts the rhythm.

@@ -4,6 +4,7 @@
 use std::fmt::Write;
 use std::time::Duration;
 
+use gateway_base::diagnostics::Level;
 use gateway_base::time::WallStamp;
 use gateway_core::vehicle_lights::binding::{HazardSource, LightsBinding, TurnBinding};
 use signal_gateway::config::Settings;
@@ -14,6 +15,7 @@ use vehicle_bringup::simulated_vehicle::request;
 
 use crate::pure::vehicles::playback::{Playback, TURN, play_log};
 use crate::pure::vehicles::{profile, profile_names, read_profile};
+use crate::support::virtual_gateway::StatusChange;
 
 /// A log of the vehicle; each line of the script is a time in seconds and a request.
 fn drive(settings: &Settings, script: &str, seconds: u64) -> String {
@@ -70,6 +72,9 @@ fn what_each_shipped_vehicle_shows_is_what_is_reported() {
         let turn: Vec<_> = [9, 19, 29, 39, 49].iter().map(|s| at(&playback.turn, s * 1000)).collect();
         let expected = ["DISABLE", "ENABLE_LEFT", "DISABLE", "ENABLE_RIGHT", "DISABLE"];
         assert_eq!(turn, expected, "{name}: {:?}", playback.turn);
+        let is_error = |change: &&StatusChange| change.level == Level::Error && change.task == TURN;
+        let errors: Vec<_> = playback.changes.iter().filter(is_error).collect();
+        assert!(errors.is_empty(), "{name}: an error at the start of a sound vehicle: {errors:?}");
         turns += 1;
         if shows_hazard(lights) {
             let hazard: Vec<_> = [49, 59, 69].iter().map(|s| at(&playback.hazard, s * 1000)).collect();

@@ -80,6 +80,20 @@ impl Reject {
 }
 
 impl RejectKind {
+    /// Returns true if the first frames of a sound message are rejected for this reason: the check needs
+    /// several frames.
+    pub fn is_usual_at_start(self) -> bool {
+        match self {
+            Self::Initial | Self::Syncing | Self::NotValid => true,
+            Self::WrongLength
+            | Self::WrongChecksum
+            | Self::WrongDataId
+            | Self::CounterOutOfRange
+            | Self::Repeated
+            | Self::WrongSequence => false,
+        }
+    }
+
     /// Returns the text of the reason.
     pub fn text(self) -> &'static str {
         match self {

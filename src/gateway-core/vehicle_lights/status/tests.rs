@@ -69,6 +69,7 @@ impl Bench {
             heartbeat_messages: vec![],
             alive_timeout: Duration::from_secs(1),
             wake_up_timeout: Duration::from_secs(1),
+            start_timeout: Duration::from_secs(2),
             may_sleep: false,
         };
         let lights = VehicleLights::new(binding(), Publish::OnChange);

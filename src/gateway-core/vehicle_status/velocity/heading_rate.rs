@@ -180,7 +180,7 @@ fn of_wheels(
     let tread_m = context.settings.geometry.wheel_tread_m;
     let tread_m = tread_m.ok_or(StatusReason::NotConfigured(GeometryKey::WheelTread))?;
     let [_, _, left, right] = inputs.wheels.speeds;
-    let (left, right) = left.zip(right).ok_or(StatusReason::NoRearWheels)?;
+    let (left, right) = left.zip(right).ok_or(inputs.wheels.awaited.unwrap_or(StatusReason::NoRearWheels))?;
     let (left, right) = (binding.in_step(left, inputs.received)?, binding.in_step(right, inputs.received)?);
     let sign = if inputs.speed_mps < 0.0 && !inputs.wheels.are_signed { -1.0 } else { 1.0 };
     Ok(sign * (right - left) / tread_m)

@@ -28,6 +28,8 @@ pub struct WheelSpeeds {
     pub speeds: [Option<(f64, ReceiveTime)>; 4],
     /// True if the speeds are signed.
     pub are_signed: bool,
+    /// Why a wheel has no value, if that is its first value since the start.
+    pub awaited: Option<StatusReason>,
 }
 
 impl WheelSpeeds {
@@ -39,7 +41,9 @@ impl WheelSpeeds {
             for (speed, wheel) in read.speeds.iter_mut().zip(wheels.iter()) {
                 let Some(wheel) = wheel.as_ref().filter(|_| speed.is_none()) else { continue };
                 read.are_signed &= wheel.is_signed;
-                *speed = wheel.read(context).ok();
+                let value = wheel.read(context);
+                let awaited = value.err().filter(|reason| reason.is_awaited(false));
+                (*speed, read.awaited) = (value.ok(), read.awaited.or(awaited));
             }
         }
         read

@@ -20,7 +20,8 @@ pub(in crate::cli) struct DoctorArgs {
     /// Time to listen, s; for --scan at each bit rate
     #[arg(long, value_name = "S", default_value = "3", value_parser = seconds)]
     pub(super) seconds: Duration,
-    /// Status socket of the running gateway; default: the one of the configuration, else of the service
+    /// Status socket of the running gateway; default: of the gateway with this configuration, else of the
+    /// only one
     #[arg(long, value_name = "PATH")]
     pub(super) socket: Option<PathBuf>,
     /// Print one JSON object

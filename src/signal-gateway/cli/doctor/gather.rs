@@ -11,7 +11,7 @@ use super::super::against_running::plan_for;
 use super::super::arguments::{DEFAULT_CONFIG, settings_in};
 use super::super::failure::Failure;
 use super::super::progress::ProgressDisplay;
-use super::super::status::SOCKET;
+use super::super::running::likely_socket;
 use super::arguments::DoctorArgs;
 use crate::check::doctor::facts::{
     ConfigurationFacts, ConfigurationProblem, Facts, FolderFacts, InterfaceFacts, Known, PermissionFacts,
@@ -231,7 +231,8 @@ fn start(domain_id: u16, ros: &RosSettings, facts: &RosFacts, time: Duration) ->
 
 fn running(args: &DoctorArgs, settings: Option<&Settings>) -> RunningFacts {
     let configured = settings.and_then(|settings| settings.status.socket.clone());
-    let socket = args.socket.clone().or(configured).unwrap_or(PathBuf::from(SOCKET));
+    let likely = || likely_socket(settings.map_or(Path::new(DEFAULT_CONFIG), |settings| &settings.file));
+    let socket = args.socket.clone().or(configured).unwrap_or_else(likely);
     let facts = RunningFacts { socket: socket.display().to_string(), ..RunningFacts::default() };
     let received = StatusClient::connect(&socket).and_then(|mut client| client.receive());
     let snapshot = match received {

@@ -65,6 +65,9 @@ pub fn gateway_toml(profile: &str, buses: &[BusInterface], dimensions: Option<&D
              [black_box]                         # a recording around each change to ERROR\n\
              # folder = \"black-box\"\n\
              \n\
+             [status]                            # the socket that `signal-gateway status` finds by itself\n\
+             # socket = \"status.sock\"           # default: in /run/signal-gateway, or $XDG_RUNTIME_DIR/signal-gateway\n\
+             \n\
              # Commands to the vehicle, traffic lights and the turn signal decider have sections of their own; without\n\
              # them there are none.\n";
     text

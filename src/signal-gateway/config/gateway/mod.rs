@@ -73,6 +73,8 @@ const MISSING_NAMED_PROFILE: &str =
 /// A usable configuration.
 #[derive(Debug)]
 pub struct Settings {
+    /// Path of the file: the configuration, or a profile alone.
+    pub file: PathBuf,
     /// Name of the vehicle profile, for texts.
     pub vehicle: String,
     /// The table of the vehicle profile; `None` without a vehicle.
@@ -116,6 +118,11 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// Returns the name of the gateway among those of a user, which another one may also have.
+    pub fn instance_name(&self) -> String {
+        status::instance_name(&self.hardware_id, &self.file)
+    }
+
     /// Records into `folder` instead of the folder of the file.
     pub fn record_to(&mut self, folder: &Path) {
         let value = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned()).display().to_string();
@@ -208,7 +215,7 @@ fn resolve(
         let parameters = parameters::parameters(&root);
         let in_effect =
             in_effect(recorded, &files, &settings.gateway, &settings.ros.remappings, profile_keys);
-        Settings { parameters, in_effect, ..settings }
+        Settings { file: text.file.to_path_buf(), parameters, in_effect, ..settings }
     });
     checker.finish(settings).map_err(Refused)
 }
@@ -369,6 +376,7 @@ fn settings(
         diagnostics_period,
     };
     let settings = Settings {
+        file: PathBuf::new(),
         vehicle: vehicle.name,
         profile: vehicle.profile,
         provenance: vehicle.provenance,

@@ -14,6 +14,7 @@ use crate::config::reading::{Fields, LocatedText, Refusal, cannot_read, remedy_o
 use can_signal::can::{BusIndex, BusSettings, IdMatch};
 use can_signal::dbc;
 use can_signal::dbc::model::{Database, MAX_ENTRIES};
+use can_signal::validation::requirement::{Condition, Requirement};
 use can_signal::validation::table::BoundMessage;
 use gateway_base::near_miss::did_you_mean;
 use gateway_core::command::allow_list::AllowList;
@@ -21,6 +22,9 @@ use vehicle_bringup::plausibility::fingerprint::PlatformList;
 
 /// Default silence after which a bus counts as dead; at least the timeout of its fastest message.
 const ALIVE_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// Least time in which the first frame of each message must be received.
+const MIN_START_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// The keys of `[bus.<name>]` that are needed once the messages are bound.
 #[derive(Debug)]
@@ -139,6 +143,23 @@ fn identifier_lists(fields: &Fields<'_>) -> Vec<&'static PlatformList> {
     named.into_iter().filter_map(find).collect()
 }
 
+/// Returns the time from the start in which a bus must show all that its reports need: the longest timeout of
+/// its messages, and after that the longest time for which a requirement observes it.
+pub(super) fn start_timeout<'a>(
+    bus: BusIndex,
+    messages: impl Iterator<Item = &'a BoundMessage>,
+    requirements: &[Requirement],
+) -> Duration {
+    let timeouts =
+        messages.filter(|message| message.bus == bus).filter_map(|message| message.timing.timeout());
+    let observations = requirements.iter().filter(|requirement| requirement.bus == bus);
+    let observations = observations.map(|requirement| match requirement.condition {
+        Condition::Unseen { observation } => observation,
+        Condition::Seen | Condition::Value { .. } => Duration::ZERO,
+    });
+    timeouts.fold(MIN_START_TIMEOUT, Duration::max) + observations.max().unwrap_or_default()
+}
+
 impl BusSection {
     /// Returns the settings of the bus, without an interface. By default a bus is not dead while its fastest
     /// message may be silent.
@@ -158,6 +179,7 @@ impl BusSection {
             heartbeat_messages,
             alive_timeout,
             wake_up_timeout: slowest.unwrap_or_default().max(alive_timeout),
+            start_timeout: MIN_START_TIMEOUT,
             may_sleep: self.may_sleep,
         }
     }

@@ -24,7 +24,7 @@ use super::files::Files;
 use super::reading::{Checker, Fields, Problem, SourceLocation, Text, WrittenKey, flattened, from_toml};
 use binder::Binder;
 pub use binder::LoadedDbc;
-use bus::read_buses;
+use bus::{read_buses, start_timeout};
 use can_signal::can::BusSettings;
 use can_signal::validation::table::{BoundMessage, BoundSignal, MessageIndex, SignalTable};
 use command::command;
@@ -158,8 +158,12 @@ pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> 
         return None;
     }
     let proving = life_signs.of(&messages);
+    let required = &lights.as_ref()?.requirements;
     let described = dbcs.iter().zip(&sections).zip(heartbeats);
-    let buses = described.map(|((dbc, section), heartbeats)| section.settings(dbc, heartbeats, &proving));
+    let buses = described.map(|((dbc, section), heartbeats)| BusSettings {
+        start_timeout: start_timeout(dbc.index, messages.iter().chain(&of_status), required),
+        ..section.settings(dbc, heartbeats, &proving)
+    });
     Some(Vehicle {
         name: name?.text,
         profile: Some(profile),

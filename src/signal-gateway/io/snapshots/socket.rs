@@ -32,8 +32,8 @@ const MAX_REQUEST: usize = 256;
 const ANSWER_PAUSE: Duration = Duration::from_millis(5);
 /// Pause before the next client if there are too many clients, or no file descriptors left.
 const BUSY_PAUSE: Duration = Duration::from_millis(10);
-/// File mode of the socket: owner and group may connect.
-const MODE: u32 = 0o660;
+/// File mode of a socket that the group may also connect to.
+pub const GROUP_MODE: u32 = 0o660;
 
 /// Reason why there is no status socket.
 #[derive(Debug, thiserror::Error)]
@@ -60,8 +60,8 @@ pub struct StatusSocket {
 }
 
 impl StatusSocket {
-    /// Binds the path. Replaces a stale socket, but not a socket that a process serves.
-    pub fn bind(path: &Path) -> Result<Self, SocketError> {
+    /// Binds the path with a file mode. Replaces a stale socket, but not a socket that a process serves.
+    pub fn bind(path: &Path, mode: u32) -> Result<Self, SocketError> {
         let system = |error| SocketError::System(path.to_owned(), error);
         let in_use = || SocketError::InUse(path.to_owned());
         let mut lock_name = path.as_os_str().to_owned();
@@ -84,10 +84,15 @@ impl StatusSocket {
             Err(error) => return Err(system(error)),
         }
         let listener = UnixListener::bind(path).map_err(system)?;
-        fs::set_permissions(path, Permissions::from_mode(MODE)).map_err(system)?;
+        fs::set_permissions(path, Permissions::from_mode(mode)).map_err(system)?;
         listener.set_nonblocking(true).map_err(system)?;
         let inode = fs::symlink_metadata(path).map_err(system)?.ino();
         Ok(Self { path: path.to_owned(), inode, listener, _lock: lock })
+    }
+
+    /// Returns the path of the socket.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// Returns a listener on the socket. Fails if the listener cannot be duplicated.

@@ -12,7 +12,7 @@ use serde::Serialize;
 pub use self::flows::{BusView, CandidateView, ChannelView, DeciderView, LightView, LightsView, bulb_text};
 pub use self::process::ProcessView;
 pub use self::reports::{Lamp, Mark, Outcome, RawView, ReportView, Step};
-pub use self::value::{Fact, Section, Value};
+pub use self::value::{Fact, Section, Value, age_text};
 use super::text::{cut, escaped};
 use crate::process_status::snapshot::Snapshot;
 use gateway_base::diagnostics::Level;

@@ -228,7 +228,7 @@ fn report_view(
     let signals: Vec<_> = snapshot.signals.iter().filter(is_own).collect();
     let (level, text, mark) = match &report.published {
         Some((text, mark)) => (report.level, text.as_str(), *mark),
-        None => (Level::Error, "withheld", Mark::Withheld),
+        None => (report.level, "withheld", Mark::Withheld),
     };
     ReportView {
         key,

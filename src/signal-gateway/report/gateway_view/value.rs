@@ -49,7 +49,7 @@ pub struct Section {
 
 /// Returns a time in its largest unit, or in its two largest from a minute on.
 #[allow(clippy::cast_precision_loss)] // far from the limits
-pub(super) fn age_text(ms: u64) -> String {
+pub fn age_text(ms: u64) -> String {
     let seconds = ms / 1000;
     match (seconds / 86_400, seconds / 3600 % 24, seconds / 60 % 60) {
         _ if ms < 1000 => format!("{ms} ms"),

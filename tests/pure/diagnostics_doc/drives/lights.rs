@@ -143,7 +143,8 @@ fn paged_message(reported: &mut Reported) {
         right = [2]\n[hazard]\nfrom = \"not_fitted\"\n";
     for data in [[5, 0].as_slice(), &[3]] {
         let mut desk = Desk::vehicle("", profile, dbc, reported);
-        desk.each_50_ms(500, |desk, _| desk.frame(512, data));
+        // Longer than first frames are awaited.
+        desk.each_50_ms(2_500, |desk, _| desk.frame(512, data));
     }
 }
 
