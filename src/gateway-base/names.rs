@@ -20,6 +20,24 @@ pub fn words(value: &impl Serialize) -> String {
     variant_name(value).replace('_', " ")
 }
 
+/// Words for the constants of messages that no one would say as they are.
+const STATE_WORDS: [(&str, &str); 7] = [
+    ("DISABLE", "off"),
+    ("ENABLE", "on"),
+    ("ENABLE_LEFT", "left"),
+    ("ENABLE_RIGHT", "right"),
+    ("OPENED", "open"),
+    ("AUTONOMOUS_STEER_ONLY", "autonomous, steering only"),
+    ("AUTONOMOUS_VELOCITY_ONLY", "autonomous, speed only"),
+];
+
+/// Returns the word for a state that people read on every screen, e.g. `left` for `ENABLE_LEFT`.
+pub fn state_word(state: &impl Serialize) -> String {
+    let constant = variant_name(state);
+    let word = STATE_WORDS.iter().find(|(name, _)| *name == constant);
+    word.map_or_else(|| words(state).to_lowercase(), |(_, word)| (*word).to_owned())
+}
+
 /// Implements `Display` with [`variant_name`].
 #[macro_export]
 macro_rules! display_by_name {
@@ -58,6 +76,19 @@ mod tests {
         Number(i32),
     }
     display_by_name!(Kind);
+
+    #[derive(Serialize)]
+    #[serde(rename_all = "SCREAMING_SNAKE_CASE")]
+    enum Constant {
+        EnableLeft,
+        NotReady,
+    }
+
+    #[test]
+    fn state_has_its_word_or_its_own_name_in_small_letters() {
+        assert_eq!(state_word(&Constant::EnableLeft), "left");
+        assert_eq!(state_word(&Constant::NotReady), "not ready");
+    }
 
     #[test]
     fn names_are_written_and_read_as_in_json() {

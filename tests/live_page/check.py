@@ -27,12 +27,12 @@ WAIT_MS = 150_000
 
 # The decider gets its inputs over ROS 2, which is not here: a decision of it is added to what the gateway sends.
 DECIDER = {
-    "level": "OK", "message": "LEFT: left turn on 111", "turn": "LEFT",
-    "decision": "turn LEFT, hazard DISABLE: left turn on 111, rule A2",
+    "level": "OK", "message": "left: left turn on 111", "turn": "left",
+    "decision": "turn left, hazard off: left turn on 111, rule A2",
     "candidates": [
-        {"subject": "left turn on 111", "turn": "LEFT", "outcome": "won", "has_won": True, "distances_m": [-12.5, 48.2, 5.0, 40.0],
+        {"subject": "left turn on 111", "turn": "left", "outcome": "won", "has_won": True, "distances_m": [-12.5, 48.2, 5.0, 40.0],
          "stretch": "on from -12 m to 48 m, required from 5 m"},
-        {"subject": "lane change", "turn": "RIGHT", "outcome": "desired start not reached", "has_won": False,
+        {"subject": "lane change", "turn": "right", "outcome": "desired start not reached", "has_won": False,
          "distances_m": [30.0, 90.0, 55.0, 90.0], "stretch": "on from 30 m to 90 m, required from 55 m"},
     ],
     "remarks": ["lane change right: approaching, 55 m"],
@@ -81,7 +81,7 @@ def seed_history(folder, program):
             add(ago_s, "status", "ERROR", "turn_indicators", "invalid, an hour ago", remedy="Find out what the value means.",
                 black_box={"recording": recorded, "at_us": round(error_s * 1e6)})
             add(ago_s - 3, "status", "OK", "turn_indicators", "publishing")
-        add(ago_s, "report_published", "OK", "turn_indicators", ["DISABLE", "ENABLE_LEFT", "DISABLE", "ENABLE_RIGHT"][step % 4])
+        add(ago_s, "report_published", "OK", "turn_indicators", ["off", "left", "off", "right"][step % 4])
     add(1, "stopped", "OK", "gateway", "stopped")
     (box / "history.jsonl").write_text("\n".join(['{"history":1,"writer":"stopped"}', *entries]) + "\n")
 
@@ -145,10 +145,11 @@ def visit(page, url):
 
 
 def states_are_seen(page):
-    reported = page.locator("#reports .cell:nth-child(2) .value")
+    reported = [page.locator(f"#reports [data-key={key}] .value") for key in ("turn_indicators", "hazard_lights")]
     for name, _, _, caption, turn, hazard in recording.STATES:
         expect(page.locator("#car-text")).to_have_text(caption)
-        expect(reported).to_have_text([turn, hazard])
+        for value, expected in zip(reported, (turn, hazard)):
+            expect(value).to_have_text(expected)
         # Shape or word of each state, not its colour alone.
         sides = {"left": ("on", "off"), "right": ("off", "on"), "hazard": ("on", "on"), "off": ("off", "off")}
         for side, state in zip(("left", "right"), sides.get(name, ("unknown", "unknown"))):
@@ -159,14 +160,15 @@ def states_are_seen(page):
             phases = "new Set(document.getAnimations().filter(a => a.animationName === 'blink').map(a => a.startTime)).size"
             page.wait_for_function(f"{phases} === 1")  # else the lamps do not flash together
         if name == "invalid":
-            expect(page.locator("#chains")).to_contain_text("turn UNDEFINED")
+            page.locator("#matrix [data-key='turn_indicators Value'] button").hover()
+            expect(page.locator("#step-text")).to_contain_text("turn UNDEFINED")
             expect(page.locator("#reports")).to_contain_text("= 3 is not a defined value")
         if name == "unknown":
             expect(page.locator("#reports")).to_contain_text("stale")
         print(f"seen: {name}", flush=True)
     expect(page.locator("#bus-list")).to_contain_text("bus-off")
     expect(page.locator("#bus-list .badge.error").filter(has_text="bus-off")).to_be_visible()
-    expect(page.locator("#lanes .span.error").filter(has_text="bus-off")).not_to_have_count(0)
+    expect(page.locator("#lanes .span.error[title*='bus-off']")).not_to_have_count(0)
     print("seen: bus-off", flush=True)
     for text in ("turn_indicators", "can0: bus-off"):
         expect(page.locator("#history")).to_contain_text(text)
@@ -276,7 +278,7 @@ def history_is_scrolled_and_leads_to_frames(browser, url, pictures, axe):
             report.set_default_timeout(WAIT_MS)
             expect(report.locator("#detail")).to_contain_text("Frame that led to it")
             expect(report.locator("#detail")).to_contain_text(" ".join(["00", "00", "06"] + 5 * ["00"]))
-            expect(report.locator("#detail")).to_contain_text("diagnostics: turn_indicators")
+            expect(report.locator("#detail")).to_contain_text("Turn indicators: diagnostics")
             report.screenshot(path=f"{pictures}/frames-{scheme}-{width}.png")
             report.close()
         page.close()
@@ -296,6 +298,11 @@ def keys_do_it(page):
     page.locator("summary").first.focus()
     page.keyboard.press("Enter")
     expect(page.locator("#statuses dl").first).to_contain_text("raw_value")
+    page.mouse.move(0, 0)
+    page.locator("#matrix [data-key='turn_indicators Link'] button").focus()
+    expect(page.locator("#step-text")).to_contain_text("can0 up")
+    page.locator("#raw summary").first.click()
+    expect(page.locator("#raw details[open] polyline").first).to_be_attached()
 
 
 def is_accessible(page, axe, what):
@@ -311,7 +318,7 @@ def every_look(browser, url, pictures, axe):
             page.add_init_script(ADD_TO_EVENTS % json.dumps(DECIDER))
             page.goto(url)
             expect(page.locator(".candidates li")).to_have_count(2)
-            expect(page.locator(".decided.left")).to_contain_text("LEFT")
+            expect(page.locator(".decided.left")).to_contain_text("left")
             required = page.locator(".stretch.required").first
             assert required.evaluate("stretch => stretch.offsetLeft > stretch.parentElement.querySelector('.ego').offsetLeft")
             expect(page.locator("#car-text")).to_have_text("turning left")

@@ -6,12 +6,12 @@ BUS_OFF, RESTARTED, UNDEFINED = "20000040#0000000000000000", "20000100#000000000
 
 # Name, turn value (None for silence of its message), hazard value, caption of the car, what is reported of turn and hazard.
 STATES = [
-    ("off", 0, 0, "lights off", "DISABLE", "DISABLE"),
-    ("left", 1, 0, "turning left", "ENABLE_LEFT", "DISABLE"),
-    ("right", 2, 0, "turning right", "ENABLE_RIGHT", "DISABLE"),
-    ("hazard", 0, 1, "hazard lights on", "DISABLE", "ENABLE"),
-    ("invalid", UNDEFINED, 0, "not published", "withheld", "DISABLE"),
-    ("unknown", None, 0, "not published", "withheld", "DISABLE"),
+    ("off", 0, 0, "lights off", "off", "off"),
+    ("left", 1, 0, "turning left", "left", "off"),
+    ("right", 2, 0, "turning right", "right", "off"),
+    ("hazard", 0, 1, "hazard lights on", "off", "on"),
+    ("invalid", UNDEFINED, 0, "not published", "withheld", "off"),
+    ("unknown", None, 0, "not published", "withheld", "off"),
 ]
 
 

@@ -225,7 +225,7 @@ fn a_simulated_vehicle_writes_the_same_log_each_time_and_its_replay_shows_its_re
     let path = folder.path().join("day.log");
     std::fs::write(&path, &log).unwrap();
     let timeline = out(&["replay", path.to_str().unwrap(), "--profile", profile]);
-    for part in ["turn_indicators  ENABLE_LEFT", "turn_indicators  DISABLE", "hazard_lights    ENABLE"] {
+    for part in ["turn_indicators  left", "turn_indicators  off", "hazard_lights    on"] {
         assert!(timeline.contains(part), "{part} is not in\n{timeline}");
     }
 }

@@ -52,7 +52,7 @@ fn a_marked_recording_becomes_a_configuration_that_check_accepts() {
         assert!(folder.path().join("my_car").join(file).exists(), "{file}");
     }
     let replayed = run(&folder, &["replay", "drive.log", "--config", "my_car/gateway.toml"]).text();
-    for state in ["ENABLE_LEFT", "ENABLE_RIGHT"] {
+    for state in ["turn_indicators  left", "turn_indicators  right"] {
         assert_eq!(replayed.matches(state).count(), 2, "{replayed}");
     }
     run(&folder, &args).assert(1, "nothing is overwritten unasked");

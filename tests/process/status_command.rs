@@ -94,7 +94,7 @@ fn status_shows_what_is_published_and_its_exit_code_the_level() {
     let text = gateway.status(&[]);
     let lines = String::from_utf8(text.stdout.clone()).unwrap();
     assert!(lines.starts_with("OK    signal_gateway: "), "{lines}");
-    assert!(lines.contains("turn_indicators  ENABLE_LEFT\n"), "{lines}");
+    assert!(lines.contains("turn_indicators  left, "), "{lines}");
     assert_eq!((code(&text), code(&gateway.status(&["--quiet"]))), (0, 0));
     assert_eq!(gateway.status(&["--quiet"]).stdout, b"");
     gateway.process.stop("TERM");

@@ -94,7 +94,7 @@ fn plain_lines_stay_on_the_screen() {
         let tmux = require!(Tmux::run(&format!("{GATEWAY} demo --no-ros --speed 30 {arguments}")));
         tmux.wait_for_end();
         let all = tmux.tell(&["capture-pane", "-p", "-S", "-"]);
-        for line in ["9.000 ▸ the driver pulls the stalk left", "turn_indicators  ENABLE_LEFT", "Try next"]
+        for line in ["9.000 ▸ the driver pulls the stalk left", "turn_indicators  left", "Try next"]
         {
             assert!(all.contains(line), "{all}");
         }
@@ -113,8 +113,8 @@ fn driver_of_a_rehearsal_comes_before_the_command() {
             has_all(&tmux.wait_for(|screen| has_all(screen) || screen.contains("Try next")))
         };
         let states = [
-            ["the decider commands left", "ENABLE_LEFT", "turn LEFT, hazard DISABLE"],
-            ["the driver holds the stalk right", "ENABLE_RIGHT", "left to the driver: right"],
+            ["the decider commands left", "left  (commanded left)", "turn left, hazard off"],
+            ["the driver holds the stalk right", "turn     ✓ right", "left to the driver: right"],
         ];
         states.into_iter().all(sees).then_some(tmux)
     });

@@ -113,7 +113,7 @@ fn a_page_that_does_not_come_is_not_called_a_message_that_does_not() {
     let expected = [
         start.as_str(),
         "turn_indicators unknown: no frame of PAGES (200) on can0 yet",
-        "turn_indicators ENABLE_LEFT",
+        "turn_indicators left",
         "turn_indicators publishing",
         "turn_indicators no longer published",
         "turn_indicators unknown: PAGES (200) is received, but without PAGES.TURN",
@@ -155,13 +155,13 @@ fn a_message_that_two_buses_have_is_named_with_its_bus() {
     let lines = replay_changes(&settings, &(log + &lines("can0", "123#0300000000000000", 9..10)));
     for text in [
         "turn_indicators starting: waiting for the first frame of a:BODY (123) on can0, at most 2 s",
-        "turn_indicators ENABLE_LEFT",
+        "turn_indicators left",
         "turn_indicators unknown: a:BODY is stale, silent for more than 300 ms",
         "turn_indicators invalid: a:BODY.TURN = 3 is not a defined value",
     ] {
         assert!(lines.iter().any(|line| line == text), "{text} is not in {lines:#?}");
     }
-    assert!(!lines.iter().any(|line| line.ends_with("ENABLE_RIGHT")), "the other bus carries another value");
+    assert!(!lines.iter().any(|line| line.ends_with("right")), "the other bus carries another value");
 }
 
 const SLOW: &str = "\

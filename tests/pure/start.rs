@@ -6,6 +6,7 @@ use can_signal::can::link::{BusIndex, LinkState};
 use can_signal::validation::observation::MissingReason;
 use gateway_base::diagnostics::Level;
 use gateway_core::gateway::GatewaySettings;
+use gateway_core::vehicle_report::ReportState;
 
 use crate::support::files::MemoryFiles;
 use crate::support::virtual_gateway::VirtualGateway;
@@ -61,7 +62,7 @@ fn awaited(message: &str, id: u16, seconds: u32) -> String {
 fn silence_is_an_error_of_each_report_once_the_first_frame_is_overdue() {
     let mut desk = VirtualGateway::new(settings(PROFILE));
     let report = desk.snapshot().turn_indicators.unwrap();
-    assert!(report.is_starting && report.failure.is_none() && report.published.is_none());
+    assert!(report.state == ReportState::Starting && report.failure.is_none() && report.published.is_none());
     assert_eq!(desk.snapshot().signals[0].missing.as_ref().unwrap().reason, MissingReason::Awaited);
     desk.pass(10_000);
     for (task, message, id) in [("turn_indicators", "TURN", 0x100), ("gear", "GEAR", 0x101)] {
@@ -72,7 +73,7 @@ fn silence_is_an_error_of_each_report_once_the_first_frame_is_overdue() {
         assert_eq!(changes(&desk, task), expected);
         assert_eq!(desk.value(task, "unknown_count"), "1");
     }
-    assert!(!desk.snapshot().turn_indicators.unwrap().is_starting);
+    assert_ne!(desk.snapshot().turn_indicators.unwrap().state, ReportState::Starting);
 }
 
 #[test]

@@ -109,8 +109,10 @@ fn discover(profile: &str, interface: &str) -> Outcome {
     let reported = String::from_utf8_lossy(&replay.stdout);
     let is_reported = |state: &str| reported.matches(state).count() >= 2;
     let is_sure = text.contains("requests to the left") && !text.contains("NOT SURE");
-    let is_discovered =
-        matches!(code, Some(0 | 4)) && is_sure && is_reported("ENABLE_LEFT") && is_reported("ENABLE_RIGHT");
+    let is_discovered = matches!(code, Some(0 | 4))
+        && is_sure
+        && is_reported("turn_indicators  left")
+        && is_reported("turn_indicators  right");
     let failure = (!is_discovered).then(|| format!("--- {profile}: {code:?}\n{text}\n{reported}"));
     Outcome { profile: profile.to_owned(), failure, beside, waited }
 }

@@ -22,7 +22,7 @@ const WARN: i32 = 4;
 const ERROR: i32 = 7;
 const NOT_VISIBLE: &str = "hazard_lights: not visible: no signal shows the hazard lights";
 
-const GEAR_NOT_SHOWN: &str = "gear: not shown: ";
+const GEAR_NOT_VISIBLE: &str = "gear: not visible: ";
 
 /// Interfaces of one vehicle after the other.
 struct Buses(Vec<Vcan>);
@@ -94,7 +94,7 @@ fn drive(profile: &str, buses: &Buses) -> bool {
     let vehicle = load_profile(&Disk, profile.as_ref()).unwrap();
     let car = Car::start(profile, &vehicle, buses);
     let is_visible = !matches!(vehicle.gateway.lights.hazard, HazardBinding::NotVisible { .. });
-    let gear = (!shows_gears(&vehicle)).then_some(GEAR_NOT_SHOWN);
+    let gear = (!shows_gears(&vehicle)).then_some(GEAR_NOT_VISIBLE);
     if !is_visible {
         car.wait_for(WARN, &[Some(NOT_VISIBLE), gear].into_iter().flatten().collect::<Vec<_>>());
         car.folder.append("gateway.toml", "[reports]\nhazard_not_visible = \"acknowledged\"\n");
@@ -142,7 +142,7 @@ mod slow {
     use signal_gateway::config::files::Disk;
     use signal_gateway::config::load_profile;
 
-    use super::{BuiltIn, Buses, Car, ERROR, GEAR_NOT_SHOWN, Process, WARN, drive, require};
+    use super::{BuiltIn, Buses, Car, ERROR, GEAR_NOT_VISIBLE, Process, WARN, drive, require};
 
     #[test]
     #[ignore = "slow: tests/run --full"]
@@ -175,7 +175,7 @@ mod slow {
         let buses = require!(Buses::new(["vcanship8", "vcanship9"]));
         let vehicle = load_profile(&Disk, "psa_aee2010".as_ref()).unwrap();
         let mut car = Car::start("psa_aee2010", &vehicle, &buses);
-        car.wait_for(WARN, &[GEAR_NOT_SHOWN]);
+        car.wait_for(WARN, &[GEAR_NOT_VISIBLE]);
         buses.0[0].send(0x612, [0; 8]);
         let reason = "unknown: the profile is for another vehicle: HS2_DAT7_BSI_612 (612) is received, which belongs to a car \
                       such as the Peugeot 208";
@@ -192,6 +192,6 @@ mod slow {
         car.wait_for(ERROR, &refused);
         car.gateway.stop("TERM");
         car.gateway = Process::run(&car.folder);
-        car.wait_for(WARN, &[GEAR_NOT_SHOWN]);
+        car.wait_for(WARN, &[GEAR_NOT_VISIBLE]);
     }
 }

@@ -2,6 +2,7 @@
 
 use super::verdict::{HazardLights, TurnIndicators};
 use crate::vehicle_report::Step;
+use gateway_base::names::state_word;
 
 /// A report to publish or to withdraw.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,11 +14,11 @@ pub enum VehicleLightsOutput {
 }
 
 impl VehicleLightsOutput {
-    /// Returns the name of the report and the name of its value; `None` when the report is withdrawn.
-    pub fn named(self) -> (&'static str, Option<&'static str>) {
+    /// Returns the name of the report and the word for its value; `None` when the report is withdrawn.
+    pub fn named(self) -> (&'static str, Option<String>) {
         match self {
-            Self::TurnIndicators(step) => ("turn_indicators", step.value().map(TurnIndicators::name)),
-            Self::HazardLights(step) => ("hazard_lights", step.value().map(HazardLights::name)),
+            Self::TurnIndicators(step) => ("turn_indicators", step.value().map(|value| state_word(&value))),
+            Self::HazardLights(step) => ("hazard_lights", step.value().map(|value| state_word(&value))),
         }
     }
 }

@@ -8,7 +8,7 @@ use super::sources::LightsContext;
 use super::state::UnavailableReason;
 use super::verdict::{ActiveFault, Reason, Verdict};
 use super::warning::Warnings;
-use crate::vehicle_report::{ReportFinding, ReportTask, catalogue as report};
+use crate::vehicle_report::{ReportFinding, ReportState, ReportTask, catalogue as report};
 use can_signal::can::Bus;
 use can_signal::validation::display::raw_text;
 use can_signal::validation::table::SignalIndex;
@@ -91,8 +91,15 @@ impl ReportFinding for LightsFinding {
         if self.fault.is_some() { Some(FaultKind::HardwareFault) } else { reason }
     }
 
-    fn is_starting(&self) -> bool {
-        self.excuse == Some(Excuse::Starting)
+    fn state(&self) -> ReportState {
+        match (self.failure(), self.excuse) {
+            (Some(kind), _) => kind.into(),
+            (None, Some(Excuse::NotVisible)) => ReportState::NotVisible,
+            (None, Some(Excuse::Asleep)) => ReportState::Asleep,
+            (None, Some(Excuse::WakingUp)) => ReportState::WakingUp,
+            (None, Some(Excuse::Starting)) => ReportState::Starting,
+            (None, None) => ReportState::Published,
+        }
     }
 }
 

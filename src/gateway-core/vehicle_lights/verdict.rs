@@ -40,6 +40,16 @@ pub enum HazardLights {
 
 named_by_variant!(TurnIndicators, HazardLights);
 
+impl TurnIndicators {
+    /// All states.
+    pub const ALL: [Self; 3] = [Self::Disable, Self::EnableLeft, Self::EnableRight];
+}
+
+impl HazardLights {
+    /// All states.
+    pub const ALL: [Self; 2] = [Self::Disable, Self::Enable];
+}
+
 /// A fault signal that reports a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs)] // a field without a comment is what its name says

@@ -9,6 +9,6 @@ mod task;
 
 pub use failure::{FailureCounts, LastFailure};
 pub use report_flow::{Publish, ReportFlow, Step};
-pub use snapshot::ReportSnapshot;
+pub use snapshot::{ReportSnapshot, ReportState};
 pub use stream_flow::StreamFlow;
 pub use task::{ReportFinding, ReportTask};

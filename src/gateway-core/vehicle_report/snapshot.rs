@@ -7,6 +7,44 @@ use super::failure::{FailureCounts, LastFailure};
 use can_signal::validation::unusable::FaultKind;
 use gateway_base::diagnostics::Level;
 
+/// Whether a report is published, or why not. The words of all but `published` begin the message of its
+/// status.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ReportState {
+    /// It is published without a failure.
+    Published,
+    /// Its first values since the start are awaited.
+    Starting,
+    /// There is no valid value.
+    #[default]
+    Unknown,
+    /// The value has no meaning in the profile.
+    Invalid,
+    /// The vehicle reports a fault; the report may be published in spite of it.
+    HardwareFault,
+    /// The bus sleeps, as the profile allows.
+    Asleep,
+    /// The bus is awake again, and lamps or stalk are observed.
+    WakingUp,
+    /// The gearbox is between two gears.
+    Shifting,
+    /// The vehicle does not show it.
+    NotVisible,
+    /// The configuration lacks what it needs.
+    NotConfigured,
+}
+
+impl From<FaultKind> for ReportState {
+    fn from(kind: FaultKind) -> Self {
+        match kind {
+            FaultKind::Unknown => Self::Unknown,
+            FaultKind::Invalid => Self::Invalid,
+            FaultKind::HardwareFault => Self::HardwareFault,
+        }
+    }
+}
+
 /// The present state of a report with values of `T`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct ReportSnapshot<T> {
@@ -14,10 +52,11 @@ pub struct ReportSnapshot<T> {
     pub published: Option<T>,
     /// Why it is withheld; `None` while it is published.
     pub withheld: Option<String>,
+    /// Whether it is published, or why not.
+    #[serde(default)]
+    pub state: ReportState,
     /// Kind of failure; `None` without one. A report can be published in spite of a hardware fault.
     pub failure: Option<FaultKind>,
-    /// True while it is withheld because its first values since the start are awaited; not a failure.
-    pub is_starting: bool,
     /// Level of its diagnostic status.
     pub level: Level,
     /// Message of its diagnostic status.
@@ -42,8 +81,8 @@ impl<T> ReportSnapshot<T> {
         ReportSnapshot {
             published: self.published.as_ref().map(value),
             withheld: self.withheld.clone(),
+            state: self.state,
             failure: self.failure,
-            is_starting: self.is_starting,
             level: self.level,
             message: self.message.clone(),
             source: self.source.clone(),

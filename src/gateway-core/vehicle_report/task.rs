@@ -1,7 +1,7 @@
 //! Diagnostics of a report: its signals, and its finding with its history.
 
 use super::failure::FailureHistory;
-use super::snapshot::ReportSnapshot;
+use super::snapshot::{ReportSnapshot, ReportState};
 use can_signal::validation::display::raw_text;
 use can_signal::validation::integrity::IntegrityCounts;
 use can_signal::validation::observation::MessageCounts;
@@ -16,8 +16,8 @@ pub trait ReportFinding: Copy + Default + PartialEq {
     /// Returns the kind of failure; `None` without a failure.
     fn failure(&self) -> Option<FaultKind>;
 
-    /// Returns true while the report is withheld because its first values since the start are awaited.
-    fn is_starting(&self) -> bool;
+    /// Returns the state of the report: its failure, or why it is withheld without one.
+    fn state(&self) -> ReportState;
 }
 
 /// Diagnostic task of a report.
@@ -81,8 +81,8 @@ impl<F: ReportFinding> ReportTask<F> {
         ReportSnapshot {
             withheld: published.is_none().then(|| status.message.clone()),
             published,
+            state: self.finding.map_or(ReportState::Unknown, |finding| finding.state()),
             failure: self.finding.and_then(|finding| finding.failure()),
-            is_starting: self.finding.is_some_and(|finding| finding.is_starting()),
             level: status.level,
             message: status.message,
             source: (!source.is_empty()).then(|| source.to_owned()),

@@ -10,7 +10,7 @@ messages! {
         Warn source_without_dimension(key) "not configured: [vehicle_geometry] {key} is missing", "Write the dimension into [vehicle_geometry]; `car = \"…\"` there takes the wheel base and steering ratio listed for a car.";
         Warn ratio_listed(ratio, car) "publishing; the steering ratio {ratio} is from opendbc's list for {car}, not measured on this car", "Run `signal-gateway check LOG` on a drive that turns, and put the lines that it prints into [vehicle_geometry].";
         Warn shifting(signal) "shifting: {signal} is between gears", "Nothing is to be done; a shift takes a moment.";
-        Warn only_reverse_shown(signal) "not shown: {signal} tells reverse from all other gears only", "Nothing is to be done; `otherwise` of the profile can name a gear for them.";
+        Warn only_reverse_shown(signal) "not visible: {signal} tells reverse from all other gears only", "Nothing is to be done; `otherwise` of the profile can name a gear for them.";
         Warn fallback_heading_rate(source, reason) "fallback heading rate of the {source}: {reason}", "The heading rate continues from the named source meanwhile.";
         Warn heading_rate_replaced(reason) "heading rate published as 0: {reason}", "Another source of the heading rate in the profile avoids this.";
         Warn doors_without_state(reason) "publishing; {reason}", "The door is published as UNKNOWN or NOT_AVAILABLE meanwhile.";

@@ -7,7 +7,7 @@ use super::plausibility::alarm::AlarmSet;
 use super::settings::{RatioOrigin, VehicleGeometry};
 use super::state::StatusReason;
 use super::velocity::binding::HeadingRateSource;
-use crate::vehicle_report::{ReportFinding, catalogue as report_catalogue};
+use crate::vehicle_report::{ReportFinding, ReportState, catalogue as report_catalogue};
 use can_signal::can::Bus;
 use can_signal::validation::display::raw_text;
 use can_signal::validation::table::SignalIndex;
@@ -58,8 +58,12 @@ impl ReportFinding for StatusFinding {
         self.reason.filter(|_| !self.is_starting).and_then(StatusReason::failure)
     }
 
-    fn is_starting(&self) -> bool {
-        self.is_starting
+    fn state(&self) -> ReportState {
+        match self.reason {
+            None => ReportState::Published,
+            Some(_) if self.is_starting => ReportState::Starting,
+            Some(reason) => reason.state(),
+        }
     }
 }
 

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::state::{Judged, StatusContext, StatusReason};
 use can_signal::validation::table::{Role, SignalIndex};
-use gateway_base::names::named_by_variant;
+use gateway_base::names::{named_by_variant, state_word};
 use gateway_base::time::{MonoTime, deadline_after};
 
 /// The engaged gear, as in `GearReport.report`. `NONE` (0) is not among them, since it must never be
@@ -113,12 +113,12 @@ pub enum GearCode {
 }
 
 impl GearCode {
-    /// Returns the name used in texts, e.g. `DRIVE` or `between gears`.
-    pub fn name(self) -> &'static str {
+    /// Returns the words used in texts, e.g. `drive` or `between gears`.
+    pub fn words(self) -> String {
         match self {
-            Self::Engaged(gear) => gear.name(),
-            Self::Between => "between gears",
-            Self::NotReverse => "not reverse",
+            Self::Engaged(gear) => state_word(&gear),
+            Self::Between => "between gears".to_owned(),
+            Self::NotReverse => "not reverse".to_owned(),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Reports and their measured values for display: headings, names, units and texts.
+//! Reports and their measured values for display: names, units and texts.
 
 use serde::Serialize;
 
@@ -19,19 +19,6 @@ pub enum StatusReport {
 }
 
 named_by_variant!(StatusReport);
-
-impl StatusReport {
-    /// Returns the heading of the report for display.
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Velocity => "Velocity",
-            Self::Steering => "Steering",
-            Self::Gear => "Gear",
-            Self::ControlMode => "Control mode",
-            Self::Doors => "Doors",
-        }
-    }
-}
 
 /// A measured value of a report, in SI units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -10,6 +10,7 @@ use super::velocity::Velocity;
 use super::velocity::binding::Motion;
 use crate::control_mode::ControlMode;
 use crate::vehicle_report::Step;
+use gateway_base::names::state_word;
 
 /// A report to publish or to withdraw.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,16 +58,16 @@ impl VehicleStatusOutput {
         }
     }
 
-    /// Returns the value as text; `None` if the report is withdrawn.
+    /// Returns the value in words; `None` if the report is withdrawn.
     pub fn named(self) -> Option<NamedValue> {
         let state = match self {
             Self::Velocity(step) => Motion::of(step.value()?.longitudinal_mps).name().to_owned(),
             Self::Steering(step) => step.value().map(|_| "published".to_owned())?,
-            Self::Gear(step) => step.value()?.name().to_owned(),
-            Self::ControlMode(step) => step.value()?.name().to_owned(),
+            Self::Gear(step) => state_word(&step.value()?),
+            Self::ControlMode(step) => state_word(&step.value()?),
             Self::Doors(step) => {
                 let doors = step.value()?;
-                doors.as_slice().iter().map(|door| door.name()).collect::<Vec<_>>().join(", ")
+                doors.as_slice().iter().map(state_word).collect::<Vec<_>>().join(", ")
             }
         };
         Some(NamedValue { state, measured: Measure::texts(&self.measures()) })

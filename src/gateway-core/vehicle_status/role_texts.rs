@@ -12,7 +12,7 @@ use crate::control_mode::ControlMode;
 use can_signal::validation::display::{RoleTexts, ValueText, role_texts};
 use can_signal::validation::meaning::Meaning;
 use can_signal::validation::table::SignalIndex;
-use gateway_base::names::words;
+use gateway_base::names::state_word;
 
 /// Uses of all signals, with the texts of their values.
 #[derive(Debug, Clone)]
@@ -74,18 +74,18 @@ fn roles(binding: &StatusBinding) -> Vec<RoleTexts> {
         roles.push(role_texts(role, "motion".to_owned(), |motion: Motion| motion.name().to_owned()));
     }
     for source in binding.gear.iter().flat_map(|gear| &gear.sources) {
-        roles.push(role_texts(&source.role, "gear".to_owned(), |code: GearCode| code.name().to_owned()));
+        roles.push(role_texts(&source.role, "gear".to_owned(), GearCode::words));
     }
     if let Some(mode) = &binding.control_mode {
         if let ControlModeSource::Named(role) = &mode.source {
-            let name = |mode: ControlMode| mode.name().to_owned();
+            let name = |mode: ControlMode| state_word(&mode);
             roles.push(role_texts(role, "mode".to_owned(), name));
         }
         let switches = mode.switches().into_iter();
         roles.extend(switches.map(|(name, role)| role_texts(role, name.to_owned(), on_off)));
     }
     for door in &binding.doors {
-        let name = |state: DoorState| words(&state).to_lowercase();
+        let name = |state: DoorState| state_word(&state);
         roles.push(role_texts(&door.role, format!("door {}", door.name), name));
     }
     roles

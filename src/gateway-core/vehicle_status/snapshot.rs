@@ -3,12 +3,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::doors::{DoorState, doors_text};
+use super::doors::DoorState;
 use super::gear::Gear;
 use super::measure::{Measure, StatusReport};
 use super::velocity::Velocity;
 use crate::control_mode::ControlMode;
 use crate::vehicle_report::ReportSnapshot;
+use gateway_base::names::state_word;
 
 /// A door and its state.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -35,17 +36,15 @@ pub struct VehicleStatusSnapshot {
 }
 
 impl VehicleStatusSnapshot {
-    /// Returns the reports that the profile describes, each with its value as text.
+    /// Returns the reports that the profile describes, each with its value in words.
     pub fn reports(&self) -> Vec<(StatusReport, ReportSnapshot<String>)> {
         let velocity =
             self.velocity.as_ref().map(|report| report.map(|value| Measure::texts(&value.measures())));
         let steering =
             self.steering.as_ref().map(|report| report.map(|angle| Measure::TireAngle.text(*angle)));
-        let gear = self.gear.as_ref().map(|report| report.map(|gear| gear.name().to_owned()));
-        let mode = self.control_mode.as_ref().map(|report| report.map(|mode| mode.name().to_owned()));
-        let doors = self.doors.as_ref().map(|report| {
-            report.map(|doors| doors_text(doors.iter().map(|door| (door.name.as_str(), door.state))))
-        });
+        let gear = self.gear.as_ref().map(|report| report.map(state_word));
+        let mode = self.control_mode.as_ref().map(|report| report.map(state_word));
+        let doors = self.doors.as_ref().map(|report| report.map(|doors| doors_words(doors)));
         let reports = [
             (StatusReport::Velocity, velocity),
             (StatusReport::Steering, steering),
@@ -62,5 +61,47 @@ impl VehicleStatusSnapshot {
         let steering = self.steering.as_ref().and_then(|report| report.published);
         let velocity = velocity.iter().flat_map(|velocity| velocity.measures());
         velocity.chain(steering.map(|angle| (Measure::TireAngle, angle))).collect()
+    }
+}
+
+/// Returns the states of doors in words: `all closed`, or `front left open, others closed`.
+fn doors_words(doors: &[DoorSnapshot]) -> String {
+    let named = |state: DoorState| -> Vec<&str> {
+        doors.iter().filter(|door| door.state == state).map(|door| door.name.as_str()).collect()
+    };
+    // Closed comes last: it is what needs no name.
+    let groups = DoorState::ALL.into_iter().filter(|state| *state != DoorState::Closed);
+    let groups = groups.chain([DoorState::Closed]).map(|state| (state_word(&state), named(state)));
+    let groups: Vec<_> = groups.filter(|(_, names)| !names.is_empty()).collect();
+    let text = |(index, (word, names)): (usize, &(String, Vec<&str>))| {
+        let is_last = index + 1 == groups.len();
+        match (names.len(), groups.len()) {
+            (1, 1) => format!("{} {word}", names[0]),
+            (_, 1) => format!("all {word}"),
+            (2.., _) if is_last => format!("others {word}"),
+            _ => format!("{} {word}", names.join(", ")),
+        }
+    };
+    groups.iter().enumerate().map(text).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(states: &[(&str, DoorState)]) -> String {
+        let door =
+            |(name, state): &(&str, DoorState)| DoorSnapshot { name: (*name).to_owned(), state: *state };
+        doors_words(&states.iter().map(door).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn doors_are_named_unless_they_are_like_all_others() {
+        use DoorState::{Closed, NotAvailable, Opened};
+        assert_eq!(text(&[("left", Closed), ("right", Closed)]), "all closed");
+        assert_eq!(text(&[("left", Opened)]), "left open");
+        assert_eq!(text(&[("left", Opened), ("right", Closed)]), "left open, right closed");
+        let four = [("a", Closed), ("b", NotAvailable), ("c", Opened), ("d", Closed)];
+        assert_eq!(text(&four), "b not available, c open, others closed");
     }
 }

@@ -4,6 +4,7 @@ use derive_more::From;
 
 use super::plausibility::alarm::Alarm;
 use super::settings::{GeometryKey, StatusSettings};
+use crate::vehicle_report::ReportState;
 use can_signal::can::{Bus, ReceiveTime};
 use can_signal::validation::observation::Observations;
 use can_signal::validation::requirement::Unmet;
@@ -97,6 +98,19 @@ impl StatusReason {
             Self::BetweenGears { is_long: false, .. }
             | Self::OnlyReverseShown(_)
             | Self::NotConfigured(_) => None,
+        }
+    }
+}
+
+impl StatusReason {
+    /// Returns the state of a report that has no value for this reason.
+    pub fn state(self) -> ReportState {
+        match (self.failure(), self) {
+            (Some(kind), _) => kind.into(),
+            (None, Self::BetweenGears { .. }) => ReportState::Shifting,
+            (None, Self::OnlyReverseShown(_)) => ReportState::NotVisible,
+            (None, Self::NotConfigured(_)) => ReportState::NotConfigured,
+            (None, _) => ReportState::Asleep,
         }
     }
 }

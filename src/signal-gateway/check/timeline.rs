@@ -7,10 +7,11 @@ use super::decode::{FrameReader, ReadFrame, ReadSignal};
 use crate::config::Settings;
 use crate::replay::{RecordedInput, Replay};
 use crate::report::seconds;
-use crate::report::timeline::{CausingFrame, Curve, Group, Lane, Timeline, Tone};
+use crate::report::timeline::{CausingFrame, Curve, DOOR, Group, Lane, Timeline, Tone};
 use can_signal::can::{BusIndex, CanInput, Frame, LinkState, link_text};
 use can_signal::validation::display::raw_and_bits;
 use gateway_base::diagnostics::Diagnostics;
+use gateway_base::names::state_word;
 use gateway_base::time::{MonoTime, Now, WallStamp};
 use gateway_core::command::output::CommandOutput;
 use gateway_core::gateway::event::Output;
@@ -140,6 +141,7 @@ impl TimelineCollector {
         for lane in &mut lanes {
             lane.finish(length_s);
         }
+        lanes.sort_by_key(Lane::section);
         let mut remarks = Vec::new();
         if self.lights_left_out {
             remarks.push(format!("of the traffic lights, {MAX_LIGHTS} are shown"));
@@ -222,7 +224,7 @@ impl TimelineCollector {
             }
         };
         let (report, value) = output.named();
-        let (tone, text) = (tone.unwrap_or(Tone::Nothing), value.unwrap_or("not published"));
+        let (tone, text) = (tone.unwrap_or(Tone::Nothing), value.as_deref().unwrap_or("not published"));
         self.begin((Group::Reports, lane, report.to_owned()), at, tone, text, true);
     }
 
@@ -231,7 +233,8 @@ impl TimelineCollector {
         let report = output.report();
         for (measure, value) in output.measures() {
             let row = measure.row();
-            let curve = self.curves.entry(measure).or_insert_with(|| Curve::new(row.name, row.unit));
+            let curve =
+                self.curves.entry(measure).or_insert_with(|| Curve::new(report.name(), row.name, row.unit));
             curve.add(seconds(at), measure.shown(value));
         }
         let value = output.named();
@@ -249,7 +252,7 @@ impl TimelineCollector {
             let states = step.value();
             for (place, name) in doors.into_iter().enumerate() {
                 let state = states.as_ref().and_then(|states| states.as_slice().get(place));
-                begin(place, format!("door {name}"), state.map(|state| state.name()));
+                begin(place, format!("{DOOR}{name}"), state.map(state_word).as_deref());
             }
         } else {
             begin(0, report.name().to_owned(), value.as_ref().map(|value| value.state.as_str()));
@@ -265,7 +268,7 @@ impl TimelineCollector {
                     TurnCommand::Disable => Tone::Off,
                     TurnCommand::NoCommand => Tone::Nothing,
                 };
-                (0, "decider: turn", tone, command.to_string())
+                (0, "decider: turn", tone, state_word(command))
             }
             TurnSignalOutput::HazardCommand { command, .. } => {
                 let tone = match command {
@@ -273,7 +276,7 @@ impl TimelineCollector {
                     HazardCommand::Disable => Tone::Off,
                     HazardCommand::NoCommand => Tone::Nothing,
                 };
-                (1, "decider: hazard", tone, command.to_string())
+                (1, "decider: hazard", tone, state_word(command))
             }
             TurnSignalOutput::Decision(_) | TurnSignalOutput::Sections { .. } => return,
         };

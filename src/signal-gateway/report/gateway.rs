@@ -123,7 +123,7 @@ fn line(at: MonoTime, topic: &str, data: impl Serialize) -> Option<String> {
 /// A change of a report or of a status, or a new frame to the vehicle.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Event {
-    /// The change, e.g. of `turn_indicators` to `ENABLE_LEFT`, or to `no longer published`.
+    /// The change, e.g. of `turn_indicators` to `left`, or to `no longer published`.
     pub change: Change,
     /// Signals concerned, as named in the status.
     pub signals: Vec<String>,
@@ -164,7 +164,7 @@ impl fmt::Display for Event {
 /// Finds the changes in a stream of outputs.
 #[derive(Debug, Clone, Default)]
 pub struct Changes {
-    /// Published reports by name, each with the name of its constant.
+    /// Published reports by name, each with the word for its value.
     pub reports: BTreeMap<&'static str, String>,
     statuses: BTreeMap<String, (Level, String)>,
 }
@@ -175,7 +175,7 @@ impl Changes {
         let event = match output {
             Output::VehicleLights(output) => {
                 let (report, value) = output.named();
-                let value = value.map(|name| NamedValue { state: name.to_owned(), measured: String::new() });
+                let value = value.map(|state| NamedValue { state, measured: String::new() });
                 self.published(report, value)
             }
             Output::VehicleStatus(output) => self.published(output.report().name(), output.named()),
@@ -319,7 +319,7 @@ mod tests {
     #[test]
     fn only_changes_are_lines_for_people() {
         let mut changes = Changes::default();
-        assert_eq!(changes.of(&left())[0].change.text, "ENABLE_LEFT");
+        assert_eq!(changes.of(&left())[0].change.text, "left");
         assert!(changes.of(&left()).is_empty());
         assert_eq!(changes.of(&WITHDRAW)[0].change.text, "no longer published");
         assert!(changes.of(&WITHDRAW).is_empty());

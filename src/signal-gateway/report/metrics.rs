@@ -13,7 +13,7 @@ use prometheus_client::registry::{Registry, Unit};
 use super::counts::{self, Count};
 use crate::process_status::snapshot::{ProcessSnapshot, Snapshot};
 use can_signal::can::{BusSnapshot, LinkState};
-use gateway_base::names::variant_name;
+use gateway_base::names::{state_word, variant_name};
 use gateway_core::control_mode::ControlMode;
 use gateway_core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use gateway_core::vehicle_report::FailureCounts;
@@ -147,29 +147,30 @@ impl Writer<'_> {
 
     fn reports(&mut self, snapshot: &Snapshot) -> fmt::Result {
         let (turn, hazard) = (&snapshot.turn_indicators, &snapshot.hazard_lights);
-        let turn = turn
-            .iter()
-            .map(|report| ("turn_indicators", report.published.map(TurnIndicators::name), report.failures));
-        let hazard = hazard
-            .iter()
-            .map(|report| ("hazard_lights", report.published.map(HazardLights::name), report.failures));
-        let status = snapshot.vehicle_status.reports();
-        let status =
-            status.iter().map(|(name, report)| (name.name(), report.published.as_deref(), report.failures));
-        let reports: Vec<(&str, Option<&str>, FailureCounts)> = turn.chain(hazard).chain(status).collect();
+        let turn = turn.iter().map(|report| {
+            ("turn_indicators", report.published.map(|value| state_word(&value)), report.failures)
+        });
+        let hazard = hazard.iter().map(|report| {
+            ("hazard_lights", report.published.map(|value| state_word(&value)), report.failures)
+        });
+        let status = snapshot.vehicle_status.reports().into_iter();
+        let status = status.map(|(name, report)| (name.name(), report.published, report.failures));
+        let reports: Vec<(&str, Option<String>, FailureCounts)> = turn.chain(hazard).chain(status).collect();
         let published = reports.iter().map(|(name, value, _)| ([("report", *name)], flag(value.is_some())));
         self.gauges("report_published", "1 while a report is published, 0 while it is withheld", published)?;
         let states = reports.iter().flat_map(|(name, value, _)| {
             let states = match *name {
-                "turn_indicators" => vec!["DISABLE", "ENABLE_LEFT", "ENABLE_RIGHT"],
-                "hazard_lights" => vec!["DISABLE", "ENABLE"],
-                "gear" => Gear::all().map(Gear::name).collect(),
-                "control_mode" => ControlMode::ALL.iter().map(|mode| mode.name()).collect(),
+                "turn_indicators" => TurnIndicators::ALL.iter().map(constant_and_word).collect(),
+                "hazard_lights" => HazardLights::ALL.iter().map(constant_and_word).collect(),
+                "gear" => Gear::all().map(|gear| constant_and_word(&gear)).collect(),
+                "control_mode" => ControlMode::ALL.iter().map(constant_and_word).collect(),
                 // Measured values and doors have no sample here.
                 _ => Vec::new(),
             };
             let states = states.into_iter();
-            states.map(move |state| ([("report", *name), ("state", state)], flag(*value == Some(state))))
+            states.map(move |(constant, word)| {
+                ([("report", *name), ("state", constant)], flag(value.as_ref() == Some(&word)))
+            })
         });
         self.gauges("report_state", "1 for the state that a report has, 0 for every other one", states)?;
         let failures = reports.iter().flat_map(|(name, _, failures)| {
@@ -320,6 +321,11 @@ impl Writer<'_> {
             ros.written.iter().map(|topic| ([("topic", topic.name.as_str())], float(topic.other_writers)));
         self.gauges("ros_topic_other_writers", "Writers of other nodes on a topic that is written", others)
     }
+}
+
+/// Returns the constant for a state, which is its label, and its word.
+fn constant_and_word(state: &impl serde::Serialize) -> (&'static str, String) {
+    (variant_name(state), state_word(state))
 }
 
 fn flag(is_on: bool) -> f64 {

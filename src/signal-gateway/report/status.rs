@@ -14,7 +14,7 @@ pub fn text(view: &GatewayView, width: Option<usize>) -> String {
         .map_or_else(String::new, |process| format!(": {}, {}", process.vehicle, process.about.join(", ")));
     let level = view.level.map_or_else(String::new, |level| level.to_string());
     text.line(&format!("{level:<5} {}{about}", view.node));
-    text.reports(view.reports.iter().chain(&view.vehicle_status));
+    text.reports(view);
     text.signals(&view.signals);
     if let Some(commands) = &view.commands {
         text.section(&commands.title, &commands.facts);
@@ -99,13 +99,16 @@ impl Text {
         }
     }
 
-    fn reports<'a>(&mut self, reports: impl Iterator<Item = &'a ReportView>) {
+    fn reports(&mut self, view: &GatewayView) {
         self.line("reports");
-        for ReportView { key, reported, message, .. } in reports {
-            let lines: String = reported.lines.iter().map(|line| format!(", {line}")).collect();
-            let is_well = reported.level == Some(Level::Ok);
-            let message = if is_well { String::new() } else { format!(": {message}") };
+        for ReportView { key, reported, age, message, .. } in &view.reports {
+            let age = [age].into_iter().filter(|age| !age.is_empty());
+            let lines: String = age.chain(&reported.lines).map(|line| format!(", {line}")).collect();
+            let message = if message.is_empty() { String::new() } else { format!(": {message}") };
             self.row(key, &format!("{}{lines}{message}", reported.text));
+        }
+        if !view.absent.is_empty() {
+            self.row("not in the profile", &view.absent.join(", ").to_lowercase());
         }
     }
 

@@ -296,6 +296,7 @@ const MAIN_ROAD: Observed = Light(11, Conventional, GroundTruth);
 const DETECTED: Observed = Light(11, Conventional, Detected);
 const SENT: Observed = Light(11, V2i, GroundTruth);
 const CROSSWALK: Observed = Light(21, Conventional, GroundTruth);
+const CROSSWALK_SENT: Observed = Light(21, V2i, GroundTruth);
 
 /// The moments of `demo lights`.
 pub const LIGHTS: Story = &[
@@ -321,13 +322,13 @@ pub const LIGHTS: Story = &[
     ),
     caption(
         9_566,
-        "the crosswalk is red again",
-        &[Claim(Phase("crosswalk"), "wait"), Claim(CROSSWALK, "red")],
+        "the crosswalk is red again; V2I keeps its last green, as the scenario has ended the copy to V2I",
+        &[Claim(Phase("crosswalk"), "wait"), Claim(CROSSWALK, "red"), Claim(CROSSWALK_SENT, "green")],
     ),
     caption(
         12_100,
-        "the controllers go round: green for the main road once more",
-        &[Claim(MAIN_ROAD, "green"), Claim(SENT, "green")],
+        "green for the main road once more, beside the green that V2I kept for the crosswalk",
+        &[Claim(MAIN_ROAD, "green"), Claim(SENT, "green"), Claim(CROSSWALK_SENT, "green")],
     ),
     caption(16_100, "and red again", &[Claim(MAIN_ROAD, "green left + red"), Claim(SENT, "red")]),
 ];

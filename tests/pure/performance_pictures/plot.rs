@@ -1,5 +1,5 @@
 //! A picture of how figures grow with a size, on logarithmic axes: a panel for each unit, one above the
-//! other.
+//! other. Figures that hardly grow have a linear axis, from zero.
 
 use std::fmt::Write as _;
 
@@ -36,36 +36,57 @@ pub(super) struct Panel {
     pub(super) lines: Vec<Line>,
 }
 
-/// A logarithmic axis: 1, 2 or 5 times powers of ten around all values, over an interval of pixels.
+/// Greatest ratio of the figures on a linear axis.
+const STEADY: f64 = 10.0;
+
+/// An axis over an interval of pixels, from one round value to another around all figures.
 struct Axis {
-    /// Logarithms of both ends.
-    powers: (f64, f64),
+    is_linear: bool,
+    /// Both ends; of a logarithmic axis their logarithms.
+    ends: (f64, f64),
     pixels: (f64, f64),
 }
 
 impl Axis {
     fn new(values: impl Iterator<Item = f64>, pixels: (f64, f64)) -> Self {
-        let (least, most) =
-            values.fold((f64::INFINITY, 0.0_f64), |(least, most), value| (least.min(value), most.max(value)));
+        let (least, most) = least_and_most(values);
         // A value a hair beyond an end stays where it is.
         let (least, most) = (least * 1.01, most * 0.99);
         let below = round_values(least).filter(|value| *value <= least).fold(0.0, f64::max);
         let above = round_values(most).filter(|value| *value >= most).fold(f64::INFINITY, f64::min);
-        Self { powers: (below.log10(), above.log10()), pixels }
+        Self { is_linear: false, ends: (below.log10(), above.log10()), pixels }
+    }
+
+    /// An axis for figures, linear where they hardly grow.
+    fn of_figures(values: impl Iterator<Item = f64> + Clone, pixels: (f64, f64)) -> Self {
+        let (least, most) = least_and_most(values.clone());
+        if most > STEADY * least {
+            return Self::new(values, pixels);
+        }
+        let step = step(most);
+        Self { is_linear: true, ends: (0.0, (most / step).ceil() * step), pixels }
     }
 
     fn at(&self, value: f64) -> f64 {
-        let share = (value.log10() - self.powers.0) / (self.powers.1 - self.powers.0);
+        let value = if self.is_linear { value } else { value.log10() };
+        let share = (value - self.ends.0) / (self.ends.1 - self.ends.0);
         self.pixels.0 + share * (self.pixels.1 - self.pixels.0)
     }
 
     fn end(&self) -> f64 {
-        10_f64.powf(self.powers.1)
+        10_f64.powf(self.ends.1)
     }
 
     /// 1, 2 and 5 times powers of ten, or the powers alone where there are many.
     fn ticks(&self) -> Vec<f64> {
-        let (low, high) = self.powers;
+        let (low, high) = self.ends;
+        if self.is_linear {
+            let step = step(high);
+            let next = |value: &f64| Some(value + step);
+            return std::iter::successors(Some(0.0), next)
+                .take_while(|value| *value < high * 1.001)
+                .collect();
+        }
         let (from, to) = (10_f64.powf(low) * 0.999, 10_f64.powf(high) * 1.001);
         let powers = std::iter::successors(Some(low.floor()), |power| Some(power + 1.0))
             .take_while(|power| *power <= high);
@@ -73,6 +94,15 @@ impl Axis {
         let ticks = powers.flat_map(|power| [1.0, 2.0, 5.0].map(|digit| digit * 10_f64.powf(power)));
         ticks.filter(|tick| (from..=to).contains(tick) && (high - low < 2.5 || is_power(*tick))).collect()
     }
+}
+
+fn least_and_most(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, 0.0_f64), |(least, most), value| (least.min(value), most.max(value)))
+}
+
+/// The step of a linear axis that ends above a value: at most five of them.
+fn step(most: f64) -> f64 {
+    round_values(most / 5.0).find(|step| *step >= most / 5.0 * 0.999).unwrap()
 }
 
 /// 1, 2 and 5 times powers of ten around a value.
@@ -104,7 +134,11 @@ pub(super) fn picture(title: &str, size: &str, panels: &[Panel]) -> String {
         drawn.panel(panel, size, top + ABOVE);
         top += ABOVE + HEIGHT + BELOW;
     }
-    let note = "Both axes are logarithmic. A thin dotted line is what would grow in proportion to the size.";
+    let note = if drawn.has_proportion {
+        "Both axes are logarithmic. A thin dotted line is what would grow in proportion to the size."
+    } else {
+        "The axis of sizes is logarithmic."
+    };
     drawn.text((LEFT, top + 6.0), 11.0, "start", palette::SOFT, note);
     let height = top + 20.0;
     let mut rules: Vec<_> = drawn
@@ -130,6 +164,7 @@ pub(super) fn picture(title: &str, size: &str, panels: &[Panel]) -> String {
 #[derive(Default)]
 struct Drawing {
     svg: String,
+    has_proportion: bool,
     paints: Vec<(&'static str, Paint)>,
 }
 
@@ -154,7 +189,7 @@ impl Drawing {
         let bottom = top + HEIGHT;
         let points = || panel.lines.iter().flat_map(|line| &line.points);
         let across = Axis::new(points().map(|point| point.0), (LEFT, RIGHT));
-        let up = Axis::new(points().map(|point| point.1), (bottom, top));
+        let up = Axis::of_figures(points().map(|point| point.1), (bottom, top));
         for tick in across.ticks() {
             let x = across.at(tick);
             self.path(&format!("M{x:.1} {top:.1}V{bottom:.1}"), palette::LINE, "");
@@ -174,11 +209,14 @@ impl Drawing {
             let dashed = format!("stroke-width=\"1.5\" stroke-dasharray=\"{dashes}\"");
             self.path(&format!("M{}", path.join("L")), paint, &dashed);
             let (first, last) = (line.points[0], line.points[line.points.len() - 1]);
-            // In proportion to the size, as far as the panel reaches.
-            let end = (last.0 / first.0).min(up.end() / first.1);
-            let (from, to) = (place(&first), place(&(first.0 * end, first.1 * end)));
-            let path = format!("M{:.1} {:.1}L{:.1} {:.1}", from.0, from.1, to.0, to.1);
-            self.path(&path, paint, "stroke-width=\"0.8\" stroke-dasharray=\"1 3\"");
+            if !up.is_linear {
+                // In proportion to the size, as far as the panel reaches.
+                let end = (last.0 / first.0).min(up.end() / first.1);
+                let (from, to) = (place(&first), place(&(first.0 * end, first.1 * end)));
+                let path = format!("M{:.1} {:.1}L{:.1} {:.1}", from.0, from.1, to.0, to.1);
+                self.path(&path, paint, "stroke-width=\"0.8\" stroke-dasharray=\"1 3\"");
+                self.has_proportion = true;
+            }
             let legend = (RIGHT + 40.0, top + 10.0 + 20.0 * f64::from(u32::try_from(index).unwrap()));
             self.path(&format!("M{:.1} {:.1}h40", legend.0 - 20.0, legend.1), paint, &dashed);
             for (x, y) in line.points.iter().map(place).chain([legend]) {

@@ -11,8 +11,9 @@ use can_log::Log;
 use can_signal::can::frame::{CanId, Frame};
 use can_signal::can::input::CanInput;
 use gateway_base::diagnostics::Level;
+use gateway_base::names::state_word;
 use gateway_base::time::MonoTime;
-use gateway_core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+use gateway_core::vehicle_report::ReportState;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use signal_gateway::config::files::{DEMO_CONFIG, Embedded, Files as _};
@@ -67,14 +68,14 @@ fn snapshot_agrees_with_outputs_and_frames_throughout_the_demo() {
         let hazard = snapshot.hazard_lights.as_ref().unwrap();
         let [shown_turn, shown_hazard] = ["turn_indicators", "hazard_lights"]
             .map(|report| changes.reports.get(report).map(String::as_str));
-        assert_eq!(turn.published.map(TurnIndicators::name), shown_turn);
-        assert_eq!(hazard.published.map(HazardLights::name), shown_hazard);
+        assert_eq!(turn.published.map(|value| state_word(&value)).as_deref(), shown_turn);
+        assert_eq!(hazard.published.map(|value| state_word(&value)).as_deref(), shown_hazard);
         assert_eq!(turn.published.is_none(), turn.withheld.is_some());
         seen.extend(turn.withheld.clone().or(shown_turn.map(str::to_owned)));
         let signal = snapshot.signals.iter().find(|signal| turn.signals.contains(&signal.name)).unwrap();
         let expected = last.map(|(state, at)| (state, age_ms(now, at)));
         assert_eq!(signal.raw.zip(signal.age_ms), expected);
-        let is_missing = turn.message.contains("stale") || turn.is_starting;
+        let is_missing = turn.message.contains("stale") || turn.state == ReportState::Starting;
         assert_eq!(signal.missing.is_some(), is_missing, "{}", turn.message);
         let statuses = replay.gateway().statuses(now);
         let shown = snapshot.diagnostics.iter().map(|shown| (&shown.task, shown.level, &shown.message));
@@ -83,7 +84,7 @@ fn snapshot_agrees_with_outputs_and_frames_throughout_the_demo() {
         assert_eq!(snapshot.level, statuses.iter().map(|status| status.level).max().unwrap());
     }
     assert!(steps > 1000, "{steps}");
-    for begin in ["ENABLE_LEFT", "ENABLE_RIGHT", "DISABLE", "starting: ", "unknown: ", "invalid: "] {
+    for begin in ["left", "right", "off", "starting: ", "unknown: ", "invalid: "] {
         assert!(seen.iter().any(|text| text.starts_with(begin)), "{seen:?}");
     }
 }

@@ -5,6 +5,7 @@ use can_signal::can::input::CanInput;
 use can_signal::can::link::LinkState;
 use can_signal::validation::meaning::Meaning;
 use gateway_base::diagnostics::Level;
+use gateway_base::names::state_word;
 use gateway_base::time::MonoTime;
 use gateway_core::control_mode::ControlMode;
 use gateway_core::gateway::Gateway;
@@ -140,7 +141,7 @@ impl Driven {
                 _ => Gear::all().find(|gear| has(GearCode::Engaged(*gear)) && gear.direction() == Some(1.0)),
             };
             for (millis, gear) in GEARS {
-                let name = shown(gear).map(|gear| gear.name().to_owned());
+                let name = shown(gear).map(|gear| state_word(&gear));
                 expected.push((StatusReport::Gear, millis, name));
             }
         }
@@ -155,14 +156,14 @@ impl Driven {
                 ControlModeSource::Axes(_) | ControlModeSource::Named(_) => ControlMode::Autonomous,
             };
             for (millis, mode) in [(25_900, driven), (26_900, ControlMode::Manual), (29_900, driven)] {
-                expected.push((StatusReport::ControlMode, millis, Some(mode.name().to_owned())));
+                expected.push((StatusReport::ControlMode, millis, Some(state_word(&mode))));
             }
         }
         if !binding.doors.is_empty() {
             let doors =
                 [(26_400, DoorState::Closed), (27_900, DoorState::Opened), (29_900, DoorState::Closed)];
             for (millis, state) in doors {
-                let states = vec![state.name(); binding.doors.len()].join(", ");
+                let states = vec![state_word(&state); binding.doors.len()].join(", ");
                 expected.push((StatusReport::Doors, millis, Some(states)));
             }
         }

@@ -12,6 +12,7 @@
 pub(crate) mod car;
 mod closed_loop;
 mod faults;
+mod four_views;
 mod kinematics;
 mod truth;
 mod views;

@@ -53,11 +53,11 @@ fn row<'a>(text: &'a str, name: &str) -> &'a str {
 fn status_text_has_each_report_with_its_unit() {
     let driving = status::text(&GatewayView::of(&snapshot_at(DRIVING_MS)), None);
     let expected = [
-        ("velocity", "10.00 m/s, 5.00°/s, from speedometer"),
+        ("velocity", "10.00 m/s, 5.00°/s, 0 ms old, from speedometer"),
         ("steering", "2.00°"),
-        ("gear", "DRIVE"),
-        ("control_mode", "AUTONOMOUS"),
-        ("doors", "front left CLOSED, front right CLOSED"),
+        ("gear", "drive"),
+        ("control_mode", "autonomous"),
+        ("doors", "all closed"),
         ("MOTION.SPEED", "3600"),
     ];
     for (name, value) in expected {
@@ -68,9 +68,9 @@ fn status_text_has_each_report_with_its_unit() {
         assert!(row(&unknown, name).starts_with("withheld"), "{name}: {unknown}");
     }
     let doors = row(&unknown, "doors");
-    assert!(doors.starts_with("front left NOT_AVAILABLE, front right CLOSED"), "{doors}");
+    assert!(doors.starts_with("front left not available, front right closed"), "{doors}");
     let headline = GatewayView::of(&snapshot_at(DRIVING_MS)).headline();
-    assert_eq!(headline, "OK: turn DISABLE, hazard DISABLE, gear DRIVE, control mode AUTONOMOUS");
+    assert_eq!(headline, "OK: gear drive, mode autonomous, turn off, hazard off");
 }
 
 #[test]
@@ -110,24 +110,23 @@ fn page_has_a_tile_and_the_way_from_the_wire_for_each_report() {
     let feed = |ms| serde_json::to_value(GatewayView::of(&snapshot_at(ms))).unwrap();
     let parked = feed(PARKED_MS);
     let tiles = |feed: &Value| -> Vec<(Value, Value)> {
-        let reports = feed["vehicle_status"].as_array().unwrap();
+        let reports = feed["reports"].as_array().unwrap();
         reports.iter().map(|report| (report["title"].clone(), report["reported"]["text"].clone())).collect()
     };
     let expected = [
         ("Velocity", "0.00 m/s, 0.00°/s"),
         ("Steering", "0.00°"),
-        ("Gear", "PARK"),
-        ("Control mode", "MANUAL"),
-        ("Doors", "front left OPENING, front right OPENED"),
+        ("Gear", "park"),
+        ("Control mode", "manual"),
+        ("Turn indicators", "off"),
+        ("Hazard lights", "off"),
+        ("Doors", "front right open, front left opening"),
     ];
     let expected: Vec<_> = expected.iter().map(|(title, value)| (json!(title), json!(value))).collect();
     assert_eq!(tiles(&parked), expected);
     let unknown = feed(UNKNOWN_MS);
-    let gear = &unknown["vehicle_status"][2];
-    assert_eq!(
-        (&gear["reported"]["text"], &gear["reported"]["level"]),
-        (&json!("withheld"), &json!("ERROR"))
-    );
+    let gear = &unknown["reports"][2];
+    assert_eq!((&gear["reported"]["text"], &gear["reported"]["level"]), (&json!("withheld"), &json!("WARN")));
     let steps: Vec<_> = gear["steps"].as_array().unwrap().iter().map(|step| &step["name"]).collect();
     assert_eq!(steps, ["Link", "Controller", "Frames", "Checks", "Age", "Value", "Report"]);
     assert_eq!(gear["commanded"], Value::Null);
@@ -139,6 +138,6 @@ fn terminal_shows_the_status_beside_the_car() {
         let mut model = Model { title: "run · Bench".to_owned(), has_color: true, ..Model::default() };
         model.show(GatewayView::of(&snapshot_at(ms)));
         let shown = check_model(name, &model);
-        assert!(shown.contains("Control mode"), "{shown}");
+        assert!(shown.contains("mode"), "{shown}");
     }
 }

@@ -133,7 +133,7 @@ fn commands_become_frames_within_the_control_mode_and_a_stop_has_its_last_one() 
     vehicle.set(STATE, AUTONOMOUS);
     command(TurnCommand::Left, HazardCommand::Disable, "left");
     vehicle.set(STATE, AUTONOMOUS_LEFT);
-    gateway.wait_for_log("turn_indicators: ENABLE_LEFT");
+    gateway.wait_for_log("turn_indicators: left");
     command(TurnCommand::Left, HazardCommand::Enable, "hazard");
     command(TurnCommand::Left, HazardCommand::Disable, "left");
     command(TurnCommand::Right, HazardCommand::Disable, "right");

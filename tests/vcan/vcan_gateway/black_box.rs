@@ -18,7 +18,9 @@ fn a_recording_of_a_fault_replays_to_the_same_decisions_byte_for_byte() {
     let sender = Sender::start(&vcan, &[(TURN, OFF), (HAZARD, HAZARD_OFF)]);
     let mut gateway = Process::run(&folder);
     gateway.wait_for_log("hazard_lights: publishing");
-    for (data, logged) in [(LEFT, "ENABLE_LEFT"), (UNDEFINED, "invalid"), (RIGHT, "ENABLE_RIGHT")] {
+    for (data, logged) in
+        [(LEFT, "turn_indicators: left"), (UNDEFINED, "invalid"), (RIGHT, "turn_indicators: right")]
+    {
         sender.set(TURN, data);
         gateway.wait_for_log(logged);
     }
@@ -26,13 +28,19 @@ fn a_recording_of_a_fault_replays_to_the_same_decisions_byte_for_byte() {
     gateway.wait_for_log("vcan8 is down");
     sender.set(TURN, LEFT);
     vcan.bring_up();
-    gateway.wait_for_logs("ENABLE_LEFT", 2);
+    gateway.wait_for_logs("turn_indicators: left", 2);
     // However long that took, it is one window, which the end closes.
     gateway.stop("TERM");
     let logs = paths(&folder.path().join("box"), "log");
     let [log] = logs.as_slice() else { panic!("one fault opens one window: {logs:?}") };
     let decisions = std::fs::read_to_string(log.with_extension("decisions")).unwrap();
-    for part in ["ENABLE_LEFT", "invalid: ", "ENABLE_RIGHT", "vcan8 is down", "no longer published"] {
+    for part in [
+        "turn_indicators  left",
+        "invalid: ",
+        "turn_indicators  right",
+        "vcan8 is down",
+        "no longer published",
+    ] {
         assert!(decisions.contains(part), "{part} is not in\n{decisions}");
     }
     let replay = Command::new(env!("CARGO_BIN_EXE_signal-gateway"))
@@ -107,7 +115,7 @@ fn mcap_of_a_fault_has_the_frames_of_its_log_and_what_was_published() {
     let readers = require!(McapReaders::find());
     let mut drive = require!(Drive::start("vcan20", 300, |_| ()));
     drive.sender.set(TURN, LEFT);
-    drive.gateway.wait_for_log("ENABLE_LEFT");
+    drive.gateway.wait_for_log("turn_indicators: left");
     drive.fault(1);
     drive.gateway.stop("TERM");
     let folder = drive.folder.path().join("box");

@@ -115,6 +115,20 @@ impl Axis {
     }
 }
 
+/// Returns round numbers from below the lowest to above the highest of measured values, each with its text.
+pub(crate) fn value_ticks(low: f64, high: f64, unit: &str) -> Vec<(f64, String)> {
+    let size = if high > low { high - low } else { high.abs().max(1.0) };
+    let step = decimal_step(size / 4.0);
+    let (first, decimals) = ((low / step + 1e-9).floor(), decimals(step));
+    let last = (high / step - 1e-9).ceil().max(first + 1.0);
+    let numbers = (0_u8..16).map(|number| first + f64::from(number)).take_while(|number| *number <= last);
+    // Avoids minus zero, which prints its sign.
+    numbers
+        .map(|number| number * step + 0.0)
+        .map(|value| (value, format!("{value:.decimals$}{unit}")))
+        .collect()
+}
+
 /// Returns the number of decimals that a multiple of a step needs.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // clamped
 fn decimals(step: f64) -> usize {

@@ -81,7 +81,7 @@ fn entries<'a>(looks: impl Iterator<Item = &'a Look>, marks: &Marks) -> Vec<(Sam
             Look::Curve { .. } => {
                 let points = [(0.0, 0.2), (0.4, 0.5), (0.6, 0.4), (1.0, 0.8)];
                 let points = points.map(|(along, share)| CurvePoint { along, share }).to_vec();
-                Some((Look::Curve { points, zero: 0.0, text: String::new() }, "measured value; grey: zero"))
+                Some((Look::Curve { points, ticks: Vec::new(), text: String::new() }, "measured value"))
             }
         };
         others.extend(other.map(|(look, meaning)| (meaning, look)));

@@ -26,8 +26,8 @@ pub enum Look {
     Curve {
         /// Points of the line, in order of their positions.
         points: Vec<CurvePoint>,
-        /// Share at which the quantity is 0.
-        zero: f64,
+        /// Numbers of the axis, each with its share; empty texts for lines alone.
+        ticks: Vec<(f64, String)>,
         /// Range of the quantity as text.
         text: String,
     },
@@ -44,9 +44,9 @@ pub struct CurvePoint {
 const STRIPE_PX: f64 = 12.0;
 const MAX_STRIPES: u8 = 6;
 const SIGN_PX: f64 = 11.0;
-const CURVE_PX: f64 = 64.0;
+const CURVE_PX: f64 = 96.0;
 /// Margin above the highest and below the lowest value of a curve, pixels.
-const CURVE_EDGE_PX: f64 = 3.0;
+const CURVE_EDGE_PX: f64 = 6.0;
 /// Sum of the gaps left and right of a label, pixels.
 const LABEL_GAP_PX: f64 = 6.0;
 /// Size of the corner that marks an omitted label, pixels.
@@ -138,7 +138,7 @@ impl Look {
                 let share = rect(area.x, area.y + area.height - height, area.width, height);
                 vec![share.fill(palette::EDGE).with("shape-rendering", "crispEdges")]
             }
-            Self::Curve { points, zero, .. } => curve(points, *zero, area),
+            Self::Curve { points, ticks, .. } => curve(points, ticks, area),
             Self::Command(kind, indicator) => {
                 let field = kind.field(*indicator, area);
                 let is_hatched = *kind == CommandKind::Signal && *indicator == IndicatorState::Hazard;
@@ -194,9 +194,9 @@ pub(super) fn corner(area: Area, ink: Paint) -> Option<Element> {
         .then(|| Element::new("polygon").with("points", points).fill(ink).with("class", LEFT_OUT))
 }
 
-/// Draws a thin line at zero, and the curve. For each pixel column the first, lowest, highest and last value
-/// are drawn, so a curve of any length has a bounded number of points.
-fn curve(points: &[CurvePoint], zero: f64, area: Area) -> Vec<Element> {
+/// Draws a thin line at each tick, and the curve. For each pixel column the first, lowest, highest and last
+/// value are drawn, so a curve of any length has a bounded number of points.
+fn curve(points: &[CurvePoint], ticks: &[(f64, String)], area: Area) -> Vec<Element> {
     let y = |share: f64| area.y + CURVE_EDGE_PX + (1.0 - share) * (area.height - 2.0 * CURVE_EDGE_PX);
     let placed: Vec<_> =
         points.iter().map(|point| (area.x + point.along * area.width, y(point.share))).collect();
@@ -212,10 +212,16 @@ fn curve(points: &[CurvePoint], zero: f64, area: Area) -> Vec<Element> {
         }
     }
     let curve = Element::new("polyline").with("points", drawn.join(" ")).with("fill", "none");
-    vec![
-        horizontal(area.x..area.x + area.width, y(zero), palette::LINE),
-        curve.stroke(palette::LEFT.fill).with("stroke-width", 1.5).with("stroke-linejoin", "round"),
-    ]
+    let curve = curve.stroke(palette::LEFT.fill).with("stroke-width", 1.5).with("stroke-linejoin", "round");
+    let line = |(share, _): &(f64, String)| horizontal(area.x..area.x + area.width, y(*share), palette::LINE);
+    let number = |(share, text): &(f64, String)| {
+        let size_px = SIGN_PX - 1.0;
+        let number =
+            text_at(area.x + 3.0, y(*share) + size_px * BASE_LINE, size_px, text).fill(palette::SOFT);
+        number.stroke(palette::CARD).with("stroke-width", 3).with("paint-order", "stroke")
+    };
+    let numbers = ticks.iter().filter(|(_, text)| !text.is_empty()).map(number);
+    ticks.iter().map(line).chain([curve]).chain(numbers).collect()
 }
 
 pub(super) fn patterns() -> Element {

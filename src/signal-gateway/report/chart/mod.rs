@@ -10,7 +10,7 @@ mod plan;
 mod svg;
 mod text;
 
-pub(crate) use axis::Along;
+pub(crate) use axis::{Along, value_ticks};
 pub(crate) use command::{CommandKind, IndicatorState};
 pub(crate) use look::{CurvePoint, Look};
 pub(crate) use plan::{Plan, PlanLane};

@@ -8,13 +8,12 @@ use crate::report::counts;
 use crate::report::text::counted;
 use can_signal::can::{BusReception, BusSnapshot};
 use gateway_base::diagnostics::Level;
-use gateway_base::names::words;
+use gateway_base::names::{state_word, words};
 use gateway_core::command::snapshot::{CommandSnapshot, FunctionSnapshot, LightsValue};
 use traffic_lights::bulb::{Bulb, BulbShape, BulbStatus, Color};
 use traffic_lights::snapshot::{ChannelSnapshot, LightSnapshot, TrafficLightsSnapshot};
 use traffic_lights::target::StoreLayer;
 use turn_signal::flow::snapshot::{CandidateSnapshot, DeciderSnapshot, DecisionSnapshot};
-use turn_signal::light_command::TurnCommand;
 use turn_signal::resolve::CandidateOutcome;
 
 /// A bus.
@@ -45,8 +44,8 @@ pub struct DeciderView {
     pub level: Level,
     /// Message of its diagnostic status.
     pub message: String,
-    /// The turn command; `None` before the first decision.
-    pub turn: Option<TurnCommand>,
+    /// The turn command in words; `None` before the first decision.
+    pub turn: Option<String>,
     /// The decision in a line, or why there is none.
     pub decision: String,
     /// The candidates, each with its outcome.
@@ -62,8 +61,8 @@ pub struct DeciderView {
 pub struct CandidateView {
     /// What it is about.
     pub subject: String,
-    /// Command that it requests.
-    pub turn: TurnCommand,
+    /// Command that it requests, in words.
+    pub turn: String,
     /// What became of it.
     pub outcome: String,
     /// True for the one that is signalled.
@@ -128,7 +127,7 @@ pub(super) fn commanded(function: &FunctionSnapshot) -> Value {
 pub(super) fn commands(commands: &CommandSnapshot) -> Section {
     let dry = if commands.is_transmitting { "" } else { ", dry run: nothing is sent" };
     let mode = match (commands.control_mode, commands.undefined_control_mode) {
-        (Some(mode), _) => mode.name().to_owned(),
+        (Some(mode), _) => state_word(&mode),
         (None, Some(raw)) => format!("undefined ({raw})"),
         (None, None) => "unknown".to_owned(),
     };
@@ -218,7 +217,7 @@ impl DeciderView {
         Self {
             level: decider.level,
             message: decider.message.clone(),
-            turn: decision.map(|decision| decision.turn),
+            turn: decision.map(|decision| state_word(&decision.turn)),
             decision: decision.map_or_else(|| decider.message.clone(), decision_text),
             candidates: decision.map(candidates).unwrap_or_default(),
             remarks: decision.map(remarks).unwrap_or_default(),
@@ -235,7 +234,8 @@ fn decision_text(decision: &DecisionSnapshot) -> String {
     let subject = subject.map_or_else(String::new, |subject| format!(": {subject}"));
     let rule = decision.rule.map_or_else(String::new, |rule| format!(", rule {rule}"));
     let held = decision.held.map_or_else(String::new, |held| format!(", held: {held}"));
-    format!("turn {}, hazard {}{subject}{rule}{held}", decision.turn, decision.hazard)
+    let [turn, hazard] = [state_word(&decision.turn), state_word(&decision.hazard)];
+    format!("turn {turn}, hazard {hazard}{subject}{rule}{held}")
 }
 
 impl CandidateView {
@@ -245,7 +245,7 @@ impl CandidateView {
         });
         Self {
             subject: candidate.subject.clone().unwrap_or_else(|| candidate.source.to_string()),
-            turn: candidate.turn,
+            turn: state_word(&candidate.turn),
             outcome: candidate.outcome.to_string(),
             has_won: candidate.outcome == CandidateOutcome::Won,
             distances_m: candidate.distances_m,

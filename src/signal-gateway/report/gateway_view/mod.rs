@@ -4,6 +4,7 @@
 mod flows;
 mod process;
 mod reports;
+mod signals;
 mod value;
 
 use schemars::JsonSchema;
@@ -11,7 +12,10 @@ use serde::Serialize;
 
 pub use self::flows::{BusView, CandidateView, ChannelView, DeciderView, LightView, LightsView, bulb_text};
 pub use self::process::ProcessView;
-pub use self::reports::{Lamp, Mark, Outcome, RawView, ReportView, Step};
+pub use self::reports::{
+    DOORS, DoorView, HAZARD, Lamp, Mark, MeasureView, Outcome, ReportView, Step, TURN, caption, report_place,
+};
+pub use self::signals::RawView;
 pub use self::value::{Fact, Section, Value, age_text};
 use super::text::{cut, escaped};
 use crate::process_status::snapshot::Snapshot;
@@ -37,12 +41,15 @@ pub struct GatewayView {
     pub caption: String,
     /// The left and the right turn indicator of the vehicle.
     pub lamps: [Lamp; 2],
-    /// Turn indicators and hazard lights, as far as the profile has them.
+    /// What Autoware gets, as far as the profile has it: velocity, steering, gear, control mode, turn
+    /// indicators, hazard lights and doors.
     pub reports: Vec<ReportView>,
-    /// Velocity, steering, gear, control mode and doors, as far as the profile has them.
-    pub vehicle_status: Vec<ReportView>,
+    /// The statuses that Autoware needs and the profile does not have.
+    pub absent: Vec<&'static str>,
     /// Angle of the front wheels, degrees, left positive; `None` while it is not published.
     pub steering_deg: Option<f64>,
+    /// The doors; empty while their report is not published.
+    pub doors: Vec<DoorView>,
     /// All signals that are received, by flow.
     pub signals: Vec<RawView>,
     /// Commands to the vehicle; `None` unless configured.
@@ -60,19 +67,21 @@ pub struct GatewayView {
 impl GatewayView {
     /// Creates the view of a snapshot.
     pub fn of(snapshot: &Snapshot) -> Self {
-        let reports = reports::light_reports(snapshot);
-        let marks: Vec<_> = reports.iter().map(|report| report.mark).collect();
+        let reports = reports::reports(snapshot);
+        let is_of_lights = |report: &&ReportView| report.is_of_lights();
+        let marks: Vec<_> = reports.iter().filter(is_of_lights).map(|report| report.mark).collect();
         let steering = snapshot.vehicle_status.steering.as_ref().and_then(|report| report.published);
         Self {
             stamp_ms: snapshot.stamp_ns / 1_000_000,
             level: Some(snapshot.level),
             node: snapshot.node.clone(),
             process: snapshot.process.as_ref().map(|process| ProcessView::of(process, snapshot.stamp_ns)),
-            caption: reports::caption(&marks).to_owned(),
+            caption: caption(&marks).to_owned(),
             lamps: [Mark::Left, Mark::Right].map(|side| reports::lamp(side, &marks)),
+            absent: reports::absent(&reports),
             reports,
-            vehicle_status: reports::status_reports(snapshot),
             steering_deg: steering.map(f64::to_degrees),
+            doors: reports::doors(snapshot),
             signals: snapshot.signals.iter().map(|signal| RawView::of(snapshot, signal)).collect(),
             commands: snapshot.commands.as_ref().map(flows::commands),
             buses: snapshot.buses.iter().map(BusView::of).collect(),
@@ -88,9 +97,8 @@ impl GatewayView {
         let text = if level == Level::Ok {
             // Measured values change constantly, and there are many doors.
             let is_short = |report: &&ReportView| report.mark != Mark::Measured && report.key != "doors";
-            let reports = self.reports.iter().chain(&self.vehicle_status).filter(is_short);
-            let text =
-                |report: &ReportView| format!("{} {}", report.name.to_lowercase(), report.reported.text);
+            let reports = self.reports.iter().filter(is_short);
+            let text = |report: &ReportView| format!("{} {}", report.name, report.reported.text);
             let texts: Vec<_> = reports.map(text).collect();
             if texts.is_empty() { "OK".to_owned() } else { format!("OK: {}", texts.join(", ")) }
         } else {

@@ -1,4 +1,4 @@
-//! The reports: commanded, published and received values of each, and the steps of their validation.
+//! The reports: the published value of each with its state, and the steps of its validation.
 
 use std::collections::BTreeSet;
 
@@ -6,20 +6,22 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::flows;
+use super::signals::{integrity_text, message_of};
 use super::value::{Value, age_text};
 use crate::process_status::snapshot::Snapshot;
 use can_signal::can::{BusSnapshot, LinkState};
-use can_signal::validation::snapshot::{IntegritySnapshot, MessageSnapshot, SignalSnapshot, UsedBy};
+use can_signal::validation::snapshot::{MessageSnapshot, SignalSnapshot, UsedBy};
 use gateway_base::diagnostics::Level;
-use gateway_base::names::words;
+use gateway_base::names::{state_word, words};
 use gateway_core::command::snapshot::{CommandSnapshot, FunctionSnapshot};
 use gateway_core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use gateway_core::vehicle_report::{LastFailure, ReportSnapshot};
-use gateway_core::vehicle_status::StatusReport;
+use gateway_core::vehicle_status::doors::DoorState;
+use gateway_core::vehicle_status::{DoorSnapshot, StatusReport};
 use turn_signal::flow::snapshot::DecisionSnapshot;
 
 /// A report, with the way to it.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ReportView {
     /// Its key in the snapshot, there in `vehicle_status` if it is not a report on lights.
     pub key: &'static str,
@@ -29,16 +31,21 @@ pub struct ReportView {
     pub title: &'static str,
     /// The kind of value that is published.
     pub mark: Mark,
-    /// What is requested of the vehicle; `None` for what cannot be.
+    /// Whether it is published, or why not, in words.
+    pub state: String,
+    /// What is requested of the vehicle; `None` where nothing can request it.
     pub commanded: Option<Value>,
-    /// The value that is published, in the words of its message, or `withheld`.
+    /// The value that is published, in words, or `withheld`; its source below it. It has the level of its
+    /// diagnostic status.
     pub reported: Value,
-    /// Message of its diagnostic status.
+    /// The measured values that are published.
+    pub measures: Vec<MeasureView>,
+    /// Age of the published value, or for how long the report has failed; empty where neither is known.
+    pub age: String,
+    /// Message of its diagnostic status, which begins with the words of `state`; empty if nothing is wrong.
     pub message: String,
     /// What to do; empty if nothing is to be done.
     pub remedy: String,
-    /// The signals on which it depends.
-    pub raw: Vec<RawView>,
     /// The steps from the wire to the report; the one that failed is the reason.
     pub steps: Vec<Step>,
     /// Its failures since start, as a sentence.
@@ -47,6 +54,28 @@ pub struct ReportView {
     pub failure_count: u64,
     /// The last failure; `None` before the first.
     pub last_failure: Option<LastFailure>,
+}
+
+/// A measured value.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct MeasureView {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit, with the space before it, if any.
+    pub unit: &'static str,
+    /// The value in this unit.
+    pub value: f64,
+}
+
+/// A door of the vehicle.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct DoorView {
+    /// Its name in the profile.
+    pub name: String,
+    /// Its state, in words.
+    pub state: String,
+    /// True unless it is closed; `None` while that is not known.
+    pub is_open: Option<bool>,
 }
 
 /// The kind of value that is published at one moment. Of several moments the greatest is shown.
@@ -87,23 +116,6 @@ pub enum Lamp {
     Lit,
 }
 
-/// A signal with its raw value.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
-pub struct RawView {
-    /// Name of the signal.
-    pub name: String,
-    /// The raw value in decimal, or `no value`.
-    pub value: String,
-    /// Its meaning; empty where there is none.
-    pub meaning: String,
-    /// Its age; empty while there is no value.
-    pub age: String,
-    /// Why it is not valid; `None` while it is.
-    pub missing: Option<String>,
-    /// The result of the integrity check of its message; `None` for a message without one.
-    pub integrity: Option<String>,
-}
-
 /// A step on the way from the wire to a report.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Step {
@@ -132,44 +144,106 @@ pub enum Outcome {
     NotReached,
 }
 
-pub(super) fn light_reports(snapshot: &Snapshot) -> Vec<ReportView> {
+/// The statuses that Autoware needs of a vehicle, and the doors: key, name and title.
+const REPORTS: [(&str, &str, &str); 7] = [
+    ("velocity", "velocity", "Velocity"),
+    ("steering", "steering", "Steering"),
+    ("gear", "gear", "Gear"),
+    ("control_mode", "mode", "Control mode"),
+    (TURN, "turn", "Turn indicators"),
+    (HAZARD, "hazard", "Hazard lights"),
+    (DOORS, "doors", "Doors"),
+];
+/// Key of the report on turn indicators.
+pub const TURN: &str = "turn_indicators";
+/// Key of the report on hazard lights.
+pub const HAZARD: &str = "hazard_lights";
+/// Key of the report on doors, which Autoware does not need.
+pub const DOORS: &str = "doors";
+
+impl ReportView {
+    /// Returns true for turn indicators and hazard lights.
+    pub fn is_of_lights(&self) -> bool {
+        [TURN, HAZARD].contains(&self.key)
+    }
+}
+
+/// Returns the place and the title of a report by the key of its status; `None` for other statuses.
+pub fn report_place(key: &str) -> Option<(usize, &'static str)> {
+    let mut reports = REPORTS.iter().enumerate();
+    reports.find(|(_, (known, ..))| *known == key).map(|(place, (.., title))| (place, *title))
+}
+
+/// Returns the reports that the profile describes.
+pub(super) fn reports(snapshot: &Snapshot) -> Vec<ReportView> {
+    let mut reports: Vec<_> = status_reports(snapshot).chain(light_reports(snapshot)).collect();
+    reports.sort_by_key(|report| REPORTS.iter().position(|(key, ..)| *key == report.key));
+    reports
+}
+
+/// Returns the titles of the statuses that Autoware needs and that are not among these reports.
+pub(super) fn absent(reports: &[ReportView]) -> Vec<&'static str> {
+    let is_absent = |key: &str| key != DOORS && reports.iter().all(|report| report.key != key);
+    REPORTS.iter().filter(|(key, ..)| is_absent(key)).map(|(.., title)| *title).collect()
+}
+
+/// Returns the doors; none while their report is not published.
+pub(super) fn doors(snapshot: &Snapshot) -> Vec<DoorView> {
+    let doors = snapshot.vehicle_status.doors.as_ref().and_then(|report| report.published.as_ref());
+    let door = |DoorSnapshot { name, state }: &DoorSnapshot| DoorView {
+        name: name.clone(),
+        state: state_word(state),
+        is_open: match state {
+            DoorState::Unknown | DoorState::NotAvailable => None,
+            DoorState::Opened | DoorState::Opening | DoorState::Closing => Some(true),
+            DoorState::Closed => Some(false),
+        },
+    };
+    doors.into_iter().flatten().map(door).collect()
+}
+
+fn light_reports(snapshot: &Snapshot) -> impl Iterator<Item = ReportView> {
     let turn = snapshot.turn_indicators.as_ref().map(|report| {
-        let commanded = commanded(snapshot, |of| &of.turn_indicators, |decision| decision.turn.to_string());
         let report = report.map(|value| {
             let mark = match value {
                 TurnIndicators::Disable => Mark::Off,
                 TurnIndicators::EnableLeft => Mark::Left,
                 TurnIndicators::EnableRight => Mark::Right,
             };
-            (value.name().to_owned(), mark)
+            (state_word(value), mark)
         });
-        let view = report_view("turn_indicators", UsedBy::VehicleLights, snapshot, &report);
-        ReportView { name: "turn", title: "Turn indicators", commanded: Some(commanded), ..view }
+        let view = report_view(TURN, UsedBy::VehicleLights, snapshot, &report);
+        let commanded = commanded(snapshot, |of| &of.turn_indicators, |decision| state_word(&decision.turn));
+        ReportView { commanded, ..view }
     });
     let hazard = snapshot.hazard_lights.as_ref().map(|report| {
-        let commanded = commanded(snapshot, |of| &of.hazard_lights, |decision| decision.hazard.to_string());
         let report = report.map(|value| {
             let mark = if *value == HazardLights::Enable { Mark::Hazard } else { Mark::Off };
-            (value.name().to_owned(), mark)
+            (state_word(value), mark)
         });
-        let view = report_view("hazard_lights", UsedBy::VehicleLights, snapshot, &report);
-        ReportView { name: "hazard", title: "Hazard lights", commanded: Some(commanded), ..view }
+        let view = report_view(HAZARD, UsedBy::VehicleLights, snapshot, &report);
+        let commanded = commanded(snapshot, |of| &of.hazard_lights, |decision| state_word(&decision.hazard));
+        ReportView { commanded, ..view }
     });
-    turn.into_iter().chain(hazard).collect()
+    turn.into_iter().chain(hazard)
 }
 
-pub(super) fn status_reports(snapshot: &Snapshot) -> Vec<ReportView> {
-    let reports = snapshot.vehicle_status.reports();
-    let views = reports.iter().map(|(of, report)| {
+fn status_reports(snapshot: &Snapshot) -> impl Iterator<Item = ReportView> {
+    let measures = snapshot.vehicle_status.measures();
+    snapshot.vehicle_status.reports().into_iter().map(move |(of, report)| {
         let mark = match of {
             StatusReport::Velocity | StatusReport::Steering => Mark::Measured,
             StatusReport::Gear | StatusReport::ControlMode | StatusReport::Doors => Mark::Named,
         };
         let report = report.map(|text| (text.clone(), mark));
+        let measures = measures.iter().filter(|(measure, _)| measure.report() == of);
+        let measures = measures.map(|(measure, value)| {
+            let row = measure.row();
+            MeasureView { name: row.name, unit: row.unit, value: measure.shown(*value) }
+        });
         let view = report_view(of.name(), UsedBy::VehicleStatus, snapshot, &report);
-        ReportView { name: of.title(), title: of.title(), ..view }
-    });
-    views.collect()
+        ReportView { measures: measures.collect(), ..view }
+    })
 }
 
 pub(super) fn lamp(side: Mark, marks: &[Mark]) -> Lamp {
@@ -183,7 +257,7 @@ pub(super) fn lamp(side: Mark, marks: &[Mark]) -> Lamp {
 }
 
 /// Describes the published state of the lights; empty without a report on them.
-pub(super) fn caption(marks: &[Mark]) -> &'static str {
+pub fn caption(marks: &[Mark]) -> &'static str {
     let texts = [
         (Mark::Hazard, "hazard lights on"),
         (Mark::Left, "turning left"),
@@ -194,99 +268,68 @@ pub(super) fn caption(marks: &[Mark]) -> &'static str {
     texts.iter().find(|(mark, _)| marks.contains(mark)).map_or("", |(_, text)| text)
 }
 
-/// Returns the request to the vehicle. Without commands there is none, regardless of the decider's decision.
+/// Returns the request to the vehicle, or the decision if nothing is requested. `None` without either.
 fn commanded(
     snapshot: &Snapshot,
     function: impl Fn(&CommandSnapshot) -> &FunctionSnapshot,
     decided: impl Fn(&DecisionSnapshot) -> String,
-) -> Value {
+) -> Option<Value> {
     if let Some(commands) = &snapshot.commands {
-        return flows::commanded(function(commands));
+        return Some(flows::commanded(function(commands)));
     }
-    let decider = snapshot.decider.as_ref();
-    let line = decider.and_then(|decider| {
-        Some(format!("decider, {}: {}", decider.role, decided(decider.decision.as_ref()?)))
-    });
-    let line = line.unwrap_or_else(|| "no commands are configured".to_owned());
-    Value { lines: vec![line], ..Value::new(None, "–") }
+    let decider = snapshot.decider.as_ref()?;
+    let decided = decided(decider.decision.as_ref()?);
+    Some(Value { lines: vec![format!("decider, {}", decider.role)], ..Value::new(None, decided) })
 }
 
-/// Returns a report without its headings and without the command.
+/// Returns a report without measured values and command.
 fn report_view(
     key: &'static str,
     used_by: UsedBy,
     snapshot: &Snapshot,
     report: &ReportSnapshot<(String, Mark)>,
 ) -> ReportView {
+    let (_, name, title) = REPORTS.into_iter().find(|(known, ..)| *known == key).unwrap_or_default();
     let source = report.source.as_ref().map(|source| format!("from {source}"));
     let failures = report.failures;
-    let last = report.last_failure.as_ref().map_or_else(String::new, |last| {
+    let last = report.last_failure.as_ref();
+    let last_text = last.map_or_else(String::new, |last| {
         format!("; the last {} ago: {}", age_text(last.age_ms / 1000 * 1000), last.text)
     });
     let is_own =
         |signal: &&SignalSnapshot| signal.used_by == used_by && report.signals.contains(&signal.name);
     let signals: Vec<_> = snapshot.signals.iter().filter(is_own).collect();
-    let (level, text, mark) = match &report.published {
-        Some((text, mark)) => (report.level, text.as_str(), *mark),
-        None => (report.level, "withheld", Mark::Withheld),
+    let (text, mark) = report.published.clone().unwrap_or(("withheld".to_owned(), Mark::Withheld));
+    let is_good = report.level == Level::Ok && report.published.is_some();
+    let age = match report.stamp_ns {
+        Some(stamp_ns) => {
+            let age_ms = snapshot.stamp_ns.saturating_sub(stamp_ns) / 1_000_000;
+            Some(format!("{} old", age_text(u64::try_from(age_ms).unwrap_or_default())))
+        }
+        None => report.failure.and(last).map(|last| format!("for {}", age_text(last.age_ms))),
     };
     ReportView {
         key,
+        name,
+        title,
         mark,
+        state: words(&report.state),
         reported: Value {
-            level: Some(level),
-            text: text.to_owned(),
+            level: Some(report.level),
+            text,
             lines: source.into_iter().chain(report.reason.clone()).collect(),
         },
-        message: report.message.clone(),
+        age: age.unwrap_or_default(),
+        message: if is_good { String::new() } else { report.message.clone() },
         remedy: snapshot.remedy(key).unwrap_or_default().to_owned(),
-        raw: signals.iter().map(|signal| RawView::of(snapshot, signal)).collect(),
         steps: steps(snapshot, &signals, report),
         failures: format!(
-            "Failures since start: {} unknown, {} invalid, {} hardware fault{last}",
+            "Failures since start: {} unknown, {} invalid, {} hardware fault{last_text}",
             failures.unknown, failures.invalid, failures.hardware_fault,
         ),
         failure_count: failures.unknown + failures.invalid + failures.hardware_fault,
         last_failure: report.last_failure.clone(),
         ..ReportView::default()
-    }
-}
-
-fn message_of<'a>(snapshot: &'a Snapshot, signal: &SignalSnapshot) -> Option<&'a MessageSnapshot> {
-    snapshot.messages.iter().find(|message| {
-        (&message.name, &message.bus, message.used_by) == (&signal.message, &signal.bus, signal.used_by)
-    })
-}
-
-fn integrity_text(integrity: &IntegritySnapshot) -> String {
-    match (integrity.is_trusted, integrity.last_reject) {
-        (None, _) => "not checked yet".to_owned(),
-        (Some(true), _) => "trusted".to_owned(),
-        (Some(false), reject) => reject.map_or_else(|| "rejected".to_owned(), |reject| reject.to_string()),
-    }
-}
-
-impl RawView {
-    pub(super) fn of(snapshot: &Snapshot, signal: &SignalSnapshot) -> Self {
-        let integrity = message_of(snapshot, signal).and_then(|message| message.integrity.as_ref());
-        Self {
-            name: signal.name.clone(),
-            value: signal.raw.map_or_else(|| "no value".to_owned(), |raw| raw.to_string()),
-            meaning: signal.raw.map_or_else(String::new, |_| signal.meanings.join(", ")),
-            age: signal.age_ms.map_or_else(String::new, age_text),
-            missing: signal.missing.as_ref().map(|missing| missing.text.clone()),
-            integrity: integrity.map(|integrity| match integrity.rejected {
-                0 => integrity_text(integrity),
-                rejected => format!("{} ({rejected} rejected)", integrity_text(integrity)),
-            }),
-        }
-    }
-
-    /// Returns the value, its meaning and its age in a line: `1 turn left, 12 ms`.
-    pub fn text(&self) -> String {
-        let value = [self.value.as_str(), &self.meaning].join(" ");
-        let age = if self.age.is_empty() { String::new() } else { format!(", {}", self.age) };
-        format!("{}{age}", value.trim_end())
     }
 }
 
@@ -351,22 +394,23 @@ fn answers(snapshot: &Snapshot, signals: &[&SignalSnapshot]) -> Vec<(&'static st
     let mut names = BTreeSet::new();
     let messages = signals.iter().filter_map(|signal| message_of(snapshot, signal));
     let messages = messages.filter(|message| names.insert((&message.name, &message.bus)));
+    let of = |name: &str, text: String| format!("{name}: {text}");
     let check = |message: &MessageSnapshot| {
         let integrity = message.integrity.as_ref();
         let is_trusted = integrity.and_then(|integrity| integrity.is_trusted);
-        (is_trusted, or(integrity.map(integrity_text), "no checksum or counter"))
+        (is_trusted, of(&message.name, or(integrity.map(integrity_text), "no checksum or counter")))
     };
     let age = |signal: &&SignalSnapshot| {
         let (age, limit) = (signal.age_ms, signal.timeout_ms);
         let is_recent = age.is_some_and(|age| limit.is_none_or(|limit| age <= limit));
         let limit = limit.map_or_else(String::new, |limit| format!(" of {}", age_text(limit)));
-        (Some(is_recent), or(age.map(|age| age_text(age) + &limit), "no value"))
+        (Some(is_recent), of(&signal.name, or(age.map(|age| age_text(age) + &limit), "no value")))
     };
     let value = |signal: &&SignalSnapshot| {
         let raw =
             signal.raw.filter(|_| !signal.is_defined).map_or_else(String::new, |raw| format!("{raw}: "));
         let meanings = signal.raw.map(|_| raw + &signal.meanings.join(", "));
-        (Some(signal.is_defined), or(meanings, "no value"))
+        (Some(signal.is_defined), of(&signal.name, or(meanings, "no value")))
     };
     vec![
         ("Link", buses().map(link).collect()),

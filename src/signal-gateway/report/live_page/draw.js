@@ -81,12 +81,20 @@ const drawCar = (view) => {
     if (animation.animationName === "blink" && animation.startTime !== 0) animation.startTime = 0;
   }
   // Left is positive, which is against the clock. Unknown wheels are straight, and dashed.
-  const steering = view.vehicle_status.find(({ key }) => key === "steering");
+  const steering = view.reports.find(({ key }) => key === "steering");
   by("wheels").setAttribute("display", steering ? "inline" : "none");
   const degrees = -(view.steering_deg ?? 0);
   document.querySelectorAll(".wheel.front").forEach((wheel) => {
     setClass(wheel, `wheel front ${view.steering_deg === null ? "unknown" : "known"}`);
     wheel.setAttribute("transform", `rotate(${degrees.toFixed(1)})`);
+  });
+  // Doors are hinged in front; those of another name are in the list only.
+  document.querySelectorAll(".door").forEach((drawn) => {
+    const sides = drawn.dataset.door.split(" ");
+    const door = view.doors.find(({ name }) => sides.every((side) => name.includes(side)));
+    drawn.setAttribute("display", door ? "inline" : "none");
+    setClass(drawn, `door ${{ true: "open", false: "closed" }[door?.is_open] ?? "unknown"}`);
+    drawn.setAttribute("transform", door?.is_open ? `rotate(${sides[1] === "left" ? 55 : -55})` : "");
   });
   setText(by("car-text"), view.caption);
 };

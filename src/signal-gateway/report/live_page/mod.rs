@@ -6,8 +6,9 @@ use crate::report::palette;
 const TEMPLATE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
 /// Concatenated, they form one script.
-const SCRIPTS: [&str; 5] = [
+const SCRIPTS: [&str; 6] = [
     include_str!("draw.js"),
+    include_str!("../curve.js"),
     include_str!("sections.js"),
     include_str!("history.js"),
     include_str!("past.js"),

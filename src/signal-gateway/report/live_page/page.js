@@ -20,12 +20,12 @@ const show = (view) => {
   drawHeader(view);
   drawCar(view);
   drawReports(view);
-  drawStatus(view);
   drawTrust(view);
   drawBuses(view);
   drawDecider(view);
   drawLights(view);
   drawDiagnostics(view);
+  drawSignals(view);
 };
 
 // Time by which an event is later than the fastest one was: a slow network or browser.

@@ -137,7 +137,7 @@ const note = (level, text) => {
 };
 
 // The lanes: each report, the gateway itself, and each status that was not OK all the time.
-const REPORT_TONES = { DISABLE: "off", ENABLE: "hazard", ENABLE_LEFT: "left", ENABLE_RIGHT: "right" };
+const REPORT_TONES = { off: "off", on: "hazard", left: "left", right: "right" };
 const MEASURED = ["velocity", "steering"];
 const toneOfChange = ({ kind, level, subject, text }) => {
   if (kind === "report_withdrawn") return "error";

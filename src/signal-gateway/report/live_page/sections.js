@@ -1,46 +1,102 @@
 // The sections, each of what is shown of a moment.
-const allReports = (view) => [...view.reports, ...view.vehicle_status];
-
-const cell = (title, tile) => {
-  const lines = tile.lines.map((line) => element("p", "more", line));
-  return element("div", `cell ${toneOf(tile.level)}`, element("h4", "", title), element("p", "value", tile.text), ...lines);
-};
-const reportedCell = (title, { reported, message }) => cell(title, { ...reported, lines: [message, ...reported.lines] });
-const rawCell = (report) => {
-  const made = element("div", "cell raw", element("h4", "", "Raw"));
-  for (const signal of report.raw) {
-    const value = element("p", "value", signal.value, " ", element("span", "meaning", signal.meaning));
-    const age = signal.age && `${signal.age} old`.replaceAll(" ", "\u00a0");
-    made.append(value, element("p", "more", element("code", "", signal.name), age && ` · ${age}`));
-    if (signal.missing) made.append(element("p", "more", signal.missing));
-  }
-  return made;
+// What Autoware gets: each status with its value, mark and age, and below it what is wrong, and the remedy.
+const whyOf = ({ state, message, remedy, commanded }) => {
+  const lines = [];
+  // The mark has the first words already.
+  const reason = message.startsWith(`${state}: `) ? message.slice(state.length + 2) : message;
+  if (reason) lines.push(element("p", "", reason));
+  if (remedy) lines.push(element("p", "more", `→ ${remedy}`));
+  if (commanded) lines.push(element("p", "more", `commanded: ${[commanded.text, ...commanded.lines].join("; ")}`));
+  return lines;
 };
 const drawReports = (view) => {
+  setHidden(by("vehicle"), !view.reports.length);
   keyed(by("reports"), view.reports, ({ key }) => key, ({ title }) => {
-    return element("article", "report", element("h3", "", title), element("div", "cells"));
-  }, (article, report) => {
-    replace(article.lastChild, [cell("Commanded", report.commanded), reportedCell("Reported", report), rawCell(report)]);
+    const now = element("div", "now", element("p", "value"), element("p", "marks"), element("p", "more"));
+    return element("article", "", element("h3", "", title), now, element("div", "past", trackOf(""), curveOf()), element("div", "why"));
+  }, (row, report) => {
+    const [, now, , why] = row.children;
+    const [value, marks, source] = now.children;
+    const tone = toneOfTile(report.mark, report.reported);
+    setClass(row, `report ${tone}`);
+    setText(value, report.reported.text);
+    replace(marks, [badge(tone, report.state), element("span", "age", report.age)]);
+    setText(source, report.reported.lines.join("; "));
+    replace(why, whyOf(report));
   });
-};
-const drawStatus = (view) => {
-  const reports = view.vehicle_status;
-  setHidden(by("status"), !reports.length);
-  keyed(by("status"), reports, ({ key }) => key, () => element("div"), (place, report) => {
-    replace(place, [reportedCell(report.title, report)]);
-  });
+  setHidden(by("absent"), !view.absent.length);
+  setText(by("absent"), `Not in the profile of this vehicle, although Autoware needs it: ${view.absent.join(", ").toLowerCase()}`);
 };
 
-// The steps from the wire to the report; the one that failed is the reason.
-const OUTCOMES = { passed: "ok", partial: "warn", failed: "error", absent: "none", not_reached: "none" };
+// The steps from the wire to each report as a matrix of marks; the one that failed is the reason.
+const OUTCOMES = { passed: ["ok", "✓"], partial: ["warn", "!"], failed: ["error", "✕"], absent: ["none", "–"], not_reached: ["none", "·"] };
+const FAILURES = "Failures";
+let chosenStep = null; // key of a cell
+let stepTexts = new Map();
 const drawTrust = (view) => {
-  keyed(by("chains"), allReports(view), ({ key }) => key, ({ title }) => {
-    return element("article", "", element("h3", "", title), element("ol", "chain"), element("p", "more"));
-  }, (article, report) => {
-    const [, chain, more] = article.children;
-    replace(chain, report.steps.map(({ name, outcome, text }) =>
-      element("li", OUTCOMES[outcome], badge(OUTCOMES[outcome], name), element("span", "why", text))));
-    setText(more, report.failures);
+  const reports = view.reports.filter(({ steps }) => steps.length);
+  setHidden(by("trust"), !reports.length);
+  keyed(by("matrix-head"), [{ key: "", name: "" }, ...reports], ({ key }) => key, ({ name }) => {
+    const head = element(name ? "th" : "td", "", element("span", "", name));
+    if (name) head.scope = "col";
+    return head;
+  }, () => {});
+  stepTexts = new Map();
+  const names = [...(reports[0]?.steps.map(({ name }) => name) ?? []), FAILURES];
+  keyed(by("matrix"), names, (name) => name, (name) => {
+    const head = element("th", "", name);
+    head.scope = "row";
+    head.dataset.key = name;
+    return element("tr", "", head);
+  }, (row, name) => {
+    const cells = reports.map((report) => {
+      const step = report.steps.find((step) => step.name === name);
+      const [tone, sign] = step ? OUTCOMES[step.outcome] : ["none", String(report.failure_count)];
+      return { key: `${report.key} ${name}`, tone, sign, text: step ? `${report.title}, ${name.toLowerCase()}: ${step.text}` : `${report.title}: ${report.failures}` };
+    });
+    keyed(row, [{ key: name }, ...cells], ({ key }) => key, () => {
+      const mark = element("button");
+      mark.type = "button";
+      return element("td", "", mark);
+    }, (cell, { key, tone, sign, text }) => {
+      if (!text) return;
+      stepTexts.set(key, text);
+      const mark = cell.firstChild;
+      setText(mark, sign);
+      setClass(mark, `step ${tone}${key === chosenStep ? " chosen" : ""}`);
+      describe(mark, `${text} (${sign})`);
+    });
+  });
+  drawStepText();
+};
+const drawStepText = () => setText(by("step-text"), stepTexts.get(chosenStep) ?? "Point at a mark, or choose it, to read its text.");
+for (const kind of ["pointerover", "focusin", "click"]) {
+  by("matrix").addEventListener(kind, (event) => {
+    const cell = event.target.closest("td");
+    if (!cell) return;
+    chosenStep = cell.dataset.key;
+    by("matrix").querySelectorAll(".step").forEach((step) => step.classList.toggle("chosen", step.parentElement === cell));
+    drawStepText();
+  });
+}
+
+// The received values, each with its curve while it is open.
+const drawSignals = (view) => {
+  const signals = new Map();
+  for (const signal of view.signals) {
+    const known = signals.get(signal.name);
+    signals.set(signal.name, known ? { ...known, meaning: [known.meaning, signal.meaning].filter(Boolean).join(", ") } : signal);
+  }
+  setHidden(by("signals"), !signals.size);
+  keyed(by("raw"), [...signals.values()], ({ name }) => name, ({ name }) => {
+    const summary = element("summary", "", element("code", "", name), element("strong"), element("span"), element("span", "age"), element("span", "more"));
+    return element("details", "", summary, curveOf());
+  }, (item, { value, meaning, age, missing, integrity }) => {
+    const [, raw, text, old, why] = item.firstChild.children;
+    setText(raw, value);
+    setText(text, meaning);
+    setText(old, age && `${age} old`);
+    setText(why, [missing, integrity && `integrity: ${integrity}`].filter(Boolean).join("; "));
   });
 };
 
@@ -94,8 +150,8 @@ const strip = (candidates) => {
   axis.setAttribute("aria-hidden", "true");
   return [axis, element("ol", "candidates", ...rows)];
 };
-const TURN_SIGNS = { LEFT: "◀", RIGHT: "▶" };
-const TURN_TONES = { LEFT: "left", RIGHT: "right", DISABLE: "off", NO_COMMAND: "no-command" };
+const TURN_SIGNS = { left: "◀", right: "▶" };
+const TURN_TONES = { left: "left", right: "right", off: "off", "no command": "no-command" };
 const drawDecider = (view) => {
   const decider = view.decider;
   setHidden(by("decider"), !decider);

@@ -98,19 +98,19 @@ mod tests {
     #[test]
     fn summary_counts_values_and_names_each_reason_once() {
         let mut summary = Summary::default();
-        let (none, left) = (BTreeMap::new(), BTreeMap::from([("turn", "ENABLE_LEFT".to_owned())]));
+        let (none, left) = (BTreeMap::new(), BTreeMap::from([("turn", "left".to_owned())]));
         for event in [
-            event("turn", "ENABLE_LEFT, measured", ChangeKind::ReportPublished, Level::Ok),
+            event("turn", "left, measured", ChangeKind::ReportPublished, Level::Ok),
             event("turn", "no longer published", ChangeKind::ReportWithdrawn, Level::Ok),
             event("turn", "stale", ChangeKind::Status, Level::Error),
-            event("turn", "ENABLE_LEFT", ChangeKind::ReportPublished, Level::Ok),
+            event("turn", "left", ChangeKind::ReportPublished, Level::Ok),
             event("turn", "stale", ChangeKind::Status, Level::Error),
             event("can0", "fine", ChangeKind::Status, Level::Ok),
         ] {
             let is_withdrawn = event.kind == ChangeKind::ReportWithdrawn;
             summary.count(&event, if is_withdrawn { &none } else { &left });
         }
-        let expected = "\nWhat the gateway did in 45 s\n  turn             ENABLE_LEFT 2 times, withheld once\n\
+        let expected = "\nWhat the gateway did in 45 s\n  turn             left 2 times, withheld once\n\
                         and why it warned\n  turn: stale\n";
         assert_eq!(summary.text(MonoTime::from_millis(45_100), None), expected);
     }
@@ -119,8 +119,8 @@ mod tests {
     fn summary_and_what_comes_next_are_wrapped_between_words() {
         const NEXT: TryNext = &[("signal-gateway demo lights", "the traffic lights of a scenario")];
         let mut summary = Summary::default();
-        let reports = BTreeMap::from([("turn", "ENABLE_LEFT".to_owned())]);
-        summary.count(&event("turn", "ENABLE_LEFT", ChangeKind::ReportPublished, Level::Ok), &reports);
+        let reports = BTreeMap::from([("turn", "left".to_owned())]);
+        summary.count(&event("turn", "left", ChangeKind::ReportPublished, Level::Ok), &reports);
         let reason = "a reason that is longer than a narrow line";
         summary.count(&event("turn", reason, ChangeKind::Status, Level::Warn), &reports);
         let text = summary.text(MonoTime::from_millis(45_100), Some(40)) + &try_next_text(NEXT, Some(40));

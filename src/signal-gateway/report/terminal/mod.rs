@@ -9,6 +9,7 @@ mod draw_messages;
 mod ink;
 pub mod message_table;
 mod parts;
+mod reports;
 pub mod vehicle;
 pub mod view_model;
 

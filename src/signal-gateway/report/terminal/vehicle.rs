@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
-use crate::report::gateway_view::{BusView, GatewayView, Lamp, Mark, RawView, ReportView, Value};
+use crate::report::gateway_view::{
+    BusView, GatewayView, HAZARD, Lamp, Mark, RawView, ReportView, TURN, Value, caption,
+};
 use can_signal::can::BusIndex;
 use gateway_base::diagnostics::Level;
 use gateway_base::time::{MonoTime, millis};
@@ -86,41 +88,43 @@ impl VehicleState {
     /// Returns the state at `now`.
     pub fn picture(&self, now: MonoTime) -> GatewayView {
         let (code, who) = self.lights;
-        let (headline, turn_mark, hazard_mark) = match code {
-            TurnCode::Off => ("off", Mark::Off, Mark::Off),
-            TurnCode::Left => ("LEFT", Mark::Left, Mark::Off),
-            TurnCode::Right => ("RIGHT", Mark::Right, Mark::Off),
-            TurnCode::Both => ("HAZARD", Mark::Off, Mark::Hazard),
+        let (turn_mark, hazard_mark) = match code {
+            TurnCode::Off => (Mark::Off, Mark::Off),
+            TurnCode::Left => (Mark::Left, Mark::Off),
+            TurnCode::Right => (Mark::Right, Mark::Off),
+            TurnCode::Both => (Mark::Off, Mark::Hazard),
         };
         let lit = |is_lit: bool| if is_lit { "●" } else { "○" };
-        let lamps = self.lamps.map(lit).join(" ");
+        let lamps =
+            RawView { name: "lamps".to_owned(), value: self.lamps.map(lit).join(" "), ..RawView::default() };
         let by = match who {
             Who::Nobody => String::new(),
             Who::Command | Who::Driver => format!(" ({})", who.name()),
         };
-        let turn = if code == TurnCode::Both {
-            "–".to_owned()
-        } else {
-            format!("{}{by}", headline.to_lowercase())
+        let [turn, hazard] = match code {
+            TurnCode::Both => ["–".to_owned(), format!("on{by}")],
+            TurnCode::Off | TurnCode::Left | TurnCode::Right => {
+                [format!("{}{by}", code.name()), "off".to_owned()]
+            }
         };
-        let hazard = if code == TurnCode::Both { format!("on{by}") } else { "off".to_owned() };
-        let function = |name, commanded: Option<&str>, lights: String, mark| ReportView {
+        let function = |key, name, commanded: Option<&str>, lights: String, mark| ReportView {
+            key,
             name,
             mark,
             commanded: commanded.map(|commanded| Value::new(None, commanded)),
             reported: Value::new(None, lights),
-            raw: vec![RawView { value: lamps.clone(), ..RawView::default() }],
             ..ReportView::default()
         };
         let commanded_hazard = self.hazard.map(|on| if on { "on" } else { "off" });
         GatewayView {
             stamp_ms: i64::try_from(millis(now.since(MonoTime::ZERO))).unwrap_or(i64::MAX),
             lamps: self.lamps.map(|is_lit| if is_lit { Lamp::Lit } else { Lamp::Off }),
-            caption: headline.to_owned(),
+            caption: caption(&[turn_mark, hazard_mark]).to_owned(),
             reports: vec![
-                function("turn", self.turn.map(Turn::name), turn, turn_mark),
-                function("hazard", commanded_hazard, hazard, hazard_mark),
+                function(TURN, "turn", self.turn.map(Turn::name), turn, turn_mark),
+                function(HAZARD, "hazard", commanded_hazard, hazard, hazard_mark),
             ],
+            signals: vec![lamps],
             buses: self.buses.iter().map(|bus| self.bus(bus)).collect(),
             ..GatewayView::default()
         }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::message_table::{MessageRow, MessageTable};
-use crate::report::gateway_view::{GatewayView, Mark};
+use crate::report::gateway_view::{GatewayView, Mark, ReportView};
 use gateway_base::diagnostics::Level;
 
 /// Span of the strip, ms.
@@ -38,8 +38,8 @@ pub struct Model {
     pub picture: GatewayView,
     /// Messages on the buses, shown in place of the vehicle; `None` if they are not shown.
     pub messages: Option<MessageTable>,
-    /// Past states within [`STRIP_MS`], oldest first: a stamp in ms, and the mark of each function.
-    pub history: VecDeque<(i64, Vec<Mark>)>,
+    /// Past states within [`STRIP_MS`], oldest first: a stamp in ms, and the state of each report.
+    pub history: VecDeque<(i64, Vec<Past>)>,
     /// Log, oldest line first.
     pub log: VecDeque<LogLine>,
     /// Number of lines by which the log is scrolled back.
@@ -58,6 +58,15 @@ pub enum Keys {
     View,
     /// Keys for the driver's stalk and button.
     Driver,
+}
+
+/// A past state of a report.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Past {
+    /// The kind of value that was published.
+    pub mark: Mark,
+    /// The first measured value, in the unit for display; `None` without one.
+    pub value: Option<f64>,
 }
 
 /// A line of the log.
@@ -89,7 +98,11 @@ impl Model {
         if self.history.back().is_some_and(|(last, _)| *last > at) {
             self.history.clear();
         }
-        self.history.push_back((at, picture.reports.iter().map(|function| function.mark).collect()));
+        let past = |report: &ReportView| {
+            let value = report.measures.first().map(|measure| measure.value);
+            Past { mark: report.mark, value }
+        };
+        self.history.push_back((at, picture.reports.iter().map(past).collect()));
         while self.history.front().is_some_and(|(first, _)| at - first > STRIP_MS) {
             self.history.pop_front();
         }

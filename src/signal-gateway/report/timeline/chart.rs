@@ -1,53 +1,42 @@
 //! The timeline as a chart.
 
-use super::{Curve, Group, MOTION, Span, Timeline, Tone};
+use super::{Curve, Group, Span, Timeline, Tone};
 use crate::report::chart::{self, Bar, Chart, CommandKind, CurvePoint, IndicatorState, Look, Note};
 use gateway_base::diagnostics::Level;
 
 impl Timeline {
     pub fn chart(&self) -> Chart {
-        let curves: Vec<_> = self.curves.iter().map(curve_row).collect();
-        let motion = chart::Lane { label: MOTION.to_owned(), rows: curves };
-        let mut lanes: Vec<_> = (!motion.rows.is_empty()).then_some(motion).into_iter().collect();
-        for lane in &self.lanes {
-            let row = chart::Row {
-                label: lane.label.clone(),
-                bars: lane.spans.iter().filter_map(|span| bar(span, lane.group)).collect(),
-            };
-            let heading = lane.group.heading();
-            match lanes.last_mut().filter(|last| last.label == heading) {
-                Some(last) => last.rows.push(row),
-                None => lanes.push(chart::Lane { label: heading.to_owned(), rows: vec![row] }),
-            }
+        let mut lanes: Vec<chart::Lane> = Vec::new();
+        let mut add = |heading: &str, row| match lanes.iter_mut().find(|lane| lane.label == heading) {
+            Some(lane) => lane.rows.push(row),
+            None => lanes.push(chart::Lane { label: heading.to_owned(), rows: vec![row] }),
+        };
+        for curve in &self.curves {
+            add(curve.section(), curve_row(curve));
+        }
+        for lane in self.lanes.iter().filter(|lane| !lane.is_constant()) {
+            let bars = lane.spans.iter().filter_map(|span| bar(span, lane.group)).collect();
+            add(lane.section().2, chart::Row { label: lane.name().to_owned(), bars });
         }
         let (title, subtitle, to) = (self.title.clone(), self.subtitle.clone(), self.length_s);
-        let note = Note { heading: "Left out".to_owned(), lines: self.remarks.clone() };
+        let note = Note {
+            heading: "Left out".to_owned(),
+            lines: self.remarks.iter().cloned().chain(self.constants()).collect(),
+        };
         let notes = (!note.lines.is_empty()).then_some(note).into_iter().collect();
         Chart { title, subtitle, to, lanes, notes, ..Chart::default() }
     }
 }
 
-impl Group {
-    /// Returns the heading of its lanes.
-    pub(super) const fn heading(self) -> &'static str {
-        match self {
-            Self::Raw => "raw values",
-            Self::Reports => "reports",
-            Self::Commands => "commands",
-            Self::Diagnostics => "diagnostics",
-            Self::TrafficLights => "traffic lights",
-            Self::Links => "buses",
-        }
-    }
-}
-
-/// Returns the row of a curve, with a bar for each of its parts.
+/// Returns the row of a curve, with a bar for each of its parts. The first has the numbers of the axis.
 fn curve_row(curve: &Curve) -> chart::Row {
     let (low, high) = curve.range();
-    let size = if high > low { high - low } else { 1.0 };
-    let share = |value: f64| (value - low) / size;
+    let ticks = chart::value_ticks(low, high, curve.unit);
+    let ends = |end: Option<&(f64, String)>| end.map_or(0.0, |(value, _)| *value);
+    let (bottom, top) = (ends(ticks.first()), ends(ticks.last()));
+    let share = |value: f64| (value - bottom) / (top - bottom);
     let unit = curve.unit;
-    let bars = curve.parts().map(|part| {
+    let bars = curve.parts().enumerate().map(|(index, part)| {
         let (from, to) = (part[0].from_s, part[part.len() - 1].to_s);
         let along = |at_s: f64| if to > from { (at_s - from) / (to - from) } else { 0.0 };
         let point = |at_s, value| CurvePoint { along: along(at_s), share: share(value) };
@@ -57,9 +46,13 @@ fn curve_row(curve: &Curve) -> chart::Row {
         let lowest = part.iter().map(|column| column.low).fold(f64::INFINITY, f64::min);
         let highest = part.iter().map(|column| column.high).fold(f64::NEG_INFINITY, f64::max);
         let text = format!("{lowest:.2}{unit} to {highest:.2}{unit}");
-        Bar { from, to, look: Look::Curve { points: points.collect(), zero: share(0.0), text } }
+        let tick = |(value, text): &(f64, String)| {
+            (share(*value), if index == 0 { text.clone() } else { String::new() })
+        };
+        let ticks = ticks.iter().map(tick).collect();
+        Bar { from, to, look: Look::Curve { points: points.collect(), ticks, text } }
     });
-    chart::Row { label: format!("{}, {low:.1} to {high:.1}{unit}", curve.label), bars: bars.collect() }
+    chart::Row { label: curve.heading(), bars: bars.collect() }
 }
 
 /// Returns the bar of a span; `None` if nothing is published.

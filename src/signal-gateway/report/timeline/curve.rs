@@ -1,5 +1,7 @@
 //! A measured value over time, as columns with its lowest and highest value, so that no peak is lost.
 
+use crate::report::gateway_view::report_place;
+
 /// Maximum number of columns of a curve; beyond it, neighbours are joined.
 const MAX_COLUMNS: usize = 4_000;
 /// Initial width of a column, seconds.
@@ -8,7 +10,9 @@ const FIRST_WIDTH_S: f64 = 0.01;
 /// A measured value over time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
-    pub label: String,
+    /// Key of the report with the value.
+    pub report: &'static str,
+    pub label: &'static str,
     /// Unit, including the space before it, if any.
     pub unit: &'static str,
     /// Columns in ascending order of time.
@@ -31,8 +35,9 @@ pub struct Column {
 }
 
 impl Curve {
-    pub fn new(label: impl Into<String>, unit: &'static str) -> Self {
-        Self { label: label.into(), unit, columns: Vec::new(), width_s: FIRST_WIDTH_S, is_interrupted: true }
+    pub fn new(report: &'static str, label: &'static str, unit: &'static str) -> Self {
+        let (columns, width_s) = (Vec::new(), FIRST_WIDTH_S);
+        Self { report, label, unit, columns, width_s, is_interrupted: true }
     }
 
     pub fn add(&mut self, at_s: f64, value: f64) {
@@ -66,11 +71,22 @@ impl Curve {
         self.columns.chunk_by(|_, next| !next.is_begin)
     }
 
-    /// Returns the lowest and highest value, including zero.
+    /// Returns the lowest and highest value; both are infinite without a value.
     pub fn range(&self) -> (f64, f64) {
-        let low = self.columns.iter().map(|column| column.low).fold(0.0, f64::min);
-        let high = self.columns.iter().map(|column| column.high).fold(0.0, f64::max);
+        let low = self.columns.iter().map(|column| column.low).fold(f64::INFINITY, f64::min);
+        let high = self.columns.iter().map(|column| column.high).fold(f64::NEG_INFINITY, f64::max);
         (low, high)
+    }
+
+    /// Returns the heading of its section.
+    pub fn section(&self) -> &'static str {
+        report_place(self.report).map_or(self.report, |(_, title)| title)
+    }
+
+    /// Returns its name with the lowest and highest value.
+    pub fn heading(&self) -> String {
+        let (low, high) = self.range();
+        format!("{}, {low:.2} to {high:.2}{}", self.label, self.unit)
     }
 }
 
@@ -92,7 +108,7 @@ mod tests {
 
     #[test]
     fn peaks_and_interruptions_survive_a_long_drive() {
-        let mut curve = Curve::new("speed", " m/s");
+        let mut curve = Curve::new("velocity", "speed", " m/s");
         for step in 0_u32..200_000 {
             let value = if step == 77_777 { 50.0 } else { f64::from(step % 7) };
             curve.add(f64::from(step) * 0.02, value);
@@ -110,13 +126,13 @@ mod tests {
 
     #[test]
     fn an_interruption_begins_another_part() {
-        let mut curve = Curve::new("speed", " m/s");
+        let mut curve = Curve::new("velocity", "speed", " m/s");
         curve.add(0.0, 1.0);
         curve.add(1.0, 2.0);
         curve.interrupt();
         curve.add(3.0, 5.0);
         let lengths: Vec<_> = curve.parts().map(<[Column]>::len).collect();
         assert_eq!(lengths, [2, 1]);
-        assert_eq!(curve.range(), (0.0, 5.0));
+        assert_eq!(curve.range(), (1.0, 5.0));
     }
 }

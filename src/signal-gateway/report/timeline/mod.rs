@@ -10,6 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
+use crate::report::gateway_view::{DOORS, report_place};
 use gateway_base::diagnostics::Level;
 
 pub(crate) use curve::{Column, Curve};
@@ -192,9 +193,69 @@ impl Lane {
     }
 }
 
-const MOTION: &str = "motion";
+/// Heading of the raw values without a change: constant ones, and measured ones, whose state is their name.
+const CONSTANT: &str = "raw values in a single state";
+
+impl Group {
+    /// Returns the heading of its lanes, and their place below the reports.
+    const fn heading(self) -> (u8, &'static str) {
+        match self {
+            Self::Reports => (0, "reports"),
+            Self::Commands => (1, "commands"),
+            Self::TrafficLights => (2, "traffic lights"),
+            Self::Diagnostics => (3, "other diagnostics"),
+            Self::Links => (4, "buses"),
+            Self::Raw => (5, "raw values"),
+        }
+    }
+}
+
+impl Lane {
+    /// Returns the section of the lane: its place, and its heading. The lanes of a report and of its status
+    /// are one section.
+    pub fn section(&self) -> (u8, usize, &'static str) {
+        let is_door = self.group == Group::Reports && self.label.starts_with(DOOR);
+        let of_report = matches!(self.group, Group::Reports | Group::Diagnostics)
+            .then(|| report_place(if is_door { DOORS } else { &self.label }))
+            .flatten();
+        match of_report {
+            Some((place, title)) => (0, place, title),
+            None if self.is_constant() => (6, 0, CONSTANT),
+            None => {
+                let (place, heading) = self.group.heading();
+                (place, 0, heading)
+            }
+        }
+    }
+
+    /// Returns the name of the lane within its section.
+    fn name(&self) -> &str {
+        let (place, _, heading) = self.section();
+        match self.group {
+            _ if place > 0 || heading == Group::Reports.heading().1 => &self.label,
+            Group::Diagnostics => "diagnostics",
+            Group::Reports => self.label.strip_prefix(DOOR).unwrap_or("published"),
+            Group::Raw | Group::Commands | Group::TrafficLights | Group::Links => &self.label,
+        }
+    }
+
+    /// Returns true for a raw value that never changes.
+    fn is_constant(&self) -> bool {
+        self.group == Group::Raw && self.spans.len() < 2
+    }
+}
+
+/// Beginning of the label of a door's lane.
+pub(crate) const DOOR: &str = "door ";
 
 impl Timeline {
+    /// Returns the raw values that never change, in a sentence; `None` without one.
+    fn constants(&self) -> Option<String> {
+        let names = self.lanes.iter().filter(|lane| lane.is_constant()).map(|lane| lane.label.as_str());
+        let names = names.collect::<Vec<_>>().join(", ");
+        (!names.is_empty()).then(|| format!("{CONSTANT}: {names}"))
+    }
+
     /// Removes frames to which no span refers, and adds remarks on folded lanes. Call it once, at the end.
     pub fn close(&mut self) {
         let spans = self.lanes.iter().flat_map(|lane| &lane.spans);

@@ -1,5 +1,5 @@
-"use strict";
 (() => {
+  "use strict";
   const data = JSON.parse(document.getElementById("data").textContent);
   const by = (id) => document.getElementById(id);
   const [FROM, TO, TONE, TEXT, FRAME, STATES] = [0, 1, 2, 3, 4, 5];
@@ -29,32 +29,34 @@
 
   // Rows once; what is in their tracks with each change of the view.
   const chart = by("chart");
-  const axis = row("time", "lane axis");
+  const axis = row("time", "lane axis", chart);
   const tracks = [];
-  let heading = null;
-  function row(name, className) {
+  function row(name, className, place) {
     const made = element("div", className);
     // A name is broken after its dots, where there is no room for it in a line.
     const label = element("div", "name", name.replaceAll(".", ".\u200b"));
     label.title = name;
     const track = element("div", "track");
     made.append(label, track);
-    chart.append(made);
+    place.append(made);
     return track;
   }
-  // The parser knows the namespace, so that the page names no address.
-  const SVG = new DOMParser().parseFromString("<svg>", "text/html").querySelector("svg").namespaceURI;
-  const CURVE_PX = 64, EDGE_PX = 3;
-  const curves = data.curves.map((curve) => {
-    if (curve.heading !== heading) {
-      heading = curve.heading;
-      chart.append(element("h2", "", heading));
+  // A section for each heading; what never changes is folded.
+  const sections = new Map();
+  function sectionOf({ heading, is_constant: isFolded }) {
+    if (!sections.has(heading)) {
+      const made = element(isFolded ? "details" : "div", "group");
+      made.append(element(isFolded ? "summary" : "h2", "", heading));
+      made.addEventListener("toggle", draw);
+      chart.append(made);
+      sections.set(heading, made);
     }
-    const range = `${curve.low.toFixed(1)} to ${curve.high.toFixed(1)}${curve.unit}`;
-    const track = row(`${curve.label}, ${range}`, "lane curve");
-    const picture = document.createElementNS(SVG, "svg");
-    picture.setAttribute("role", "img");
-    picture.setAttribute("aria-label", `${curve.label}: ${range}`);
+    return sections.get(heading);
+  }
+  const CURVE_PX = 110;
+  const curves = data.curves.map((curve) => {
+    const track = row(curve.name, "lane curve", sectionOf(curve));
+    const picture = svgElement("svg", { role: "img", "aria-label": curve.name });
     track.append(picture);
     const value = element("output", "at");
     track.append(value);
@@ -63,13 +65,9 @@
     return picture;
   });
   data.lanes.forEach((lane, index) => {
-    if (lane.heading !== heading) {
-      heading = lane.heading;
-      chart.append(element("h2", "", heading));
-    }
-    const track = row(lane.label, "lane");
+    const track = row(lane.name, "lane", sectionOf(lane));
     track.parentElement.setAttribute("role", "group");
-    track.parentElement.setAttribute("aria-label", `${lane.heading}: ${lane.label}`);
+    track.parentElement.setAttribute("aria-label", `${lane.heading}: ${lane.name}`);
     track.addEventListener("click", (event) => {
       const box = track.getBoundingClientRect();
       const at = view.from + ((event.clientX - box.left) / box.width) * (view.to - view.from);
@@ -113,23 +111,14 @@
   // Each part is a line through the lowest and highest values of its columns.
   function drawCurve(curve, index) {
     const picture = curves[index], width = picture.parentElement.clientWidth || 1;
-    const size = curve.high - curve.low || 1;
-    const x = (at) => (((at - view.from) / (view.to - view.from)) * width).toFixed(1);
-    const y = (value) => (EDGE_PX + ((curve.high - value) / size) * (CURVE_PX - 2 * EDGE_PX)).toFixed(1);
-    picture.setAttribute("viewBox", `0 0 ${width} ${CURVE_PX}`);
-    const drawn = (name, attributes) => {
-      const made = document.createElementNS(SVG, name);
-      for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-      return made;
-    };
-    const zero = drawn("line", { class: "zero", x1: 0, x2: width, y1: y(0), y2: y(0) });
+    const x = (at) => ((at - view.from) / (view.to - view.from)) * width;
     const margin = (view.to - view.from) / 10;
-    const lines = curve.parts.map((part) => {
+    const parts = curve.parts.map((part) => {
       const seen = part.filter(([from, to]) => to >= view.from - margin && from <= view.to + margin);
-      const points = seen.flatMap(([from, to, low, high]) => low === high ? [`${x(from)},${y(low)}`] : [`${x(from)},${y(low)}`, `${x(to)},${y(high)}`]);
-      return drawn("polyline", { points: points.join(" ") });
+      return seen.flatMap(([from, to, low, high]) => low === high ? [[x(from), low]] : [[x(from), low], [x(to), high]]);
     });
-    picture.replaceChildren(zero, ...lines);
+    const { low, high, unit } = curve;
+    paintCurve(picture, { parts: parts.filter((part) => part.length), low, high, unit, width, height: CURVE_PX });
   }
 
   function tellValue(curve, track, value, event) {
@@ -202,6 +191,7 @@
     if (!spans || !spans.length) return;
     chosen = [lane, Math.min(Math.max(position, 0), spans.length - 1)];
     const span = spans[chosen[1]];
+    sectionOf(data.lanes[lane]).open = true;
     const width = view.to - view.from;
     if (span[FROM] < view.from || span[FROM] > view.to) show(span[FROM] - width / 2, span[FROM] + width / 2);
     else draw();
@@ -228,7 +218,7 @@
     const frame = span[FRAME] === null ? null : data.frames[span[FRAME]];
     const detail = by("detail");
     const parts = [
-      element("h2", "", `${lane.heading}: ${lane.label}`),
+      element("h2", "", `${lane.heading}: ${lane.name}`),
       element("p", "", span[TEXT]),
       pairs([["from", seconds(span[FROM])], ["to", seconds(span[TO])], ["lasts", seconds(span[TO] - span[FROM])]]),
     ];

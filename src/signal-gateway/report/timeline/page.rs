@@ -2,14 +2,14 @@
 
 use serde_json::{Value, json};
 
-use super::{Column, MOTION, OpenedAt, Span, Timeline};
+use super::{Column, OpenedAt, Span, Timeline};
 use crate::report::page::Page;
 use crate::report::palette;
 use crate::report::text::counted;
 
 const TEMPLATE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
-const SCRIPT: &str = include_str!("page.js");
+const SCRIPT: &str = concat!(include_str!("../curve.js"), include_str!("page.js"));
 
 impl Timeline {
     /// Returns the timeline as a document that works from a file, and opens at `opened_at` if given.
@@ -44,16 +44,19 @@ impl Timeline {
         let lanes = self.lanes.iter().map(|lane| {
             json!({
                 "group": lane.group,
-                "heading": lane.group.heading(),
+                "heading": lane.section().2,
+                "is_constant": lane.is_constant(),
                 "label": lane.label,
+                "name": lane.name(),
                 "spans": lane.spans.iter().map(span).collect::<Vec<_>>(),
             })
         });
         let curves = self.curves.iter().map(|curve| {
             let (low, high) = curve.range();
             json!({
-                "heading": MOTION,
+                "heading": curve.section(),
                 "label": curve.label,
+                "name": curve.heading(),
                 "unit": curve.unit,
                 "low": low,
                 "high": high,
