@@ -6,6 +6,8 @@ mod support;
 
 mod process {
     mod check_fix;
+    mod check_gate;
+    mod ci_recipe;
     mod cli;
     mod daemon_process;
     mod decide_command;

@@ -140,7 +140,8 @@ impl ModelProfile {
 
 impl CarModel {
     /// Returns true if `text` is the full name of the model: its make, each word of the model, words of its
-    /// variant if any, and a year in which it was built if any. Unlike [`find`], it tolerates no typing errors.
+    /// variant if any, and a year in which it was built if any. Unlike [`find`], it tolerates no typing
+    /// errors.
     pub fn is_named_by(&self, text: &str) -> bool {
         if text.len() >= MAX_LENGTH {
             return false;

@@ -187,11 +187,7 @@ fn examples_of_the_help_can_be_copied() {
         assert!(!continues);
     }
     let codes = out(&["--help"]);
-    assert!(
-        codes.contains(
-            "5  the scenario of lights ended in failure, or an expectation of decide was not met\n"
-        )
-    );
+    assert!(codes.contains("5  the scenario of lights failed, or an expectation of decide was not met\n"));
 }
 
 #[test]

@@ -66,7 +66,7 @@ fn a_way_between_two_lanelets_needs_no_scenario() {
     for (args, code, expected) in [
         (&["--from", "402", "--to", "101"][..], 3, "no way leads from lanelet 402 to lanelet 101"),
         (&["--from", "101", "--to", "7"], 3, "it has no lanelet 7"),
-        (&["--from", "101", "--to", "402", "--speed=-1"], 3, "speed"),
+        (&["--from", "101", "--to", "402", "--speed", "-1"], 2, "give a speed in m/s from 0 to 100"),
         (&["--from", "101"], 2, "--to"),
         (&["turn.toml", "--from", "101", "--to", "402"], 2, "cannot be used with"),
     ] {

@@ -93,6 +93,24 @@ fn a_profile_file_is_named_relative_to_the_configuration() {
 }
 
 #[test]
+fn unattended_identification_takes_the_profile_that_fits() {
+    let folder = folder_with_recording();
+    answered(folder.path(), &["-i", "can7", "-p", "identify"], &["drive.log.gz"]).succeeded();
+    assert_sound(folder.path(), "demo_vehicle", "can7");
+}
+
+#[test]
+fn a_car_with_the_profile_of_another_car_is_refused_before_anything_is_written() {
+    let folder = folder_with_recording();
+    let args = ["-i", "can7", "--car", "Kia Optima 2019", "--profile"];
+    let refused = answered(folder.path(), &[&args[..], &["vw_mqb"]].concat(), &[]);
+    refused.assert(2, "--profile vw_mqb is not a profile of the Kia Optima 2019: give hyundai_kia");
+    assert!(!folder.path().join("gateway.toml").exists());
+    let nowhere = ["-i", "can7", "-p", "hyundai_kia", "-o", "nowhere/gateway.toml"];
+    answered(folder.path(), &nowhere, &[]).assert(1, "there is no such folder");
+}
+
+#[test]
 fn on_a_terminal_enter_takes_what_is_proposed() {
     let folder = folder_with_recording();
     let mut init = program(folder.path(), &["init", "-i", "can7", "-p", "identify"]);

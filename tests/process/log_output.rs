@@ -87,6 +87,11 @@ fn flood_of_changes_is_bounded_and_summed_up() {
     // Two reports and their bus, ten lines and at most six summaries of each in six seconds.
     let most = usize::try_from((seconds / 6 + 1) * 3 * 16).unwrap() + 10;
     assert!(lines.len() <= most, "{} lines in {seconds} s", lines.len());
+    for line in lines.iter().filter(|line| line.contains(" in ") && line.contains(" s, the last: ")) {
+        let mut words = line.split_whitespace();
+        let (stamp, level) = (words.next().unwrap(), words.next().unwrap());
+        assert!(stamp.ends_with('Z') && ["WARN", "INFO", "ERROR"].contains(&level), "{line}");
+    }
 }
 
 #[test]

@@ -15,6 +15,66 @@ fn document() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/evidence/mistakes.md")
 }
 
+/// A profile with velocity and steering, and without commands.
+const SEDAN: &str = r#"name = "Sedan"
+[bus.body]
+dbc = "sedan.dbc"
+[message.MOTION]
+timeout_ms = 200
+[turn]
+signal = "MOTION.TURN"
+off = [0]
+left = [1]
+right = [2]
+[hazard]
+from = "not_fitted"
+[velocity]
+heading_rate_unknown = "zero"
+[[velocity.source]]
+name = "speedometer"
+kind = "speed"
+speed = { signal = "MOTION.SPEED", unit = "km/h", positive = "forward", valid = ["-2000..=20000"] }
+[[velocity.heading_rate]]
+kind = "yaw_rate"
+yaw_rate = { signal = "MOTION.YAW", unit = "deg/s", positive = "left", valid = ["-9000..=9000"] }
+[steering]
+wheel = { signal = "MOTION.WHEEL", unit = "deg", positive = "left", valid = ["-7000..=7000"] }
+"#;
+const SEDAN_DBC: &str = r#"VERSION ""
+BO_ 193 MOTION: 8 X
+ SG_ TURN : 0|2@1+ (1,0) [0|3] "" X
+ SG_ SPEED : 16|16@1- (0.01,0) [0|0] "kph" X
+ SG_ YAW : 32|16@1- (0.01,0) [0|0] "deg/sec" X
+ SG_ WHEEL : 48|16@1- (0.1,0) [0|0] "degrees" X
+"#;
+const SEDAN_GATEWAY: &str = r#"profile = "sedan.toml"
+[can.body]
+interface = "can0"
+[turn_signal]
+map = "crossing"
+"#;
+
+/// A scenario of traffic lights in which one controller follows another.
+const BENCH: &str = r#"stop_at_s = 20
+[groups]
+100 = [11]
+200 = [21]
+[[controller]]
+name = "road"
+phase = [
+  { name = "go", duration_s = 4, states = { "100" = "green" } },
+  { name = "stop", duration_s = 6, states = { "100" = "red" } },
+]
+[[controller]]
+name = "crosswalk"
+reference = "road"
+delay_s = 4
+phase = [{ name = "wait", duration_s = 10, states = { "200" = "red" } }]
+[[event]]
+at_s = 5
+do = [{ clear = "11" }]
+"#;
+
 /// A sound configuration, a drive and a recording.
 fn sound() -> MemoryFiles {
     let project = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -29,6 +89,10 @@ fn sound() -> MemoryFiles {
         ("car.toml", profile),
         ("demo.dbc", read("dbc/demo_vehicle.dbc")),
         ("turn.toml", drive),
+        ("sedan.toml", SEDAN.to_owned()),
+        ("sedan.dbc", SEDAN_DBC.to_owned()),
+        ("sedan_gateway.toml", SEDAN_GATEWAY.to_owned()),
+        ("bench.toml", BENCH.to_owned()),
     ];
     MemoryFiles::new(texts).with("drive.log.gz", std::fs::read(project.join("config/demo.log.gz")).unwrap())
 }
@@ -36,7 +100,18 @@ fn sound() -> MemoryFiles {
 fn run(files: &MemoryFiles, command: &str) -> Ran {
     let folder = tempfile::tempdir().unwrap();
     files.write_into(folder.path());
-    program::run(&folder, &command.split(' ').collect::<Vec<_>>())
+    program::run(&folder, &words(command))
+}
+
+/// The words of a command line, of which quoted ones may have blanks.
+fn words(command: &str) -> Vec<&str> {
+    let parts = command.split('"').enumerate();
+    parts
+        .flat_map(|(index, part)| match index % 2 {
+            0 => part.split_whitespace().collect(),
+            _ => vec![part],
+        })
+        .collect()
 }
 
 /// The document as cases, line by line: its headings, the blocks with changes of files, and those with
@@ -75,7 +150,7 @@ fn mistakes_are_answered_as_the_document_says() {
 fn mistakes_are_gone_when_the_message_is_followed() {
     let text = std::fs::read_to_string(document()).unwrap();
     let mistakes: Vec<_> = text.split("\n## ").skip(1).collect();
-    assert_eq!(mistakes.len(), 38);
+    assert_eq!(mistakes.len(), 65);
     for mistake in mistakes {
         let (_, right) = mistake.split_once("This works: `").unwrap_or(("", mistake));
         let (_, command) = right.split_once("signal-gateway ").unwrap();

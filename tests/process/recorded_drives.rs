@@ -119,7 +119,7 @@ fn each_fault_of_a_signal_is_named_with_its_place_and_the_reason() {
 fn a_folder_of_drives_is_a_table_with_the_verdict_on_each() {
     let writers = require!(McapReaders::find());
     let recorded = Recorded::new(&writers, "crossing_left.toml", Planner::Agrees);
-    fs::write(recorded.folder.path().join("broken.mcap"), "nothing").unwrap();
+    fs::write(recorded.folder.path().join("broken.mcap"), b"\x89MCAP0\r\nnothing").unwrap();
     let ran = recorded.report(".", &["--json"]);
     let rows = ran.json();
     let row = |name: &str| rows.iter().find(|row| row["recording"] == name).unwrap();

@@ -9,7 +9,8 @@ use tempfile::TempDir;
 use super::tables;
 use crate::support::program::{Ran, run};
 
-/// The invented vehicle's drive twice, with a file between that breaks off, and files that are not recordings.
+/// The invented vehicle's drive twice, with a file between that breaks off, and files that are not
+/// recordings.
 fn archive() -> TempDir {
     let folder = tables::folder();
     let path = |name: &str| folder.path().join(name);

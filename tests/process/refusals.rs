@@ -142,6 +142,24 @@ fn every_kind_of_file_can_come_from_standard_input() {
 }
 
 #[test]
+fn quiet_results_have_no_lines_for_people_and_still_have_json() {
+    for args in [
+        &["replay", "--config", DEMO][..],
+        &["replay", "--config", DEMO, "--speed", "1000"],
+        &["decide", "config/drives/crossing_left.toml"],
+        &["lights", "config/scenarios/bench.toml"],
+    ] {
+        let printed = |more: &[&str]| {
+            let output = command(&[args, more].concat()).output().unwrap();
+            assert!(output.status.success(), "{args:?}");
+            output.stdout
+        };
+        assert_eq!(String::from_utf8(printed(&["--quiet"])).unwrap(), "", "{args:?}");
+        assert!(printed(&["--quiet", "--json"]).starts_with(b"{"), "{args:?}");
+    }
+}
+
+#[test]
 fn colours_are_for_those_who_want_them() {
     let colored = |args: &[&str], environment: &[(&str, &str)]| {
         let output = command(args).envs(environment.iter().copied()).output().unwrap();

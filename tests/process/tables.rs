@@ -1,4 +1,5 @@
-//! `--csv`: bound signals and reports as tables for other tools. `tests/cases/vehicle_status` has whole tables.
+//! `--csv`: bound signals and reports as tables for other tools. `tests/cases/vehicle_status` has whole
+//! tables.
 
 use std::fs;
 use std::process::Command;

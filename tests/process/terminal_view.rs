@@ -26,7 +26,7 @@ fn kill(signal: &str, process: &str) {
 #[test]
 fn view_shows_left_and_the_log_and_ends_on_q() {
     let tmux = require!(Tmux::run(&format!("RUST_LOG=info {GATEWAY} demo --no-ros --repeat --speed 4")));
-    tmux.wait_for(|screen| screen.contains("the driver pulls the stalk left") && screen.contains("LEFT"));
+    tmux.wait_for(|screen| screen.contains("the driver pulls the stalk left") && screen.contains("✓ left"));
     // The beginning of the log.
     tmux.press("Home");
     tmux.wait_for(|screen| screen.contains(" Demo vehicle: ROS 2 off"));
@@ -94,8 +94,7 @@ fn plain_lines_stay_on_the_screen() {
         let tmux = require!(Tmux::run(&format!("{GATEWAY} demo --no-ros --speed 30 {arguments}")));
         tmux.wait_for_end();
         let all = tmux.tell(&["capture-pane", "-p", "-S", "-"]);
-        for line in ["9.000 ▸ the driver pulls the stalk left", "turn_indicators  left", "Try next"]
-        {
+        for line in ["9.000 ▸ the driver pulls the stalk left", "turn_indicators  left", "Try next"] {
             assert!(all.contains(line), "{all}");
         }
     }

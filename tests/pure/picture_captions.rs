@@ -66,7 +66,6 @@ const CAPTIONS: &[Caption] = &[
                 "demo · Demo vehicle",
                 "the message is back, with right",
                 "right",
-                "turn right",
                 "velocity",
                 "steering",
                 "drive",

@@ -187,7 +187,7 @@ impl VehicleLights {
 }
 
 /// Returns the signals on which the state of a task depends, without fault signals.
-fn signals_of(binding: &LightsBinding, task: Task) -> Vec<SignalIndex> {
+pub fn signals_of(binding: &LightsBinding, task: Task) -> Vec<SignalIndex> {
     let turn = binding.turn.sources().iter();
     if task == Task::TurnIndicators {
         return turn.flat_map(turn_source_signals).collect();

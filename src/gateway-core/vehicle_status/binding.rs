@@ -57,7 +57,7 @@ impl StatusBinding {
     }
 
     /// Returns the signals on which a report depends.
-    pub(super) fn signals(&self, report: StatusReport) -> Vec<SignalIndex> {
+    pub fn signals(&self, report: StatusReport) -> Vec<SignalIndex> {
         let mut signals: Vec<_> = match report {
             StatusReport::Velocity => self.velocity.iter().flat_map(VelocityBinding::signals).collect(),
             StatusReport::Steering => {

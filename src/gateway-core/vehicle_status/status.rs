@@ -8,10 +8,11 @@ use super::finding::message;
 use super::measure::{Measure, StatusReport};
 use super::role_texts::StatusTexts;
 use super::snapshot::{DoorSnapshot, VehicleStatusSnapshot};
-use crate::vehicle_report::ReportSnapshot;
+use crate::vehicle_report::{ReportFinding as _, ReportSnapshot};
 use can_signal::can::Bus;
 use can_signal::validation::observation::Observations;
 use can_signal::validation::snapshot::{Received, ReceivedSnapshot, UsedBy};
+use can_signal::validation::unusable::FaultKind;
 use gateway_base::diagnostics::Status;
 use gateway_base::time::{MonoTime, WallStamp};
 
@@ -39,6 +40,12 @@ impl VehicleStatus {
         let mut status = Status::new(&SECTION, report.name(), &message, values);
         task.add_to(&mut status, received(&self.binding, &self.observations, buses), now);
         Some(status)
+    }
+
+    /// Returns the failure of a report; `None` without a failure.
+    pub fn failure(&self, report: StatusReport) -> Option<FaultKind> {
+        let (_, task) = self.tasks.iter().find(|(described, _)| *described == report)?;
+        task.finding?.failure()
     }
 
     /// Returns all diagnostic statuses.

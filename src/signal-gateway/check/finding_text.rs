@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use super::kind::CheckKind;
 use super::patch::{Fix, timeout};
 use crate::report::text::{counted, times};
 use can_signal::validation::integrity::search::RuleParameter;
@@ -9,7 +10,7 @@ use can_signal::validation::table::{SignalIndex, Timing};
 use gateway_core::vehicle_lights::binding::HazardSource;
 use gateway_core::vehicle_lights::state::TurnCode;
 use vehicle_bringup::plausibility::evidence::ProfileEvidence;
-use vehicle_bringup::plausibility::finding::{Coverage, FindingKind, SourceIndex};
+use vehicle_bringup::plausibility::finding::{Coverage, FindingKind, SourceIndex, is_off};
 use vehicle_bringup::plausibility::states::Implausible;
 
 /// Returns a finding as text, without its severity.
@@ -118,6 +119,23 @@ fn nothing_changed_text(evidence: &ProfileEvidence, states: &[(SourceIndex, Turn
     }
     let was_on = was_on.join(", ");
     format!("{was_on}, which other messages show by chance: record off, left, right and hazard")
+}
+
+/// Returns the kind of a finding.
+pub(super) fn kind(finding: &FindingKind) -> CheckKind {
+    match finding {
+        FindingKind::NoMessage => CheckKind::WrongProfile,
+        FindingKind::OtherPlatform { .. } => CheckKind::OtherPlatform,
+        FindingKind::Unmet(_) => CheckKind::UnmetRequirement,
+        FindingKind::WrongLength { .. } => CheckKind::WrongLength,
+        FindingKind::TooSlow { .. } | FindingKind::Faster { .. } => CheckKind::WrongPeriod,
+        FindingKind::IntegrityFails { .. } => CheckKind::IntegrityRejected,
+        FindingKind::UnusedCounter { .. } | FindingKind::UnusedChecksum { .. } => CheckKind::UnusedIntegrity,
+        FindingKind::Undefined { .. } => CheckKind::UndefinedValue,
+        FindingKind::NothingChanged { states } if is_off(states) => CheckKind::StateNotShown,
+        FindingKind::Implausible { .. } | FindingKind::NothingChanged { .. } => CheckKind::ImplausibleStates,
+        FindingKind::NeverOn(_) => CheckKind::StateNotShown,
+    }
 }
 
 /// Returns the profile line that fixes a finding; `None` if the recording does not show it.

@@ -1,5 +1,6 @@
 //! Reports the signs and dimensions found in a recording, and contradictions to the configuration.
 
+use super::kind::CheckKind;
 use super::report::CheckReport;
 use crate::config::Settings;
 use crate::report::text::counted;
@@ -18,8 +19,12 @@ const MOTION: &str = "motion";
 const EXAMPLES_M: [f64; 2] = [2.6, 2.9];
 
 /// Lists signs, steering ratio, tread and scales of the speeds, and reports values that differ from the
-/// configuration.
-pub(super) fn motion(survey: KinematicSurvey, settings: &Settings, report: &mut CheckReport) {
+/// configuration. Returns the steering ratio that the recording shows.
+pub(super) fn motion(
+    survey: KinematicSurvey,
+    settings: &Settings,
+    report: &mut CheckReport,
+) -> Option<RatioEstimate> {
     let (status, geometry) = (&settings.gateway.status, &settings.gateway.status_settings.geometry);
     let angle_of = status.steering.first().map(|source| source.angle_of);
     let kinematics = Kinematics::of(survey, geometry, angle_of);
@@ -58,17 +63,18 @@ pub(super) fn motion(survey: KinematicSurvey, settings: &Settings, report: &mut 
         }
     }
     for finding in findings(&kinematics, geometry) {
-        report.find(Severity::Warning, finding_text(&finding, geometry));
+        report.find(Severity::Warning, CheckKind::MotionContradiction, finding_text(&finding, geometry));
     }
     let suggestion = suggestion(&kinematics, geometry);
     if !suggestion.is_empty() {
         let text = format!("[vehicle_geometry]: the recording shows {}", suggestion.join("; and "));
-        report.find(Severity::Note, text);
+        report.find(Severity::Note, CheckKind::DimensionShown, text);
     }
+    kinematics.ratio.map(|(ratio, _)| ratio)
 }
 
-/// Describes the dimensions that the recording shows and the configuration lacks, a steering ratio as the lines
-/// to write.
+/// Describes the dimensions that the recording shows and the configuration lacks, a steering ratio as the
+/// lines to write.
 fn suggestion(kinematics: &Kinematics, geometry: &VehicleGeometry) -> Vec<String> {
     let ratio = match kinematics.ratio {
         Some((RatioEstimate::Ratio(ratio), _)) if is_ratio_wanted(geometry) => Some(format!(

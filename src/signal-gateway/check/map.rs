@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::kind::CheckKind;
 use super::report::CheckReport;
 use crate::config::files::Files;
 use crate::config::{Problem, read_lane_network};
@@ -36,7 +37,7 @@ pub(super) fn tags(road: &LaneNetwork, compat: DeciderCompat, report: &mut Check
         // Only the map's author can decide whether a branch at a low angle is a turn.
         let may_be_meant = matches!(finding.flaw, MapFlaw::UntaggedLowFork { .. });
         let severity = if is_made_up_for || may_be_meant { Severity::Note } else { Severity::Warning };
-        report.find(severity, finding.to_string());
+        report.find(severity, CheckKind::MapTag, finding.to_string());
     }
 }
 

@@ -2,11 +2,13 @@
 
 mod commands;
 pub mod decode;
+pub mod dimensions;
 pub mod doctor;
 mod fault_survey;
 mod finding_text;
 pub mod identify;
 pub mod identify_text;
+mod kind;
 mod kinematics;
 pub mod live_messages;
 mod map;
@@ -36,9 +38,10 @@ use gateway_core::vehicle_lights::binding::{
 use gateway_core::vehicle_lights::catalogue::hazard_not_visible;
 use gateway_core::vehicle_lights::lamp::timing::Resolution;
 use gateway_core::vehicle_lights::role_texts::roles;
+pub use kind::{CheckKind, KINDS};
 pub use map::map;
 pub use provenance::records;
-pub use report::{CheckReport, ReportedFinding};
+pub use report::{CheckReport, JsonReport, ReportedFinding};
 pub use service::{hiding_folder, service_files};
 pub use survey_text::{log_faults, recording, recording_faults, sample_faults};
 use vehicle_bringup::plausibility::finding::Severity as Weight;
@@ -96,7 +99,7 @@ pub fn binding(settings: &Settings) -> CheckReport {
     traffic_lights::sources(&settings.gateway.v2i, &mut report);
     settings.turn_signal.iter().for_each(|decider| turn_signal::decider(decider, &mut report));
     for note in notes(settings) {
-        report.find(Weight::Note, note);
+        report.find(Weight::Note, CheckKind::Advice, note);
     }
     report
 }
@@ -180,8 +183,8 @@ fn hazard_sources(hazard: &HazardBinding, report: &mut CheckReport) {
         }
         HazardBinding::NotVisible { is_acknowledged: false } => {
             report.line("hazard", "not visible: never published");
-            let remedy = "accept it with [reports] hazard_not_visible = \"acknowledged\"";
-            return report.find(Weight::Warning, format!("hazard: {}; {remedy}", hazard_not_visible()));
+            let text = format!("hazard: {}", hazard_not_visible());
+            return report.find(Weight::Warning, CheckKind::HazardNotVisible, text);
         }
         HazardBinding::From(sources) => sources,
     };

@@ -1,5 +1,6 @@
 //! Compares the meanings in a profile with the DBC's names.
 
+use super::kind::CheckKind;
 use super::report::CheckReport;
 use crate::config::Settings;
 use can_signal::validation::display::RoleTexts;
@@ -40,7 +41,7 @@ pub(super) fn roles(settings: &Settings, table: &SignalTable, roles: &[RoleTexts
                 if are_opposite(&ours, name_of_value) {
                     let text =
                         format!("{name}: {range} is {ours} in the profile and {name_of_value:?} in the DBC");
-                    report.find(Severity::Warning, text);
+                    report.find(Severity::Warning, CheckKind::OppositeSide, text);
                 }
             }
             let names: Vec<_> = names.iter().filter(|name| !name.eq_ignore_ascii_case(meaning)).collect();
@@ -50,7 +51,7 @@ pub(super) fn roles(settings: &Settings, table: &SignalTable, roles: &[RoleTexts
         }
         if are_opposite(&role.subject, name.rsplit('.').next().unwrap_or(name)) {
             let text = format!("{name} is bound as {}: its name says the other side", role.subject);
-            report.find(Severity::Warning, text);
+            report.find(Severity::Warning, CheckKind::OppositeSide, text);
         }
         let (heading, rest) = heading(&role.subject);
         report.line(heading, format!("{rest}{name}: {}; anything else is invalid", values.join(", ")));

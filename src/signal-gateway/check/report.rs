@@ -1,7 +1,10 @@
 //! The result of a check: facts, and findings by their severity.
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::json;
 
+use super::kind::CheckKind;
 use super::patch::Fix;
 use crate::report::text::{Layout, counted, escaped, wrapped};
 use gateway_base::names::variant_name;
@@ -23,12 +26,77 @@ struct Fact {
 /// A finding as text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ReportedFinding {
+    /// Kind of the finding.
+    pub kind: CheckKind,
     /// Severity, by which findings are sorted.
     pub severity: Severity,
     /// The text without its severity.
     pub text: String,
+    /// Remedy of a warning or an error; empty for a note.
+    pub remedy: String,
     /// A line of the vehicle profile that fixes it.
     pub fix: Option<Fix>,
+}
+
+impl ReportedFinding {
+    fn as_json(&self) -> JsonFinding<'_> {
+        JsonFinding {
+            kind: self.kind,
+            severity: variant_name(&self.severity),
+            text: &self.text,
+            remedy: Some(self.remedy.as_str()).filter(|remedy| !remedy.is_empty()),
+            fix: self.fix.as_ref().map(|fix| JsonFix { section: fix.section(), line: &fix.line }),
+        }
+    }
+}
+
+/// The report as JSON.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(title = "Result of signal-gateway check")]
+pub struct JsonReport<'a> {
+    /// Number of errors. With an error or a warning, the exit code is 4.
+    errors: usize,
+    /// Number of warnings.
+    warnings: usize,
+    /// Number of notes, which need no action.
+    notes: usize,
+    /// All findings, most severe first.
+    findings: Vec<JsonFinding<'a>>,
+    /// What was checked and counted, for people.
+    facts: Vec<JsonFact<'a>>,
+}
+
+/// A finding as JSON.
+#[derive(Debug, Serialize, JsonSchema)]
+struct JsonFinding<'a> {
+    /// Kind of the finding.
+    kind: CheckKind,
+    /// Severity: `error`, `warning` or `note`.
+    severity: &'static str,
+    /// What was found, for people.
+    text: &'a str,
+    /// What to do about it, for people; `None` for a note.
+    remedy: Option<&'a str>,
+    /// A line for the vehicle profile that fixes it; `None` if there is none.
+    fix: Option<JsonFix<'a>>,
+}
+
+/// A line for the vehicle profile.
+#[derive(Debug, Serialize, JsonSchema)]
+struct JsonFix<'a> {
+    /// Section of the profile, without brackets.
+    section: String,
+    /// The line, as TOML.
+    line: &'a str,
+}
+
+/// A fact, for people.
+#[derive(Debug, Serialize, JsonSchema)]
+struct JsonFact<'a> {
+    /// Heading; empty for a fact that continues the one before.
+    about: &'a str,
+    /// The fact.
+    text: &'a str,
 }
 
 const MAX_HEADING: usize = 10;
@@ -38,12 +106,35 @@ impl CheckReport {
         self.facts.push(Fact { heading: heading.to_owned(), text: text.into() });
     }
 
-    pub(super) fn find(&mut self, severity: Severity, text: impl Into<String>) {
-        self.find_with(severity, text, None);
+    /// Adds a finding with the remedy of its kind.
+    pub(super) fn find(&mut self, severity: Severity, kind: CheckKind, text: impl Into<String>) {
+        self.find_with(severity, kind, text, kind.remedy());
     }
 
-    pub(super) fn find_with(&mut self, severity: Severity, text: impl Into<String>, fix: Option<Fix>) {
-        self.findings.push(ReportedFinding { severity, text: text.into(), fix });
+    /// Adds a finding with its own remedy, which a note does not have.
+    pub(super) fn find_with(
+        &mut self,
+        severity: Severity,
+        kind: CheckKind,
+        text: impl Into<String>,
+        remedy: impl Into<String>,
+    ) {
+        let remedy = if severity == Severity::Note { String::new() } else { remedy.into() };
+        self.findings.push(ReportedFinding { kind, severity, text: text.into(), remedy, fix: None });
+    }
+
+    /// Adds a finding with the remedy of its kind and a line that fixes it.
+    pub(super) fn find_fixable(
+        &mut self,
+        severity: Severity,
+        kind: CheckKind,
+        text: impl Into<String>,
+        fix: Option<Fix>,
+    ) {
+        self.find(severity, kind, text);
+        if let Some(finding) = self.findings.last_mut() {
+            finding.fix = fix;
+        }
     }
 
     /// Appends the facts and findings of another report.
@@ -87,6 +178,9 @@ impl CheckReport {
         for finding in self.findings() {
             let color = if layout.has_color { color(finding.severity) } else { "" };
             add(&mut text, variant_name(&finding.severity), color, &escaped(&finding.text), layout);
+            if !finding.remedy.is_empty() {
+                add(&mut text, "", "", &format!("remedy: {}", escaped(&finding.remedy)), layout);
+            }
         }
         text.push('\n');
         text.push_str(&self.summary());
@@ -106,22 +200,15 @@ impl CheckReport {
 
     /// Formats the report as one JSON object.
     pub fn json(&self) -> String {
-        let finding = |finding: &ReportedFinding| {
-            let fix = finding.fix.as_ref().map(|fix| json!({ "section": fix.section(), "line": fix.line }));
-            json!({ "severity": finding.severity, "text": finding.text, "fix": fix })
+        let facts = self.facts.iter().map(|fact| JsonFact { about: &fact.heading, text: &fact.text });
+        let whole = JsonReport {
+            errors: self.count(Severity::Error),
+            warnings: self.count(Severity::Warning),
+            notes: self.count(Severity::Note),
+            findings: self.findings().into_iter().map(ReportedFinding::as_json).collect(),
+            facts: facts.collect(),
         };
-        let facts: Vec<_> =
-            self.facts.iter().map(|fact| json!({ "about": fact.heading, "text": fact.text })).collect();
-        let findings: Vec<Value> = self.findings().into_iter().map(finding).collect();
-        let count = |severity| self.count(severity);
-        let whole = json!({
-            "errors": count(Severity::Error),
-            "warnings": count(Severity::Warning),
-            "notes": count(Severity::Note),
-            "findings": findings,
-            "facts": facts,
-        });
-        format!("{whole}\n")
+        format!("{}\n", json!(whole))
     }
 
     /// Returns the known fixes for the profile.
@@ -163,19 +250,21 @@ fn add(text: &mut String, heading: &str, color: &str, body: &str, layout: Layout
 #[cfg(test)]
 mod tests {
     use super::*;
+    use serde_json::Value;
 
     fn report() -> CheckReport {
         let mut report = CheckReport::default();
         report.line("vehicle", "Car\u{1b}");
-        report.find(Severity::Note, "right was never seen: record it");
+        report.find(Severity::Note, CheckKind::StateNotShown, "right was never seen: record it");
         let fix = Fix::new("A", "timeout_ms = 500".to_owned());
-        report.find_with(Severity::Warning, "A: usually every 100 ms", fix);
+        report.find_fixable(Severity::Warning, CheckKind::UnusedIntegrity, "A: a counter", fix);
         report
     }
 
     #[test]
     fn the_heaviest_finding_comes_first_and_lines_wrap_in_their_column() {
-        let expected = "vehicle    Car\\u{1b}\n\nwarning    A: usually every 100 ms\nnote       right was never seen: \
+        let expected = "vehicle    Car\\u{1b}\n\nwarning    A: a counter\n           remedy: add the line that \
+                        --fix prints to the profile\nnote       right was never seen: \
                         record it\n\n0 errors, 1 warning, 1 note\n--fix prints 1 line for the profile\n";
         assert_eq!(report().text(Layout::default()), expected);
         let mut columns = CheckReport::default();
@@ -191,7 +280,9 @@ mod tests {
     fn programs_get_numbers_findings_and_fixes() {
         let value: Value = serde_json::from_str(&report().json()).unwrap();
         assert_eq!((&value["warnings"], &value["errors"]), (&json!(1), &json!(0)));
+        assert_eq!(value["findings"][0]["kind"], "unused_integrity");
         assert_eq!(value["findings"][0]["fix"]["line"], "timeout_ms = 500");
+        assert_eq!(value["findings"][1]["remedy"], Value::Null);
         assert_eq!(report().fixes().len(), 1);
     }
 }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::kind::CheckKind;
 use super::report::CheckReport;
 use vehicle_bringup::plausibility::finding::Severity;
 
@@ -19,17 +20,13 @@ pub fn service_files(read: &[PathBuf], user: &str, unreadable: &[PathBuf]) -> Ch
     for path in read {
         let name = path.display();
         if let Some(folder) = hiding_folder(path) {
-            report.find(
-                Severity::Warning,
-                format!("{name}: the service cannot read it, since its unit hides {folder}: move it to /etc/signal-gateway"),
-            );
+            let text = format!("{name}: the service cannot read it, since its unit hides {folder}");
+            let remedy = "move it to /etc/signal-gateway";
+            report.find_with(Severity::Warning, CheckKind::ServiceCannotRead, text, remedy);
         } else if unreadable.contains(path) {
-            report.find(
-                Severity::Warning,
-                format!(
-                    "{name}: the service cannot read it, since it runs as user {user}: chmod a+r {name}, and a+x for its folders"
-                ),
-            );
+            let text = format!("{name}: the service cannot read it, since it runs as user {user}");
+            let remedy = format!("chmod a+r {name}, and a+x for its folders");
+            report.find_with(Severity::Warning, CheckKind::ServiceCannotRead, text, remedy);
         }
     }
     report
@@ -38,6 +35,7 @@ pub fn service_files(read: &[PathBuf], user: &str, unreadable: &[PathBuf]) -> Ch
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::check::ReportedFinding;
 
     #[test]
     fn hidden_and_unreadable_files_are_found_once_each() {
@@ -45,7 +43,8 @@ mod tests {
             ["/etc/signal-gateway/gateway.toml", "/homes/car.toml", "/home/me/car.toml"].map(PathBuf::from);
         let texts = |unreadable: &[PathBuf]| {
             let report = service_files(&paths, "someone", unreadable);
-            report.findings().iter().map(|finding| finding.text.clone()).collect::<Vec<_>>()
+            let text = |finding: &&ReportedFinding| format!("{}: {}", finding.text, finding.remedy);
+            report.findings().iter().map(text).collect::<Vec<_>>()
         };
         let hidden = "/home/me/car.toml: the service cannot read it, since its unit hides /home: move it to /etc/signal-gateway";
         assert_eq!(texts(&[]), [hidden]);

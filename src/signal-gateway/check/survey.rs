@@ -9,11 +9,12 @@ use super::vehicle_status::{StatusSurvey, bound_messages};
 use crate::config::Settings;
 use crate::replay::Replay;
 use can_signal::can::error_frame::{bits, class};
-use can_signal::can::{BusIndex, CanId, CanInput, source_address};
-use can_signal::validation::table::BoundMessage;
+use can_signal::can::{BusIndex, CanInput, source_address};
+use can_signal::validation::table::{BoundMessage, SignalIndex, SignalTable};
 use can_signal::validation::unusable::FaultKind;
 use gateway_base::time::MonoTime;
-use gateway_core::vehicle_lights::Task;
+use gateway_core::gateway::event::Output;
+use gateway_core::vehicle_lights::{Task, signals_of};
 use gateway_core::vehicle_status::kinematics::survey::KinematicSurvey;
 use vehicle_bringup::plausibility::evidence::ProfileEvidence;
 use vehicle_bringup::plausibility::fingerprint::Fingerprint;
@@ -55,34 +56,28 @@ pub(super) struct RecordingSurvey {
     pub(super) faults: BTreeMap<(usize, FaultKind), FaultSurvey>,
     /// Fault of each report after the last step, and whether it was published.
     pub(super) current: [(Option<FaultKind>, bool); 2],
-    /// Time of the first frame on a configured interface.
-    pub(super) start: MonoTime,
     pub(super) published: [Duration; 2],
+    /// True for each report of the lights once it was published.
+    pub(super) was_published: [bool; 2],
+    /// Remedy for each fault of the lights, from the diagnostics.
+    pub(super) remedies: BTreeMap<(usize, FaultKind), String>,
     pub(super) status: StatusSurvey,
     pub(super) motion: KinematicSurvey,
 }
 
-/// The frames of a bus: their identifiers, and the last times of the two most recent identifiers. For a
-/// missing message, one of them is the newest frame of another message.
+/// The frames of a bus: their identifiers, the newest stamp, and the newest stamp before that.
 #[derive(Debug, Default)]
 pub(super) struct BusFrames {
     pub(super) fingerprint: Fingerprint,
-    newest: Option<(CanId, MonoTime)>,
-    other: Option<(CanId, MonoTime)>,
+    newest: Option<MonoTime>,
+    before: Option<MonoTime>,
 }
 
 impl BusFrames {
-    fn add_last(&mut self, id: CanId, at: MonoTime) {
-        if self.newest.is_some_and(|(known, _)| known != id) {
-            self.other = self.newest;
+    fn add(&mut self, at: MonoTime) {
+        if self.newest.is_none_or(|newest| at > newest) {
+            self.before = self.newest.replace(at);
         }
-        self.newest = Some((id, at));
-    }
-
-    /// Returns the time of the newest frame with another identifier.
-    fn newest_but(&self, id: CanId) -> Option<MonoTime> {
-        let candidates = [self.newest, self.other];
-        candidates.into_iter().flatten().find(|(known, _)| *known != id).map(|(_, at)| at)
     }
 }
 
@@ -102,8 +97,9 @@ impl RecordingSurvey {
             values: vec![BTreeMap::new(); lights.table.signals.len()],
             faults: BTreeMap::new(),
             current: [(None, false); 2],
-            start,
             published: [Duration::ZERO; 2],
+            was_published: [false; 2],
+            remedies: BTreeMap::new(),
             status: StatusSurvey::new(&settings.gateway.status),
             motion: KinematicSurvey::default(),
         };
@@ -126,8 +122,8 @@ impl RecordingSurvey {
         self.evidence.frame(*bus, frame, at);
         let Some(frames) = self.buses.get_mut(usize::from(bus.0)) else { return };
         frames.fingerprint.frame(frame);
-        let other_at = frames.newest_but(id);
-        frames.add_last(id, at);
+        frames.add(at);
+        let before = frames.before;
         let is_bound = |message: &BoundMessage| message.bus == *bus && message.ids.contains(id);
         let Some(position) = self.bound.iter().position(is_bound) else { return };
         let lights = &settings.gateway.lights;
@@ -148,8 +144,8 @@ impl RecordingSurvey {
             let gap = at.since(last);
             survey.longest_gap = survey.longest_gap.max(gap);
             if self.bound[position].timing.timeout().is_some_and(|timeout| gap > timeout) {
-                let is_between = |other: MonoTime| other > last && other < at;
-                let others_came = other_at.is_some_and(is_between);
+                // A frame since the last one of this message, other than one with the present stamp.
+                let others_came = before.is_some_and(|before| before > last);
                 survey.missing += u64::from(others_came);
                 survey.bus_silent += u64::from(!others_came);
             }
@@ -166,7 +162,8 @@ impl RecordingSurvey {
         for (index, task) in TASKS.into_iter().enumerate() {
             let (previous_fault, was_published) =
                 std::mem::replace(&mut self.current[index], lights.failure(task));
-            let (fault, _) = self.current[index];
+            let (fault, is_published) = self.current[index];
+            self.was_published[index] |= is_published;
             if let Some(survey) = previous_fault.and_then(|was| self.faults.get_mut(&(index, was))) {
                 survey.total += now.since(before);
             }
@@ -176,9 +173,43 @@ impl RecordingSurvey {
             if previous_fault != fault
                 && let Some(fault) = fault
             {
-                self.faults.entry((index, fault)).or_insert(FaultSurvey::begin(now)).count += 1;
+                let survey = self.faults.entry((index, fault)).or_insert(FaultSurvey::begin(now));
+                survey.begins_again(self.was_published[index]);
             }
         }
+    }
+
+    /// Adds an output of a step.
+    pub(super) fn given_out(&mut self, output: &Output, replay: &Replay) {
+        self.status.given_out(output, replay);
+        let Output::Diagnostics { diagnostics, .. } = output else { return };
+        for status in &diagnostics.statuses {
+            let Some(index) = TASKS.iter().position(|task| task.name() == status.task) else { continue };
+            if let (Some(fault), _) = self.current[index] {
+                self.remedies.entry((index, fault)).or_insert_with(|| status.remedy.clone());
+            }
+        }
+    }
+
+    /// Returns true if reports depend on a message, and each of them was published all the same.
+    pub(super) fn published_without(&self, settings: &Settings, message: &BoundMessage) -> bool {
+        let lights = &settings.gateway.lights;
+        let is_of = |table: &SignalTable, signals: Vec<SignalIndex>| {
+            signals.into_iter().any(|signal| {
+                let of = &table.messages[table.signals[signal.0].message.0];
+                (of.bus, of.ids) == (message.bus, message.ids)
+            })
+        };
+        let of_lights = TASKS.into_iter().zip(self.was_published);
+        let of_lights = of_lights.filter(|(task, _)| is_of(&lights.table, signals_of(lights, *task)));
+        let status = &settings.gateway.status;
+        let of_status = self.status.published();
+        let of_status = of_status.filter(|(report, _)| is_of(&status.table, status.signals(*report)));
+        let users: Vec<_> = of_lights
+            .map(|(_, published)| published)
+            .chain(of_status.map(|(_, published)| published))
+            .collect();
+        !users.is_empty() && users.into_iter().all(|was_published| was_published)
     }
 }
 

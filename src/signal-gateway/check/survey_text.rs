@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 use std::io;
 use std::time::Duration;
 
-use super::fault_survey::{FaultSurvey, seconds_text};
-use super::finding_text::{finding_text, fix};
+use super::dimensions;
+use super::fault_survey::seconds_text;
+use super::finding_text::{finding_text, fix, kind};
+use super::kind::CheckKind;
 use super::kinematics;
 use super::names::value_name;
 use super::report::CheckReport;
@@ -50,11 +52,13 @@ pub fn recording(settings: &Settings, mut replay: Replay) -> (CheckReport, io::R
         }
         survey.passed(&replay, before);
         while let Some(output) = replay.poll_output() {
-            survey.status.given_out(&output, replay.now().mono);
+            survey.given_out(&output, &replay);
         }
     };
     let mut report = report(&survey, settings, &replay);
-    kinematics::motion(survey.motion, settings, &mut report);
+    let published: Vec<_> = survey.status.published().collect();
+    let ratio = kinematics::motion(survey.motion, settings, &mut report);
+    dimensions::of_recording(settings, &published, ratio, &mut report);
     (report, outcome)
 }
 
@@ -64,27 +68,36 @@ fn report(survey: &RecordingSurvey, settings: &Settings, replay: &Replay) -> Che
     let length = seconds_text(replay.length());
     let entries = counted(counts.records, "frame");
     match log.interfaces() {
-        [] => report.find(Severity::Error, "not one frame was read"),
+        [] => report.find(Severity::Error, CheckKind::NoFrame, "not one frame was read"),
         interfaces => {
             report.line("recording", format!("{entries} in {length} on {}", interfaces.join(", ")));
         }
     }
     for text in recording_faults(replay) {
-        report.find(Severity::Warning, text);
+        report.find(Severity::Warning, CheckKind::RecordingFault, text);
     }
     if counts.records > 0 && counts.foreign == counts.records {
-        let text = "no frame was received on a configured interface: use --map INTERFACE=BUS";
-        report.find(Severity::Error, text);
+        let text = "no frame was received on a configured interface";
+        report.find(Severity::Error, CheckKind::ForeignInterface, text);
     }
     if survey.bound.is_empty() {
         let text = "the configuration binds no message, so the recording shows nothing";
-        report.find(Severity::Warning, text);
+        report.find(Severity::Warning, CheckKind::NothingBound, text);
     }
     errors(survey, settings, &mut report);
     messages(survey, settings, replay, &mut report);
     values(survey, settings, &mut report);
-    states(survey, settings, replay, &mut report);
-    survey.status.lines(replay.now().mono, survey.start, &mut report);
+    let mut cold_starts = states(survey, settings, replay, &mut report);
+    let explained = dimensions::withheld(settings, survey.status.published());
+    cold_starts.extend(survey.status.lines(replay.now().mono, &explained, &mut report));
+    if !cold_starts.is_empty() {
+        let waits = cold_starts
+            .iter()
+            .map(|(name, waited)| format!("{name} for {}", seconds_text(MonoTime::ZERO.after(*waited))));
+        let text =
+            format!("withheld until the first values arrived: {}", waits.collect::<Vec<_>>().join(", "));
+        report.find(Severity::Note, CheckKind::ColdStart, text);
+    }
     let platforms = settings.dbcs.iter().filter_map(|dbc| {
         let fingerprint = &survey.buses.get(usize::from(dbc.index.0))?.fingerprint;
         other_platform(fingerprint.compare_best(dbc.identifier_lists.iter().copied())?)
@@ -95,7 +108,8 @@ fn report(survey: &RecordingSurvey, settings: &Settings, replay: &Replay) -> Che
             matches!(finding.kind, FindingKind::Undefined { .. }) && finding.severity < Severity::Error;
         if !is_listed {
             let text = finding_text(&survey.evidence, &finding.kind);
-            report.find_with(finding.severity, text, fix(&survey.evidence, &finding.kind));
+            let fix = fix(&survey.evidence, &finding.kind);
+            report.find_fixable(finding.severity, kind(&finding.kind), text, fix);
         }
     }
     report
@@ -108,7 +122,8 @@ fn errors(survey: &RecordingSurvey, settings: &Settings, report: &mut CheckRepor
             errors.classes.iter().map(|(bit, count)| format!("{} {}", class_name(*bit), times(*count)));
         let (frames, first) = (counted(errors.frames, "error frame"), seconds_text(errors.first));
         let classes = classes.collect::<Vec<_>>().join(", ");
-        report.find(Severity::Warning, format!("{interface}: {frames}, first at {first}: {classes}"));
+        let text = format!("{interface}: {frames}, first at {first}: {classes}");
+        report.find(Severity::Warning, CheckKind::ErrorFrames, text);
     }
 }
 
@@ -121,7 +136,12 @@ fn messages(survey: &RecordingSurvey, settings: &Settings, replay: &Replay, repo
         if received.frames == 0 {
             let instead = instead_of(message, settings, replay);
             let text = format!("{name} ({ids}) was never received on {interface}{instead}");
-            report.find(Severity::Warning, text);
+            let (severity, kind) = if survey.published_without(settings, message) {
+                (Severity::Note, CheckKind::UnusedAlternative)
+            } else {
+                (Severity::Warning, CheckKind::MessageNotReceived)
+            };
+            report.find(severity, kind, text);
             continue;
         }
         let (frames, gap) = (counted(received.frames, "frame"), received.longest_gap.as_millis());
@@ -131,13 +151,13 @@ fn messages(survey: &RecordingSurvey, settings: &Settings, replay: &Replay, repo
         report.line("message", format!("{name} ({ids}): {frames}{usual}, longest gap {gap} ms"));
         senders(name, &received.senders, report);
         let gaps = [
-            (received.missing, "while other frames came on"),
-            (received.bus_silent, "and so was everything else on"),
+            (received.missing, CheckKind::MessageMissing, "while other frames came on"),
+            (received.bus_silent, CheckKind::BusSilent, "and so was everything else on"),
         ];
-        for (count, how) in gaps.into_iter().filter(|(count, _)| *count > 0) {
+        for (count, kind, how) in gaps.into_iter().filter(|(count, ..)| *count > 0) {
             let count = times(count);
             let text = format!("{name} was missing for longer than its limit {count}, {how} {interface}");
-            report.find(Severity::Warning, text);
+            report.find(Severity::Warning, kind, text);
         }
         if index < lights.len()
             && let Some(counts) = checkers.integrity_counts(MessageIndex(index))
@@ -155,10 +175,9 @@ fn senders(name: &str, senders: &BTreeMap<u8, u64>, report: &mut CheckReport) {
         0 => {}
         1 => report.line("", format!("from source address {counts}")),
         _ => {
-            let text = format!(
-                "{name} comes from source addresses {counts}: choose one with source_addresses of [message.{name}]"
-            );
-            report.find(Severity::Warning, text);
+            let text = format!("{name} comes from source addresses {counts}");
+            let remedy = format!("choose one with source_addresses of [message.{name}]");
+            report.find_with(Severity::Warning, CheckKind::SeveralSenders, text, remedy);
         }
     }
 }
@@ -180,7 +199,7 @@ fn values(survey: &RecordingSurvey, settings: &Settings, report: &mut CheckRepor
                 let severity = if *count == 1 { Severity::Note } else { Severity::Warning };
                 let value = raw_and_bits(*raw, codec);
                 let text = format!("{name} = {value}{named} {meaning}: {seen}, first at {first}");
-                report.find(severity, text);
+                report.find(severity, CheckKind::UndefinedValue, text);
             }
             rows.push([format!("{name} = {raw}{named}"), meaning, format!("{seen}, first at {first}")]);
         }
@@ -197,8 +216,15 @@ fn values(survey: &RecordingSurvey, settings: &Settings, report: &mut CheckRepor
     }
 }
 
-/// Lists how long each report would be published, and its faults.
-fn states(survey: &RecordingSurvey, settings: &Settings, replay: &Replay, report: &mut CheckReport) {
+/// Lists how long each report of the lights would be published, and its faults. Returns the reports that had
+/// to wait for their first value.
+fn states(
+    survey: &RecordingSurvey,
+    settings: &Settings,
+    replay: &Replay,
+    report: &mut CheckReport,
+) -> Vec<(&'static str, Duration)> {
+    let mut cold_starts = Vec::new();
     let lights = replay.gateway().lights();
     for (index, task) in TASKS.into_iter().enumerate() {
         let is_not_visible = task == Task::HazardLights
@@ -210,22 +236,25 @@ fn states(survey: &RecordingSurvey, settings: &Settings, replay: &Replay, report
         let whole = seconds_text(replay.now().mono);
         report.line("report", format!("{} would be published for {published} of {whole}", task.name()));
         let faults = survey.faults.iter().filter(|((of, _), _)| *of == index);
-        for ((_, fault), survey_of_fault) in faults {
+        for (of, survey_of_fault) in faults {
+            let (_, fault) = of;
             let kind = match fault {
                 FaultKind::Unknown => "unknown",
                 FaultKind::Invalid => "invalid",
                 FaultKind::HardwareFault => "hardware fault",
             };
-            let FaultSurvey { count, first, .. } = survey_of_fault;
             let text = format!("{} {kind} {}", task.name(), survey_of_fault.text());
-            // Nothing is known before the first frame; that alone is not a finding.
-            let start_only = *fault == FaultKind::Unknown
-                && *count == 1
-                && *first == survey.start
-                && survey.published[index] > Duration::ZERO;
-            if start_only { report.line("", text) } else { report.find(Severity::Warning, text) }
+            if survey_of_fault.is_cold_start(Some(*fault), survey.was_published[index]) {
+                report.line("", text);
+                cold_starts.push((task.name(), survey_of_fault.total));
+            } else {
+                let remedy = survey.remedies.get(of).filter(|remedy| !remedy.is_empty());
+                let remedy = remedy.map_or(CheckKind::ReportWithheld.remedy(), String::as_str);
+                report.find_with(Severity::Warning, CheckKind::ReportWithheld, text, remedy);
+            }
         }
     }
+    cold_starts
 }
 
 /// Describes unreadable parts of a recording, and implausible stamps.
@@ -317,5 +346,9 @@ fn integrity(name: &str, counts: IntegrityCounts, report: &mut CheckReport) {
     let (trusted, lost, rejected) = (counts.trusted, counts.lost, counts.rejected());
     let why = if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join(", ")) };
     let text = format!("{name}: {trusted} trusted, {rejected} rejected{why}, {lost} lost by the counter");
-    if rejected > counts.initial { report.find(Severity::Warning, text) } else { report.line("", text) }
+    if rejected > counts.initial {
+        report.find(Severity::Warning, CheckKind::IntegrityRejected, text);
+    } else {
+        report.line("", text);
+    }
 }

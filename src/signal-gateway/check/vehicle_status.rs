@@ -4,10 +4,13 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use super::fault_survey::{FaultSurvey, seconds_text};
+use super::kind::CheckKind;
 use super::names;
 use super::report::CheckReport;
 use crate::config::Settings;
+use crate::replay::Replay;
 use can_signal::validation::table::BoundMessage;
+use can_signal::validation::unusable::FaultKind;
 use gateway_base::diagnostics::Level;
 use gateway_base::time::MonoTime;
 use gateway_core::gateway::event::Output;
@@ -18,7 +21,6 @@ use gateway_core::vehicle_status::StatusReport;
 use gateway_core::vehicle_status::binding::StatusBinding;
 use gateway_core::vehicle_status::doors::Door;
 use gateway_core::vehicle_status::measure::Measure;
-use gateway_core::vehicle_status::missing_dimensions::missing_dimensions;
 use gateway_core::vehicle_status::role_texts::StatusTexts;
 use gateway_core::vehicle_status::velocity::binding::{DirectionSource, HeadingRateSource};
 use vehicle_bringup::plausibility::finding::Severity;
@@ -50,7 +52,7 @@ pub(crate) fn report_names(settings: &Settings) -> Vec<&'static str> {
 
 /// Lists the meanings of all values and the sources of each report, and reports missing configuration.
 pub(super) fn reports(settings: &Settings, report: &mut CheckReport) {
-    let (status, geometry) = (&settings.gateway.status, &settings.gateway.status_settings.geometry);
+    let status = &settings.gateway.status;
     let roles: Vec<_> = StatusTexts::of(status).roles().collect();
     names::roles(settings, &status.table, &roles, report);
     for of in status.reports() {
@@ -58,15 +60,10 @@ pub(super) fn reports(settings: &Settings, report: &mut CheckReport) {
         let heading = if of == StatusReport::ControlMode { "mode" } else { of.name() };
         report.line(heading, sources(of, settings));
     }
-    for (of, source, key) in missing_dimensions(status, geometry) {
-        let text =
-            format!("{}: {source} cannot be used without {} of [vehicle_geometry]", of.name(), key.key());
-        report.find(Severity::Note, text);
-    }
     if status.control_mode.is_some() {
         let text = "control_mode: Autoware engages through the service /control/control_mode_request, which the \
                     by-wire node must still serve";
-        report.find(Severity::Note, text);
+        report.find(Severity::Note, CheckKind::Advice, text);
     }
 }
 
@@ -131,12 +128,24 @@ struct ReportSurvey {
     /// Level and message of its status.
     status: Option<(Level, String)>,
     /// Times at which it was withheld, by reason.
-    reasons: BTreeMap<String, FaultSurvey>,
+    reasons: BTreeMap<String, WithheldReason>,
     /// True once it was published.
     was_published: bool,
 }
 
+#[derive(Debug)]
+struct WithheldReason {
+    times: FaultSurvey,
+    kind: Option<FaultKind>,
+    remedy: String,
+}
+
 impl StatusSurvey {
+    /// Returns each report, and whether it was published at any time.
+    pub(super) fn published(&self) -> impl Iterator<Item = (StatusReport, bool)> {
+        self.0.iter().map(|survey| (survey.report, survey.was_published))
+    }
+
     pub(super) fn new(status: &StatusBinding) -> Self {
         let survey = |report| ReportSurvey {
             report,
@@ -158,13 +167,13 @@ impl StatusSurvey {
             } else if let Some((_, message)) = &survey.status
                 && let Some(reason) = survey.reasons.get_mut(message)
             {
-                reason.total += time;
+                reason.times.total += time;
             }
         }
     }
 
     /// Adds an output of a step.
-    pub(super) fn given_out(&mut self, output: &Output, now: MonoTime) {
+    pub(super) fn given_out(&mut self, output: &Output, replay: &Replay) {
         match output {
             Output::VehicleStatus(output) => {
                 let Some(survey) = self.0.iter_mut().find(|survey| survey.report == output.report()) else {
@@ -188,7 +197,12 @@ impl StatusSurvey {
                     // The time until the first values, and between them and the first report, is not a fault.
                     if !survey.is_published && status.level != Level::Ok && !is_starting(status) {
                         let reason = survey.reasons.entry(status.message.clone());
-                        reason.or_insert(FaultSurvey::begin(now)).count += 1;
+                        let reason = reason.or_insert_with(|| WithheldReason {
+                            times: FaultSurvey::begin(replay.now().mono),
+                            kind: replay.gateway().vehicle_status().failure(survey.report),
+                            remedy: status.remedy.clone(),
+                        });
+                        reason.times.begins_again(survey.was_published);
                     }
                     survey.status = Some(state);
                 }
@@ -200,8 +214,16 @@ impl StatusSurvey {
         }
     }
 
-    /// Lists how long each report would be published, its values, and the reasons for withholding it.
-    pub(super) fn lines(&self, whole: MonoTime, start: MonoTime, report: &mut CheckReport) {
+    /// Lists how long each report would be published, its values, and the reasons for withholding it, of
+    /// which the longest is a finding. The reports of `explained` have another finding. Returns the reports
+    /// that had to wait for their first value.
+    pub(super) fn lines(
+        &self,
+        whole: MonoTime,
+        explained: &[StatusReport],
+        report: &mut CheckReport,
+    ) -> Vec<(&'static str, Duration)> {
+        let mut cold_starts = Vec::new();
         for survey in &self.0 {
             let name = survey.report.name();
             let published = seconds_text(MonoTime::ZERO.after(survey.published));
@@ -213,23 +235,29 @@ impl StatusSurvey {
                 report.line("", text);
             }
             let mut reasons: Vec<_> = survey.reasons.iter().collect();
-            reasons.sort_by_key(|(_, reason)| std::cmp::Reverse(reason.total));
-            let mut is_warned = false;
+            reasons.sort_by_key(|(_, reason)| std::cmp::Reverse(reason.times.total));
+            let mut is_warned = explained.contains(&survey.report);
+            let mut cold_start = None;
             for (message, reason) in reasons.iter().take(MAX_REASONS) {
-                let text = format!("{name} withheld {}: {message}", reason.text());
-                // Nothing is known before the first frames, which alone is not a finding. The reason with the
-                // longest time is.
-                let start_only = reason.first == start && reason.count == 1 && survey.was_published;
-                if start_only || is_warned {
+                let text = format!("{name} withheld {}: {message}", reason.times.text());
+                let is_cold_start = reason.times.is_cold_start(reason.kind, survey.was_published);
+                if is_cold_start {
+                    *cold_start.get_or_insert(Duration::ZERO) += reason.times.total;
+                }
+                if is_cold_start || is_warned {
                     report.line("", text);
                 } else {
                     is_warned = true;
-                    report.find(Severity::Warning, text);
+                    let remedy = Some(reason.remedy.as_str()).filter(|remedy| !remedy.is_empty());
+                    let remedy = remedy.unwrap_or(CheckKind::ReportWithheld.remedy());
+                    report.find_with(Severity::Warning, CheckKind::ReportWithheld, text, remedy);
                 }
             }
+            cold_starts.extend(cold_start.map(|waited| (name, waited)));
             if reasons.len() > MAX_REASONS {
                 report.line("", format!("{name}: further reasons are not listed"));
             }
         }
+        cold_starts
     }
 }

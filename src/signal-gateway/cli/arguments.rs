@@ -16,6 +16,7 @@ use crate::check;
 use crate::config::files::{Disk, Files};
 use crate::config::ros_names::RosOverrides;
 use crate::config::{Overrides, Settings, load, load_profile_for_node};
+use crate::io::folder_access::check_writable;
 use crate::io::new_files::write_new;
 use crate::replay::Routes;
 use crate::report::chart::Chart;
@@ -186,19 +187,47 @@ pub(super) fn open(path: &Path, time: TimeArgs, shown: ShowProgress) -> Result<L
     open().and_then(|log| time.apply(log)).map_err(Failure::file(path))
 }
 
+/// Reads the path of a picture.
 pub(super) fn svg_path(text: &str) -> Result<PathBuf, String> {
+    path_ending_in(text, &["svg"], |svg| format!("draw {svg} and convert it, e.g. with rsvg-convert"))
+}
+
+/// Reads the path of a page.
+pub(super) fn page_path(text: &str) -> Result<PathBuf, String> {
+    path_ending_in(text, &["html", "htm"], |html| format!("write {html}, which a browser can print as PDF"))
+}
+
+/// Reads the path of an output file of one format; `conversion` is the remedy for another format.
+fn path_ending_in(
+    text: &str,
+    extensions: &[&str],
+    conversion: impl FnOnce(&str) -> String,
+) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     let extension = path.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
-    match extension.as_deref() {
-        Some("svg") => Ok(path),
-        Some(other) => {
-            let svg = path.with_extension("svg").display().to_string();
-            Err(format!(
-                "expected a name that ends in .svg, found .{other}; draw {svg} and convert it, e.g. with rsvg-convert"
-            ))
+    let expected = format!("expected a name that ends in .{}", extensions.join(" or ."));
+    match (extension.as_deref(), extensions) {
+        (Some(given), _) if extensions.contains(&given) => Ok(path),
+        (Some(given), [first, ..]) => {
+            let right = path.with_extension(first).display().to_string();
+            Err(format!("{expected}, found .{given}; {}", conversion(&right)))
         }
-        None => Err("expected a name that ends in .svg".to_owned()),
+        (Some(_) | None, _) => Err(expected),
     }
+}
+
+/// Fails if no file can be written at this path because of its folder, so that this is known before the work.
+pub(super) fn expect_folder_of(path: &Path) -> Result<(), Failure> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let unwritable = Failure::written(path);
+    if !folder.is_dir() {
+        return Err(unwritable(io::ErrorKind::NotFound.into()));
+    }
+    // A file or a terminal that exists is replaced or written by itself.
+    if path.is_dir() {
+        return Err(unwritable(io::ErrorKind::IsADirectory.into()));
+    }
+    if path.exists() { Ok(()) } else { check_writable(folder).map_err(unwritable) }
 }
 
 pub(super) fn draw(path: &Path, chart: &Chart) -> Result<(), Failure> {

@@ -1,18 +1,18 @@
 //! `decide`: a drive scenario of the turn signal decider on virtual time.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
 
-use super::arguments::{Every, NamedValue, draw, file_name, named_value, svg_path};
+use super::arguments::{Every, NamedValue, draw, expect_folder_of, file_name, named_value, number, svg_path};
 use super::failure::Failure;
 use super::progress::ProgressDisplay;
 use super::recorded_drive::{self, ReportForm};
 use super::recordings::{Batch, DecideSummary, SeveralArgs, Wanted};
 use super::{messages, survey};
-use crate::config::drive::{self, DriveFile};
+use crate::config::drive::{self, DriveFile, MAX_SPEED_MPS};
 use crate::config::files::Disk;
 use crate::config::gateway::turn_signal::TurnSignalConfig;
 use crate::config::{Overrides, Problem, Refused, load};
@@ -117,7 +117,7 @@ pub(super) struct DecideArgs {
     #[arg(long, value_name = "SWEEP", requires = "all_routes", conflicts_with_all = ["from", "to"])]
     sweep: Option<Sweep>,
     /// Speed of the vehicle, m/s
-    #[arg(long, value_name = "M/S", default_value = "8", requires = "map")]
+    #[arg(long, value_name = "M/S", value_parser = speed_mps, default_value = "8", requires = "map")]
     speed: f64,
     /// The decider of Autoware that is followed; default: those that the scenario is for
     #[arg(long, value_name = "COMPAT", value_parser = named_value(&COMPAT))]
@@ -146,7 +146,12 @@ static COMPAT: [NamedValue<DeciderCompat>; 3] = [
     (DeciderCompat::PathGenerator, DeciderCompat::PathGenerator.name(), "Autoware's core path generator"),
 ];
 
+fn speed_mps(text: &str) -> Result<f64, String> {
+    number(text, "a speed in m/s", 0.0..=MAX_SPEED_MPS)
+}
+
 pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
+    args.picture.as_deref().map_or(Ok(()), expect_folder_of)?;
     if let (Some(map), Some(routes)) = (&args.map, args.all_routes) {
         return survey_map(args, map, routes);
     }
@@ -188,7 +193,7 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
         (false, true) => DriveForm::Numbers,
         (false, false) => DriveForm::Sentences,
     };
-    let mut out = io::BufWriter::new(io::stdout().lock());
+    let mut out = messages::result_lines(args.json);
     let mut writer = DriveWriter::new(form);
     let mut chart = args.picture.as_ref().map(|_| DriveChart::new(simulation.file()));
     let mut has_failed = false;

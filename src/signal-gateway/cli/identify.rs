@@ -44,7 +44,7 @@ pub(super) struct IdentifyArgs {
     #[arg(long, value_name = "INTERFACE", conflicts_with = "log")]
     live: Option<String>,
     /// Longest time to listen
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "30", requires = "live")]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "30", requires = "live", conflicts_with = "log")]
     seconds: Duration,
     /// List every profile of which a message was received, not only the best three
     #[arg(long)]

@@ -7,13 +7,14 @@ use std::time::Duration;
 
 use clap::Args;
 
-use super::arguments::TimeArgs;
+use super::arguments::{TimeArgs, expect_folder_of};
 use super::discover::{self, DiscoverArgs};
 use super::failure::Failure;
-use super::questions::{ask, confirm, yes_or_no};
+use super::questions::{ask, ask_or_default, yes_or_no};
 use super::{identify, messages, profiles};
 use crate::check::identify::ProfileCandidate;
 use crate::check::identify_text;
+use crate::config::built_in::BuiltIn;
 use crate::config::car_models;
 use crate::config::draft::{BusInterface, DimensionsDraft, DraftCar, gateway_toml};
 use crate::config::files::Disk;
@@ -39,7 +40,8 @@ It asks for what is not given; answers can come through a pipe as well. A profil
 recording, or `discover` for an unknown car. A car by make, model and year has its profile from the
 list of models, as `signal-gateway profiles find` shows it, and its wheel base and steering ratio
 from opendbc's list: as comments, unless you say that they are to be used, since no one has measured
-them on your car.";
+them on your car. Unattended, `identify` listens to the interface for up to 30 s and takes the
+profile that fits.";
 
 #[derive(Debug, Args)]
 pub(super) struct InitArgs {
@@ -89,6 +91,13 @@ pub(super) fn run(args: &InitArgs) -> Result<ExitCode, Failure> {
         Some(car) if args.profile.is_none() => Some(car.profile()?),
         Some(_) | None => args.profile.as_deref(),
     };
+    if let (Some(car), Some(given)) = (&car, &args.profile) {
+        car.expect_profile(given)?;
+    }
+    // A discovery makes its own folder.
+    if args.profile.as_deref() != Some(DISCOVER) {
+        expect_folder_of(&args.output)?;
+    }
     let overwrite = args.force || args.output.exists() && is_overwriting_allowed(&args.output)?;
     let interfaces = if args.interface.is_empty() {
         vec![ask_interface("CAN interface", None)?]
@@ -103,6 +112,7 @@ pub(super) fn run(args: &InitArgs) -> Result<ExitCode, Failure> {
         };
         return discover::discover(&DiscoverArgs::live(interface.clone(), folder, args.force));
     };
+    car.as_ref().map_or(Ok(()), |car| car.expect_profile(&profile))?;
     let buses = settings.gateway.buses.iter().map(|bus| bus.name.as_str()).collect::<Vec<_>>();
     let buses = match buses.as_slice() {
         [_, _, ..] if args.interface.is_empty() => {
@@ -141,9 +151,25 @@ impl ListedCar<'_> {
         };
         Ok(only)
     }
+
+    /// Fails for a built-in profile that is not one of this car. A file may describe any car.
+    fn expect_profile(&self, given: &str) -> Result<(), Failure> {
+        let profile = BuiltIn::Profile.path(given);
+        if profile.is_none() || self.profiles.iter().any(|known| BuiltIn::Profile.path(known) == profile) {
+            return Ok(());
+        }
+        let (car, profiles) = (self.name, self.profiles.join(" or "));
+        Err(Failure::Usage(format!(
+            "--profile {given} is not a profile of the {car}: give {profiles}, or leave out --car"
+        )))
+    }
 }
 
 fn listed<'a>(models: &'a [CarModel], car: &'a str) -> Result<ListedCar<'a>, Failure> {
+    if BuiltIn::Profile.path(car).is_some() {
+        let text = format!("--car {car}: this is a profile, not a car; give it with --profile {car}");
+        return Err(Failure::Usage(text));
+    }
     let search = find(models, car);
     let profiles: Vec<_> = search.profiles().into_iter().map(str::to_owned).collect();
     if search.verdict == ModelVerdict::Unknown || profiles.is_empty() {
@@ -178,7 +204,7 @@ fn dimensions(
                 "Use the wheel base of {wheel_base_m} m and the steering ratio of {steering_ratio} that opendbc lists for \
                  {name}, with a warning until they are measured on this car? yes or no"
             );
-            let is_used = !status.steering.is_empty() && confirm(&question)?;
+            let is_used = !status.steering.is_empty() && ask_or_default(&question, "no", yes_or_no)?;
             Some(DraftCar { name, is_used })
         }
         _ => None,
@@ -226,7 +252,7 @@ fn interface_of(given: &str) -> &str {
 fn profile(given: Option<&str>, interface: &str) -> Result<Option<(String, Settings)>, Failure> {
     let mut vehicle = match given {
         Some(given) => vehicle(given, &[])?,
-        None => ask_vehicle(&[], IDENTIFY)?,
+        None => ask_vehicle()?,
     };
     for _ in 0..MAX_ROUNDS {
         vehicle = match vehicle {
@@ -234,20 +260,35 @@ fn profile(given: Option<&str>, interface: &str) -> Result<Option<(String, Setti
             VehicleAnswer::Discover => return Ok(None),
             VehicleAnswer::List => {
                 profiles::list(&mut io::stdout().lock())?;
-                ask_vehicle(&[], IDENTIFY)?
+                ask_vehicle()?
             }
             VehicleAnswer::Identify => {
                 let (found, is_first_fitting) = identified(interface_of(interface))?;
-                let default = found.first().filter(|_| is_first_fitting).map_or(DISCOVER, |(name, _)| name);
-                ask_vehicle(&found, default)?
+                choose_vehicle(&found, is_first_fitting)?
             }
         };
     }
     Err(Failure::Usage("no vehicle was chosen; give --profile".to_owned()))
 }
 
-/// Asks for the vehicle; `found` are the profiles that can be chosen by number.
-fn ask_vehicle(found: &[Proposal], default: &str) -> Result<VehicleAnswer, Failure> {
+fn ask_vehicle() -> Result<VehicleAnswer, Failure> {
+    show_menu(&[])?;
+    ask("Vehicle", IDENTIFY, "--profile", |answer| vehicle(answer, &[]))
+}
+
+/// Asks for one of the profiles that were identified. The first one is the default if it fits.
+fn choose_vehicle(found: &[Proposal], is_first_fitting: bool) -> Result<VehicleAnswer, Failure> {
+    show_menu(found)?;
+    match found.first().filter(|_| is_first_fitting) {
+        Some((name, _)) => ask_or_default("Vehicle", name, |answer| vehicle(answer, found)),
+        None => ask("Vehicle", DISCOVER, "--profile, since no profile fits for sure", |answer| {
+            vehicle(answer, found)
+        }),
+    }
+}
+
+/// Lists the possible answers; `found` are the profiles that can be chosen by number.
+fn show_menu(found: &[Proposal]) -> io::Result<()> {
     let mut menu = String::new();
     for (number, (name, vehicle)) in (1..).zip(found) {
         menu += &format!("  {number:<9} {name}, {vehicle}\n");
@@ -256,8 +297,7 @@ fn ask_vehicle(found: &[Proposal], default: &str) -> Result<VehicleAnswer, Failu
              list      show the names\n  \
              identify  find the profiles that fit the bus or a recording\n  \
              discover  find the indicators of an unknown car\n";
-    write!(io::stdout().lock(), "\n{menu}")?;
-    ask("Vehicle", default, "--profile", |answer| vehicle(answer, found))
+    write!(io::stdout().lock(), "\n{menu}")
 }
 
 fn vehicle(given: &str, found: &[Proposal]) -> Result<VehicleAnswer, Failure> {
@@ -275,11 +315,10 @@ fn vehicle(given: &str, found: &[Proposal]) -> Result<VehicleAnswer, Failure> {
 fn identified(interface: &str) -> Result<(Vec<Proposal>, bool), Failure> {
     let seconds = LISTENING.as_secs();
     let question = format!("A recording of the vehicle, or listen to {interface} for {seconds} s");
-    let (identifier, log) =
-        ask(&question, LISTEN, "--profile with the name of a profile", |answer| match answer {
-            LISTEN => Ok((identify::listen(interface, LISTENING)?, None)),
-            file => Ok((identify::read(Path::new(file), TimeArgs::default())?, Some(PathBuf::from(file)))),
-        })?;
+    let (identifier, log) = ask_or_default(&question, LISTEN, |answer| match answer {
+        LISTEN => Ok((identify::listen(interface, LISTENING)?, None)),
+        file => Ok((identify::read(Path::new(file), TimeArgs::default())?, Some(PathBuf::from(file)))),
+    })?;
     let layout = messages::layout(&io::stdout());
     write!(io::stdout().lock(), "\n{}", identify_text::text(&identifier, log.as_deref(), false, layout))?;
     let found = identifier.possible();

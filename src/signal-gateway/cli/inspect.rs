@@ -18,11 +18,11 @@ use super::running::likely_socket;
 use super::unreadable::expect_recording;
 use super::view::{self, ViewArgs};
 use super::{against_running, messages};
-use crate::check::CheckReport;
 use crate::check::decode::Decoder;
 use crate::check::live_messages::LiveMessages;
 use crate::check::patch::{Fix, patch, timeouts};
 use crate::check::table::SignalValues;
+use crate::check::{CheckReport, JsonReport};
 use crate::config::files::{Disk, Files as _, ListedDisk};
 use crate::config::ros_names::RosOverrides;
 use crate::config::{Refused, Settings, SourceLocation};
@@ -30,6 +30,7 @@ use crate::io::clock::Clock;
 use crate::io::process_log::LogForm;
 use crate::io::service_user::{SERVICE_USER, unreadable_for_service};
 use crate::replay::{RecordedInput, Replay};
+use crate::report::schema::schema;
 use crate::{check, daemon};
 use can_signal::can::CanInput;
 use vehicle_bringup::plausibility::finding::Severity;
@@ -42,8 +43,9 @@ Examples:
   signal-gateway check archive/ --config gateway.toml --json > results.jsonl
   signal-gateway check lanelet2_map.osm
 
-Findings are errors (the profile belongs to another vehicle, or cannot work), warnings (to be
-looked at before the drive) and notes. The exit code is 4 from warnings up.
+Findings are errors (the profile belongs to another vehicle, or cannot work), warnings, and notes,
+which need no action. With an error or a warning the exit code is 4, and each has a remedy;
+docs/ci.md describes all kinds of findings, and `check` in a pipeline.
 
 A lanelet2 map (.osm, or a folder with lanelet2_map.osm) is checked by itself: tags that
 decide about turn signals, held against the geometry of their lanelets.
@@ -54,8 +56,9 @@ With --against-running nothing but the two configurations is compared; the exit 
 restart is needed, and 8 where no gateway can be reached. As JSON it is
   {\"reload\": [{\"part\", \"before\", \"after\"}], \"restart\": [...]}
 
-With --json one object is printed:
-  {\"errors\": 0, \"warnings\": 1, \"notes\": 0, \"findings\": [{\"severity\": \"warning\", \"text\": TEXT,
+With --json one object is printed; --schema prints its JSON Schema:
+  {\"errors\": 0, \"warnings\": 1, \"notes\": 0, \"findings\": [{\"kind\": \"message_missing\",
+   \"severity\": \"warning\", \"text\": TEXT, \"remedy\": TEXT or null,
    \"fix\": {\"section\": \"message.NAME\", \"line\": TOML} or null}], \"facts\": [{\"about\", \"text\"}]}";
 
 pub(super) const DECODE_HELP: &str = "\
@@ -75,6 +78,7 @@ A cell is empty while the gateway would not use the value: before the first fram
 or when the frame fails a check.";
 
 #[derive(Debug, Args)]
+#[allow(clippy::struct_excessive_bools)] // options
 pub(super) struct CheckArgs {
     #[command(flatten)]
     recording: RecordingArgs,
@@ -89,6 +93,9 @@ pub(super) struct CheckArgs {
     /// Print one JSON object, for CI
     #[arg(long, conflicts_with = "fix")]
     json: bool,
+    /// Print the JSON Schema of --json, and check nothing
+    #[arg(long, conflicts_with_all = ["log", "fix", "json", "against_running"])]
+    schema: bool,
     /// Compare with the configuration of the running gateway instead: what a reload would change, and what
     /// needs a restart
     #[arg(long, value_name = "SOCKET", num_args = 0..=1, require_equals = true,
@@ -115,6 +122,10 @@ pub(super) struct DecodeArgs {
 
 pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     messages::start_log("error", LogForm::Messages)?;
+    if args.schema {
+        writeln!(io::stdout().lock(), "{:#}", schema::<JsonReport<'_>>())?;
+        return Ok(ExitCode::SUCCESS);
+    }
     if let Some(socket) = &args.against_running {
         let settings = settings(&args.recording.config)?;
         let likely = || likely_socket(&settings.file);
@@ -179,6 +190,8 @@ fn judge(args: &CheckArgs) -> Result<ExitCode, Failure> {
         let (surveyed, read) = check::recording(&settings, replay);
         report.append(surveyed);
         outcome = read.map_err(unreadable);
+    } else {
+        report.append(check::dimensions::missing(&settings));
     }
     let code = print(args, &report, settings.profile.as_ref())?;
     if let Some(path) = judged.filter(|_| report.count(Severity::Error) > 0) {
@@ -242,7 +255,15 @@ pub(super) fn check_files(config: &Path, log: &Path, time: TimeArgs) -> Result<E
     let config = ConfigArgs { config: Some(config.to_owned()), profile: None };
     let recording = RecordingArgs { log: Some(log.to_owned()), config, map: Vec::new(), time };
     let several = SeveralArgs::default();
-    judge(&CheckArgs { recording, several, strict: false, fix: false, json: false, against_running: None })
+    judge(&CheckArgs {
+        recording,
+        several,
+        strict: false,
+        fix: false,
+        json: false,
+        schema: false,
+        against_running: None,
+    })
 }
 
 pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {

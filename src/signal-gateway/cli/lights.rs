@@ -9,7 +9,9 @@ use std::time::Duration;
 
 use clap::Args;
 
-use super::arguments::{Every, NamedValue, draw, file_name, named_value, pair, seconds, svg_path};
+use super::arguments::{
+    Every, NamedValue, draw, expect_folder_of, file_name, named_value, pair, seconds, svg_path,
+};
 use super::failure::Failure;
 use super::messages;
 use super::progress::ProgressDisplay;
@@ -128,6 +130,7 @@ static COMPAT: [NamedValue<Compat>; 2] = [
 ];
 
 pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
+    args.picture.as_deref().map_or(Ok(()), expect_folder_of)?;
     let options = ReadOptions {
         compat: args.compat,
         packages: args.packages.iter().cloned().collect(),
@@ -152,7 +155,7 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
     let mut chart = args.picture.as_ref().map(|_| LightsChart::new(map, names.clone()));
     let style = if messages::layout(&io::stdout()).has_color { Style::Colored } else { Style::Plain };
     let mut writer = LightsWriter::new(Form::json_if(args.json), style, names.clone());
-    let mut out = io::BufWriter::new(io::stdout().lock());
+    let mut out = messages::result_lines(args.json);
     let (mut shown, mut outcome) = (0, Ok(()));
     while let Some(snapshot) = run.step() {
         let is_whole = args.every == Every::Step && snapshot.is_frame;

@@ -13,14 +13,15 @@ use super::failure::Failure;
 pub(super) const EXIT_CODES: &str = "  0  done
   1  failed while running
   2  wrong usage
-  3  the configuration, its vehicle profile, its DBC, a scenario or a map was refused
-  4  check, doctor or status found warnings, discover is not sure, identify or profiles find knows no
-     profile that fits, or replay received no frame on a configured interface
-  5  the scenario of lights ended in failure, or an expectation of decide was not met
-  6  the verdict of a scenario of lights is not known
+  3  a configuration, vehicle profile, DBC, scenario or map was refused
+  4  check found warnings or errors; doctor or status found warnings;
+     discover is not sure; no profile fits (identify, profiles find);
+     replay received no frame on a configured interface
+  5  the scenario of lights failed, or an expectation of decide was not met
+  6  the scenario of lights ended without a verdict
   7  status or doctor found errors
-  8  status, reload or check --against-running reaches no gateway
-  9  check --against-running: the configuration needs a restart";
+  8  status, reload or check --against-running cannot reach a gateway
+  9  check --against-running: the change needs a restart";
 
 /// Environment variables for the pages of `run` and the whole program.
 const ENVIRONMENT: [(&str, &str); 8] = [
@@ -153,7 +154,7 @@ fn exit_codes(command: &Command) -> String {
     }
     let is_own = |line: &&str| {
         let is_common = line.trim().starts_with(['0', '1', '2', '3']);
-        is_common || line.split([' ', ',', ':']).any(|word| word == command.get_name())
+        is_common || line.split([' ', ',', ':', ';', '(', ')']).any(|word| word == command.get_name())
     };
     // A line with deeper indentation continues the previous one.
     let codes = EXIT_CODES.replace("\n     ", " ");

@@ -25,7 +25,7 @@ use crate::report::text::{Layout, escaped};
 #[derive(Debug, Clone, Copy, Default, Args)]
 #[command(next_help_heading = "Messages")]
 pub(super) struct MessageArgs {
-    /// Print only errors; for `check` and `doctor`, only findings
+    /// Print only errors; for `check` and `doctor`, only findings. JSON is printed all the same
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     pub(super) quiet: bool,
     /// Print more messages, and every problem of a file; for `decide`, all reasons and distances
@@ -93,6 +93,12 @@ pub(super) fn layout<S: anstream::stream::RawStream>(stream: &S) -> Layout {
     let has_color = AutoStream::choice(stream) != ColorChoice::Never;
     let size = || terminal_size::terminal_size().map(|(width, _)| usize::from(width.0));
     Layout { has_color, width: stream.is_terminal().then(size).flatten() }
+}
+
+/// Returns standard output for the lines of a result, buffered. With `--quiet`, lines for people are dropped.
+pub(super) fn result_lines(is_json: bool) -> io::BufWriter<Box<dyn io::Write>> {
+    let is_dropped = options().quiet && !is_json;
+    io::BufWriter::new(if is_dropped { Box::new(io::sink()) } else { Box::new(io::stdout().lock()) })
 }
 
 /// Writes an error; `remedy` may be empty.

@@ -3,6 +3,7 @@
 use std::ffi::OsString;
 use std::fmt::Display;
 use std::path::Path;
+use std::sync::OnceLock;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Command, Error, Parser};
@@ -10,10 +11,23 @@ use clap::{Command, Error, Parser};
 use super::web::with_joined_address;
 use crate::config::built_in::BuiltIn;
 
+/// Builds the parser of this process.
+static PARSER: OnceLock<fn() -> Command> = OnceLock::new();
+
+/// Returns the parser of this process; `None` before [`parse`].
+pub(super) fn parser() -> Option<Command> {
+    PARSER.get().map(|build| build())
+}
+
 /// Parses the arguments of the process. Ends the process if they are wrong.
 pub(super) fn parse<Cli: Parser>() -> Cli {
     let arguments = arguments();
-    Cli::try_parse_from(&arguments).unwrap_or_else(|mut error| {
+    let build: fn() -> Command = || with_negative_numbers(Cli::command());
+    let mut command = PARSER.get_or_init(|| build)();
+    let matches = command.try_get_matches_from_mut(&arguments);
+    let parsed = matches
+        .and_then(|matches| Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut command)));
+    parsed.unwrap_or_else(|mut error| {
         let words: Vec<_> = arguments.iter().skip(1).map(|word| word.to_string_lossy()).collect();
         let words: Vec<_> = words.iter().map(AsRef::as_ref).collect();
         let is_mistyped = error.get(ContextKind::SuggestedArg).is_some();
@@ -29,6 +43,17 @@ pub(super) fn parse<Cli: Parser>() -> Cli {
 /// Returns the arguments of the process in the form that the parser accepts.
 pub(super) fn arguments() -> Vec<OsString> {
     help_as_option(with_joined_address(std::env::args_os()))
+}
+
+/// Accepts `-1` as the value of every option. Otherwise it is taken for an unknown option, and the range of
+/// the values is not mentioned.
+fn with_negative_numbers(command: Command) -> Command {
+    command
+        .mut_args(|arg| {
+            let takes_value = !arg.is_positional() && arg.get_action().takes_values();
+            arg.allow_negative_numbers(takes_value)
+        })
+        .mut_subcommands(with_negative_numbers)
 }
 
 /// Turns `help COMMAND` into `COMMAND --help`, and `help` into `--help`.

@@ -13,33 +13,41 @@ pub(super) fn ask<T>(
     question: &str,
     default: &str,
     option: &str,
+    take: impl FnMut(&str) -> Result<T, Failure>,
+) -> Result<T, Failure> {
+    ask_until(question, default, Some(option), take)
+}
+
+/// Like [`ask`], but takes the default at the end of standard input.
+pub(super) fn ask_or_default<T>(
+    question: &str,
+    default: &str,
+    take: impl FnMut(&str) -> Result<T, Failure>,
+) -> Result<T, Failure> {
+    ask_until(question, default, None, take)
+}
+
+fn ask_until<T>(
+    question: &str,
+    default: &str,
+    option: Option<&str>,
     mut take: impl FnMut(&str) -> Result<T, Failure>,
 ) -> Result<T, Failure> {
     let mut refused = 0;
     loop {
-        let Some(answer) = answer(question, default)? else {
+        let given = answer(question, default)?;
+        let is_ended = given.is_none();
+        if let Some(option) = option.filter(|_| is_ended) {
             return Err(Failure::Usage(format!("there is no answer on standard input: give {option}")));
-        };
-        match take(&answer) {
+        }
+        match take(given.as_deref().unwrap_or(default)) {
             Ok(value) => return Ok(value),
-            Err(error) if refused + 1 == MAX_ANSWERS => return Err(error),
+            Err(error) if is_ended || refused + 1 == MAX_ANSWERS => return Err(error),
             Err(error) => failure_message::show(&error),
         }
         refused += 1;
         messages::flush();
     }
-}
-
-/// Asks a question that is answered with yes or no. No answer on standard input means no.
-pub(super) fn confirm(question: &str) -> Result<bool, Failure> {
-    for _ in 0..MAX_ANSWERS {
-        match answer(question, "no")?.as_deref().map_or(Ok(false), yes_or_no) {
-            Ok(is_confirmed) => return Ok(is_confirmed),
-            Err(error) => failure_message::show(&error),
-        }
-        messages::flush();
-    }
-    Ok(false)
 }
 
 /// Parses an answer of yes or no.

@@ -69,7 +69,7 @@ pub(super) fn run(
 ) -> Result<ExitCode, Failure> {
     let opened = SampleLog::open(recording, topics(names), FileBudget::default());
     let mut log = opened.map_err(Failure::file(recording))?;
-    let mut out = io::BufWriter::new(io::stdout().lock());
+    let mut out = messages::result_lines(form.is_json);
     let numbers = if form.is_json { DriveForm::Json } else { DriveForm::Numbers };
     let (mut writer, mut narrator) = (DriveWriter::new(numbers), DriveWriter::new(DriveForm::Sentences));
     let is_verbose = messages::options().verbose || form.every == Every::Step;

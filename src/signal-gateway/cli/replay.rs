@@ -7,7 +7,8 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::arguments::{
-    RecordingArgs, ShowProgress, draw, file_name, open, recording, settings, speed, svg_path,
+    RecordingArgs, ShowProgress, draw, expect_folder_of, file_name, open, page_path, recording, settings,
+    speed, svg_path,
 };
 use super::csv_output::{CsvArgs, CsvFile};
 use super::failure::Failure;
@@ -77,7 +78,7 @@ pub(super) struct ReplayArgs {
     #[arg(long, value_name = "FILE.mcap|DIR", conflicts_with_all = ["speed", "ros", "web", "open"])]
     mcap: Option<PathBuf>,
     /// Write a page with the timeline as well: states, and the frame behind each
-    #[arg(long, value_name = "FILE.html", conflicts_with_all = ["speed", "ros", "web", "open"])]
+    #[arg(long, value_name = "FILE.html", value_parser = page_path, conflicts_with_all = ["speed", "ros", "web", "open"])]
     report: Option<PathBuf>,
     /// Draw the timeline as well
     #[arg(long, value_name = "FILE.svg", value_parser = svg_path, conflicts_with_all = ["speed", "ros", "web", "open"])]
@@ -104,6 +105,7 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
         return tabulate_each(args, recordings);
     }
     args.recording.log.as_deref().map_or(Ok(()), expect_recording)?;
+    [&args.report, &args.picture].into_iter().flatten().try_for_each(|path| expect_folder_of(path))?;
     let settings = settings(&args.recording.config)?;
     let (path, routes) = recording(&args.recording, &settings)?;
     let json = args.json.then(|| JsonTimeline {
@@ -119,7 +121,7 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
         return replay_in_time(args, settings, &path, routes, json);
     }
     let mut results = Results {
-        out: io::BufWriter::new(io::stdout().lock()),
+        out: messages::result_lines(args.json),
         json,
         changes: Changes::default(),
         mcap: args.mcap.as_deref().map(|path| McapExport::create(path, encoder(&settings))).transpose()?,
@@ -197,7 +199,7 @@ fn with_samples(log: Log, path: &Path, inputs: &[(String, SampleKind)]) -> io::R
 /// Makes the calls of a recorded run, and warns of departures.
 fn call_by_call(
     run: &mut RecordedRun,
-    results: &mut Results<'_>,
+    results: &mut Results,
     unreadable: impl Fn(io::Error) -> Failure,
 ) -> Result<(), Failure> {
     let outcome = loop {
@@ -215,7 +217,7 @@ fn call_by_call(
 
 fn by_stamps(
     replay: &mut Replay,
-    results: &mut Results<'_>,
+    results: &mut Results,
     unreadable: impl Fn(io::Error) -> Failure,
 ) -> Result<(), Failure> {
     loop {
@@ -243,8 +245,8 @@ fn by_stamps(
 }
 
 /// Destinations of a replay on virtual time.
-struct Results<'a> {
-    out: io::BufWriter<io::StdoutLock<'a>>,
+struct Results {
+    out: io::BufWriter<Box<dyn Write>>,
     json: Option<JsonTimeline>,
     changes: Changes,
     mcap: Option<McapExport>,
@@ -255,7 +257,7 @@ struct Results<'a> {
     failed: Result<(), Failure>,
 }
 
-impl Results<'_> {
+impl Results {
     /// Calls `write` with the export file, unless an earlier call failed.
     fn export(&mut self, write: impl FnOnce(&mut McapExport) -> Result<(), Failure>) {
         if let (Some(mcap), Ok(())) = (&mut self.mcap, &self.failed) {
@@ -300,7 +302,7 @@ impl Results<'_> {
     }
 }
 
-impl RunSink for Results<'_> {
+impl RunSink for Results {
     fn call(&mut self, call: &TimedCall) {
         self.entry();
         self.set_clock(call.at);
@@ -402,6 +404,7 @@ fn replay_in_time(
     let url = settings.http.url();
     let view = match json {
         Some(timeline) => View::new(Destination::Json(Box::new(timeline))),
+        None if messages::options().quiet => View::new(Destination::Silent),
         None => args.view.open(title, url, View::lines)?,
     };
     // With ROS 2, the inputs come from ROS 2.

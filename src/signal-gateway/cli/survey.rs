@@ -1,11 +1,12 @@
 //! `decide --all-routes`: drives many routes of a map, once or for each value of a sweep.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::process::ExitCode;
 
 use serde_json::{Map, Value, json};
 
 use super::failure::Failure;
+use super::messages;
 use super::progress::ProgressDisplay;
 use crate::config::Refused;
 use crate::desk::drive::survey::{SignalFault, Surveyor, Sweep, TurnSurvey, WrongTurn};
@@ -22,7 +23,7 @@ pub(super) fn run(
     let reading = ProgressDisplay::spinner("reading the map and driving");
     let surveyor = surveyor()?;
     let compat = compat.unwrap_or_else(|| surveyor.compat());
-    let mut out = io::BufWriter::new(io::stdout().lock());
+    let mut out = messages::result_lines(as_json);
     let mut is_wrong = false;
     let compat_key = json!({ "compat": compat.name() });
     if let Some(sweep) = sweep {

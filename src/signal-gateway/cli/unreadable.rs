@@ -6,10 +6,12 @@ use std::path::Path;
 use super::failure::Failure;
 use super::messages;
 use crate::config::built_in::{BuiltIn, display};
+use crate::config::car_models;
 use crate::config::file_kind::FileKind;
 use crate::config::{Refusal, Refused};
 use can_log::{NotRecording, regular_file, standard_input};
 use gateway_base::near_miss::nearest;
+use vehicle_bringup::car_model::{ModelVerdict, find};
 
 /// Number of bytes that are read to recognise a file.
 pub(super) const HEAD: u64 = 16 << 10;
@@ -105,10 +107,20 @@ pub(super) fn with_neighbours(Refused(mut problems): Refused, profile: Option<&P
     let has_hint = |path: &Path| profile == Some(path) && !BuiltIn::Profile.probably_meant(path).is_empty();
     for problem in problems.iter_mut().filter(|problem| problem.position.is_none()) {
         if !problem.file.exists() && !has_hint(&problem.file) {
-            problem.remedy = neighbour(&problem.file).unwrap_or_else(|| std::mem::take(&mut problem.remedy));
+            let car = profile.filter(|profile| *profile == problem.file).and_then(car);
+            let hint = car.or_else(|| neighbour(&problem.file));
+            problem.remedy = hint.unwrap_or_else(|| std::mem::take(&mut problem.remedy));
         }
     }
     Refused(problems)
+}
+
+/// Returns a hint to the profiles of a car that was given in the place of a profile.
+fn car(path: &Path) -> Option<String> {
+    let name = path.to_str()?;
+    let models = car_models::models().ok()?;
+    let is_known = find(&models, name).verdict > ModelVerdict::NoProfile;
+    is_known.then(|| format!("this is a car: `signal-gateway profiles find {name}` names its profiles"))
 }
 
 /// Returns a hint to a recording in the folder.

@@ -20,6 +20,7 @@ use std::time::{Duration, Instant};
 use tracing::{Event, Level, Metadata, Subscriber};
 use tracing_subscriber::filter::EnvFilter;
 use tracing_subscriber::fmt::format::Writer;
+use tracing_subscriber::fmt::time::{FormatTime as _, SystemTime};
 use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
 use tracing_subscriber::layer::{Context, Filter, Layer, SubscriberExt as _};
 use tracing_subscriber::registry::LookupSpan;
@@ -44,8 +45,8 @@ static LOG: OnceLock<ProcessLog> = OnceLock::new();
 
 struct ProcessLog {
     queue: OutputQueue,
-    /// True if each text of the queue is a record of the journal.
-    is_journal: bool,
+    /// Format of a line; `None` if each text of the queue is a record of the journal.
+    format: Option<LineFormat>,
     limits: Mutex<LogLimits>,
     /// Number of dropped lines that the log has reported.
     reported: AtomicU64,
@@ -68,31 +69,30 @@ pub fn start(filter: EnvFilter, form: LogForm, has_color: bool) -> io::Result<()
         return Ok(());
     }
     let journal = journal::open();
-    let is_journal = journal.is_some();
+    let has_time = std::env::var_os("JOURNAL_STREAM").is_none();
+    let format =
+        LineFormat { form, has_time, has_color: has_color && (has_time || form == LogForm::Messages) };
     let log = ProcessLog {
         queue: match &journal {
             Some(journal) => OutputQueue::start_datagrams("log", journal)?,
             None => OutputQueue::start("log", &io::stderr())?,
         },
-        is_journal,
+        format: journal.is_none().then_some(format),
         limits: Mutex::default(),
         reported: AtomicU64::new(0),
     };
     if LOG.set(log).is_err() {
         return Ok(());
     }
-    let layer = tracing_subscriber::fmt::layer()
-        .with_writer(|| LineWriter)
-        .with_target(false)
-        .log_internal_errors(false)
-        .with_ansi(has_color);
-    let layer = match form {
-        _ if is_journal => JournalLayer.boxed(),
-        LogForm::Messages => layer.event_format(MessageFormat).boxed(),
-        LogForm::Timed if std::env::var_os("JOURNAL_STREAM").is_some() => {
-            layer.without_time().with_ansi(false).boxed()
-        }
-        LogForm::Timed => layer.boxed(),
+    let layer = if journal.is_some() {
+        JournalLayer.boxed()
+    } else {
+        tracing_subscriber::fmt::layer()
+            .with_writer(|| LineWriter)
+            .log_internal_errors(false)
+            .with_ansi(format.has_color)
+            .event_format(format)
+            .boxed()
     };
     let subscriber = tracing_subscriber::registry().with(filter).with(layer.with_filter(KindLimit));
     // A subscriber is already installed; nothing to do.
@@ -115,7 +115,7 @@ pub fn start(filter: EnvFilter, form: LogForm, has_color: bool) -> io::Result<()
 /// it.
 pub fn lines(level: Level, text: &str) {
     match LOG.get() {
-        Some(log) if !log.is_journal => log.write(level, text, &[]),
+        Some(log) if !log.is_journal() => log.write(level, text, &[]),
         Some(_) => write_directly(&journal::with_priority(level, text)),
         None => write_directly(&format!("{text}\n")),
     }
@@ -129,7 +129,7 @@ fn write_directly(text: &str) {
 /// Logs an error, a warning or information about a subject, with these fields in the journal. Messages about
 /// one subject are limited together.
 pub fn record(level: Level, subject: &str, text: &str, fields: &[JournalField<'_>]) {
-    let Some(log) = LOG.get().filter(|log| log.is_journal) else {
+    let Some(log) = LOG.get().filter(|log| log.is_journal()) else {
         match level {
             Level::ERROR => tracing::error!(log.subject = subject, "{text}"),
             Level::WARN => tracing::warn!(log.subject = subject, "{text}"),
@@ -159,7 +159,7 @@ pub fn warn_others(level: Level, subject: &str, text: &str) {
 /// Writes to a duplicate of another file from the next line on, unless the log goes to the journal.
 pub fn redirect(to: &impl AsFd) {
     // If the file cannot be duplicated, the log keeps its present destination.
-    let _ = LOG.get().filter(|log| !log.is_journal).map(|log| log.queue.redirect(to));
+    let _ = LOG.get().filter(|log| !log.is_journal()).map(|log| log.queue.redirect(to));
 }
 
 /// Waits until everything is written, including lines about suppressed messages, at most for `patience`.
@@ -192,12 +192,12 @@ pub fn state() -> Option<LogState> {
     let unreported = losses.lines - log.reported.load(Ordering::Relaxed);
     if unreported > 0 && !losses.is_losing {
         log.reported.store(losses.lines, Ordering::Relaxed);
-        log.write(Level::WARN, &format!("log: {unreported} lines were dropped"), &[]);
+        log.write_own(Level::WARN, &format!("{unreported} lines were dropped"));
     }
     let last_error = losses.last.map(|loss| match loss {
-        Loss::Full if log.is_journal => "the journal does not read".to_owned(),
+        Loss::Full if log.is_journal() => "the journal does not read".to_owned(),
         Loss::Full => "standard error is not read".to_owned(),
-        Loss::Error(kind) if log.is_journal => format!("the journal: {kind}"),
+        Loss::Error(kind) if log.is_journal() => format!("the journal: {kind}"),
         Loss::Error(kind) => format!("standard error: {kind}"),
     });
     Some(LogState { suppressed, dropped: losses.lines, last_error, is_failing: losses.is_losing })
@@ -215,13 +215,23 @@ impl ProcessLog {
     /// Writes directly, since this may be called while a message is being logged.
     fn write_summaries(&self, limits: &mut LogLimits) {
         for (level, summary) in limits.summaries.drain(..) {
-            self.write(level, &format!("log: {summary}"), &[]);
+            self.write_own(level, &summary);
         }
+    }
+
+    fn is_journal(&self) -> bool {
+        self.format.is_none()
+    }
+
+    /// Writes a message of the log about itself in the form of all other messages.
+    fn write_own(&self, level: Level, text: &str) {
+        let prefix = self.format.map_or(String::new(), |format| format.prefix(level));
+        self.write(level, &format!("{prefix}log: {text}"), &[]);
     }
 
     /// Queues a line, or a record of the journal.
     fn write(&self, level: Level, text: &str, fields: &[JournalField<'_>]) {
-        if self.is_journal {
+        if self.is_journal() {
             self.queue.push(&journal::datagram(level, text, fields));
         } else {
             self.queue.push(format!("{text}\n").as_bytes());
@@ -245,10 +255,40 @@ impl<S: Subscriber> Layer<S> for JournalLayer {
     }
 }
 
-/// Writes an event as compilers do: `warning: …`.
-struct MessageFormat;
+/// The format of a line: `warning: …` as compilers write it, or time, level and message.
+#[derive(Debug, Clone, Copy)]
+struct LineFormat {
+    form: LogForm,
+    /// True if a timed line begins with its time.
+    has_time: bool,
+    has_color: bool,
+}
 
-impl<S, N> FormatEvent<S, N> for MessageFormat
+impl LineFormat {
+    /// Returns what a line has before its message.
+    fn prefix(self, level: Level) -> String {
+        let colored = |codes: &str, text: &str| {
+            if self.has_color { format!("\u{1b}[{codes}m{text}\u{1b}[0m") } else { text.to_owned() }
+        };
+        let (word, color) = match level {
+            Level::ERROR => ("error", "31"),
+            Level::WARN => ("warning", "33"),
+            Level::INFO => ("note", "32"),
+            Level::DEBUG => ("note", "34"),
+            Level::TRACE => ("note", "35"),
+        };
+        if self.form == LogForm::Messages {
+            return format!("{}: ", colored(&format!("1;{color}"), word));
+        }
+        let mut time = String::new();
+        // Writing to a String cannot fail.
+        let _ = SystemTime.format_time(&mut Writer::new(&mut time));
+        let time = if self.has_time { format!("{} ", colored("2", &time)) } else { String::new() };
+        format!("{time}{} ", colored(color, &format!("{level:>5}")))
+    }
+}
+
+impl<S, N> FormatEvent<S, N> for LineFormat
 where
     S: Subscriber + for<'a> LookupSpan<'a>,
     N: for<'a> FormatFields<'a> + 'static,
@@ -259,16 +299,7 @@ where
         mut line: Writer<'_>,
         event: &Event<'_>,
     ) -> fmt::Result {
-        let (word, color) = match *event.metadata().level() {
-            Level::ERROR => ("error", "31"),
-            Level::WARN => ("warning", "33"),
-            _ => ("note", "32"),
-        };
-        if line.has_ansi_escapes() {
-            write!(line, "\u{1b}[1m\u{1b}[{color}m{word}\u{1b}[0m: ")?;
-        } else {
-            write!(line, "{word}: ")?;
-        }
+        write!(line, "{}", self.prefix(*event.metadata().level()))?;
         context.format_fields(line.by_ref(), event)?;
         writeln!(line)
     }

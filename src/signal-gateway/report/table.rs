@@ -300,7 +300,7 @@ time_s,unix_time_s,speed [km per h],turn
 ";
         assert_eq!(text, expected);
         assert_eq!((summary.rows, summary.seconds), (5, 0.06));
-        assert_eq!(summary.known_s["speed [km per h]"], 0.04);
+        assert!((summary.known_s["speed [km per h]"] - 0.04).abs() < 1e-9);
         let expected = "5 rows in 0.060 s\n  speed [km per h]: known for 0.040 s (67 %)\n  turn: known for 0.040 s (67 %)";
         assert_eq!(summary.text(), expected);
     }

@@ -43,6 +43,8 @@ pub enum Destination {
     Json(Box<JsonTimeline>),
     /// The journal adds the time: one log record for the events of a moment.
     Journal,
+    /// Nothing is shown, as with `--quiet`.
+    Silent,
     Terminal(TerminalView),
 }
 
@@ -89,7 +91,7 @@ impl View {
             }
         }
         match &self.destination {
-            Destination::Journal | Destination::Json(_) => {}
+            Destination::Journal | Destination::Silent | Destination::Json(_) => {}
             Destination::Terminal(view) => {
                 for event in &events {
                     view.line(event.change.level, at, &event.to_string());
@@ -108,7 +110,7 @@ impl View {
 
     fn line(&self, level: Level, at: MonoTime, text: &str) -> io::Result<()> {
         match &self.destination {
-            Destination::Journal | Destination::Json(_) => Ok(()),
+            Destination::Journal | Destination::Silent | Destination::Json(_) => Ok(()),
             Destination::Terminal(view) => {
                 view.line(level, at, text);
                 Ok(())
@@ -187,7 +189,7 @@ impl View {
         let Some(ToldStory { teller, .. }) = &mut self.story else { return Ok(()) };
         while let Some(caption) = teller.next_caption(at) {
             match &self.destination {
-                Destination::Journal | Destination::Json(_) => {}
+                Destination::Journal | Destination::Silent | Destination::Json(_) => {}
                 Destination::Terminal(view) => view.caption(caption.text),
                 Destination::Lines(out) => {
                     write(out, &format!("{} ▸ {}\n", time_text(teller.time_of(caption)), caption.text))?;
@@ -212,7 +214,7 @@ impl Drop for View {
         self.log_moment();
         let out = match std::mem::replace(&mut self.destination, Destination::Journal) {
             Destination::Lines(out) => Some(out),
-            Destination::Journal | Destination::Json(_) => None,
+            Destination::Journal | Destination::Silent | Destination::Json(_) => None,
             // The terminal is restored before anything else is written.
             Destination::Terminal(view) => {
                 drop(view);

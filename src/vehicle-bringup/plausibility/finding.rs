@@ -245,7 +245,10 @@ fn coverage(evidence: &ProfileEvidence, findings: &mut Vec<ProfileFinding>) {
         return;
     }
     if (has_turn || can_show_hazard) && !evidence.has_changed() && !evidence.messages.iter().any(is_proven) {
-        return push(Severity::Warning, FindingKind::NothingChanged { states: shown_states(evidence) });
+        let states = shown_states(evidence);
+        // A short drive needs no indicators.
+        let severity = if is_off(&states) { Severity::Note } else { Severity::Warning };
+        return push(severity, FindingKind::NothingChanged { states });
     }
     for (is_missing, state) in [
         (has_turn && !evidence.has_seen_turn(TurnCode::Left), Coverage::Left),
@@ -256,6 +259,11 @@ fn coverage(evidence: &ProfileEvidence, findings: &mut Vec<ProfileFinding>) {
             push(Severity::Note, FindingKind::NeverOn(state));
         }
     }
+}
+
+/// Returns true if every source that has shown a state was off.
+pub fn is_off(states: &[(SourceIndex, TurnCode)]) -> bool {
+    !states.is_empty() && states.iter().all(|(_, state)| *state == TurnCode::Off)
 }
 
 /// Returns the state of each source, without sources that have shown none.

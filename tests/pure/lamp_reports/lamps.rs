@@ -2,7 +2,6 @@
 
 use can_signal::can::input::CanInput;
 use can_signal::can::link::{BusIndex, LinkState};
-use gateway_base::diagnostics::Level;
 
 use crate::pure::lamp_reports::car::{
     ALIVE, BOTH, DARK, LAMPS, LEFT, NOT_VISIBLE, RIGHT, car, lamp_keys, settings,

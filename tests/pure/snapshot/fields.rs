@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use gateway_core::gateway::history::HistoryEntry;
 use serde_json::{Map, Value};
+use signal_gateway::check::JsonReport;
 use signal_gateway::process_status::snapshot::Snapshot;
 use signal_gateway::report::gateway_view::GatewayView;
 use signal_gateway::report::schema::schema;
@@ -32,6 +33,7 @@ fn shipped_schemas_are_those_of_the_types() {
         ("status", schema::<Snapshot>()),
         ("feed", schema::<GatewayView>()),
         ("history", schema::<HistoryEntry>()),
+        ("check", schema::<JsonReport<'_>>()),
     ] {
         compare(&format!("docs/schema/{name}.schema.json"), &(format!("{schema:#}") + "\n"));
     }

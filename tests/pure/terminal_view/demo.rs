@@ -76,7 +76,7 @@ struct Shown {
     reports: [&'static str; 6],
 }
 
-const REPORTS: [&str; 6] = ["Velocity", "Steering", "Gear", "Control mode", "turn", "hazard"];
+const REPORTS: [&str; 6] = ["velocity", "steering", "gear", "mode", "turn", "hazard"];
 
 #[test]
 fn demo_shows_its_caption_and_all_six_statuses_on_a_terminal_of_24_lines() {
@@ -85,25 +85,25 @@ fn demo_shows_its_caption_and_all_six_statuses_on_a_terminal_of_24_lines() {
             second: 12,
             name: "turn",
             caption: "the car turns left into a street",
-            reports: ["6.0", "9.", "DRIVE", "MANUAL", "LEFT", "DISABLE"],
+            reports: ["6.0", "9.", "drive", "manual", "left", "off"],
         },
         Shown {
             second: 26,
             name: "contradicted",
             caption: "the speed is withheld",
-            reports: ["withheld", "0.", "DRIVE", "AUTONOMOUS", "DISABLE", "DISABLE"],
+            reports: ["withheld", "0.", "drive", "autonomous", "off", "off"],
         },
         Shown {
             second: 35,
             name: "undefined",
             caption: "nothing is made up",
-            reports: ["4.", "0.", "DRIVE", "AUTONOMOUS", "withheld", "DISABLE"],
+            reports: ["4.", "0.", "drive", "autonomous", "withheld", "off"],
         },
         Shown {
             second: 47,
             name: "right",
             caption: "the message is back, with right",
-            reports: ["6.0", "-4.", "DRIVE", "AUTONOMOUS", "RIGHT", "DISABLE"],
+            reports: ["6.0", "-4.", "drive", "autonomous", "right", "off"],
         },
     ];
     let seconds: Vec<_> = cases.iter().map(|case| case.second).collect();

@@ -244,7 +244,7 @@ fn each_simulated_vehicle_is_reported_as_it_moves() {
         wrong.extend(of_profile.into_iter().map(|wrong| format!("{name}: {wrong}")));
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
-    assert_eq!((velocities, tires), (31, 31), "profiles with these reports");
+    assert_eq!((velocities, tires), (32, 32), "profiles with these reports");
 }
 
 #[test]

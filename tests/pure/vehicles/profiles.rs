@@ -46,6 +46,7 @@ fn outcome(profile_name: &str, frames: &str) -> [String; 2] {
             (Some(report), Level::Warn) if message.starts_with("fallback ") => format!("{report} +fallback"),
             (Some(report), Level::Error) if is_fault => format!("{report} +fault"),
             (None, Level::Warn) if message.starts_with("not visible: ") => "not visible".to_owned(),
+            (None, Level::Warn) if message.starts_with("starting: ") => "unknown".to_owned(),
             (None, Level::Error) if message.starts_with("unknown: ") => "unknown".to_owned(),
             (None, Level::Error) if is_fault => "fault".to_owned(),
             (None, Level::Error) if message.starts_with("invalid: ") => match message.split(" = ").nth(1) {

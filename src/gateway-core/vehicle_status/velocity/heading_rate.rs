@@ -75,7 +75,7 @@ impl YawZeros {
     pub fn judge(
         &mut self,
         binding: &VelocityBinding,
-        inputs: HeadingInputs,
+        inputs: &HeadingInputs,
         context: StatusContext<'_>,
     ) -> JudgedRate {
         if inputs.is_standing {
@@ -125,7 +125,7 @@ impl YawZeros {
         binding: &VelocityBinding,
         source: usize,
         (rate, has_zero): (&Quantity, bool),
-        inputs: HeadingInputs,
+        inputs: &HeadingInputs,
         context: StatusContext<'_>,
     ) -> Result<f64, StatusReason> {
         let read = rate.read(context)?;
@@ -163,7 +163,7 @@ impl Zero {
 
 fn of_steering(
     binding: &VelocityBinding,
-    inputs: HeadingInputs,
+    inputs: &HeadingInputs,
     context: StatusContext<'_>,
 ) -> Result<f64, StatusReason> {
     let wheel_base_m = context.settings.geometry.wheel_base_m;
@@ -174,7 +174,7 @@ fn of_steering(
 
 fn of_wheels(
     binding: &VelocityBinding,
-    inputs: HeadingInputs,
+    inputs: &HeadingInputs,
     context: StatusContext<'_>,
 ) -> Result<f64, StatusReason> {
     let tread_m = context.settings.geometry.wheel_tread_m;

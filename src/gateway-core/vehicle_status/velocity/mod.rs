@@ -120,7 +120,7 @@ impl VelocityMemory {
         assembled.motion.is_direction_measured = reading.is_signed
             || binding.directions.first().is_some_and(|source| *source != DirectionSource::Gear);
         let inputs = HeadingInputs { speed_mps: signed, is_standing, received, tire, wheels, alarms };
-        let rate = self.zeros.judge(binding, inputs, context);
+        let rate = self.zeros.judge(binding, &inputs, context);
         let Chosen { state, source, fallback } = rate.chosen;
         assembled.finding.heading = HeadingFinding { source, fallback, replaced: None };
         assembled.motion.yaw_rate_radps = rate.sensor_radps;

@@ -41,7 +41,7 @@ fn waiting_for_the_first_frame_is_not_a_warning() {
     let both = "(1.3) can0 2A5#0000000000000000\n(1.3) can0 2C1#0000000000000000\n(1.5) can0 111#\n";
     for before in ["", "(1.0) can9 111#00\n", "(1.0) can0 111#00\n"] {
         let report = survey(&format!("{before}{both}"));
-        assert_eq!(concerns(&report), 1, "only that nothing is on: {}", text(&report));
+        assert_eq!(concerns(&report), 0, "{}", text(&report));
     }
 }
 
@@ -69,12 +69,12 @@ fn rejected_frames_are_a_warning_unless_they_are_the_first() {
     let (settings, report) = volvo(&[0, 1, 2, 3, 0]);
     let first = "           Indicator_Stalk: 4 trusted, 1 rejected (1 first frame, no counter before it)";
     assert!(text(&report).contains(first), "{}", text(&report));
-    assert_eq!(concerns(&report), 1, "only that nothing is on: {}", text(&report));
+    assert_eq!(concerns(&report), 0, "{}", text(&report));
     let (_, report) = volvo(&[0, 1, 3, 3, 0, 1, 2]);
     let rejected = "warning    Indicator_Stalk: 4 trusted, 3 rejected (1 first frame, no counter before it, \
                     1 repeated counter, 1 counter not in sequence for long enough), 1 lost by the counter";
     assert!(text(&report).contains(rejected), "{}", text(&report));
-    assert_eq!(concerns(&report), 2, "{}", text(&report));
+    assert_eq!(concerns(&report), 1, "{}", text(&report));
     let text = super::super::binding(&settings).text(Layout::default());
     assert!(text.contains("integrity check: a counter of 0 to 3 in steps of at most 2"), "{text}");
 }
@@ -206,7 +206,8 @@ fn a_state_that_never_changes_is_named_as_it_was() {
     for (data, expected) in cases {
         let frame = |index: u64| format!("(1.{:03}) can0 0C1#{data}\n", index * 40);
         let text = text(&survey_of(&settings, &(0..20).map(frame).collect::<String>()));
-        assert!(text.contains(&format!("warning    {expected} ")), "{expected}\n{text}");
+        let severity = if data == "00" { "note       " } else { "warning    " };
+        assert!(text.contains(&format!("{severity}{expected} ")), "{expected}\n{text}");
         assert_eq!(text.contains("nothing but off"), data == "00", "{text}");
     }
 }
@@ -229,7 +230,7 @@ fn each_thing_that_a_vehicle_of_this_profile_does_not_do_is_found() {
         (car(each_100_ms(5_000, |_| 3), 4), "50 frames of 50 with a value that", Severity::Error),
         (car((0..20).map(|index| (index * 300, 0)), 4), "usually every 300 ms, by the DBC every 100 ms",
             Severity::Warning),
-        (car(each_100_ms(5_000, |_| 0), 4), "nothing but off was received", Severity::Warning),
+        (car(each_100_ms(5_000, |_| 0), 4), "nothing but off was received", Severity::Note),
         (car(each_100_ms(5_000, |_| 2), 4), "right was on throughout (LIGHTS.TURN, 50 frames), which other", Severity::Warning),
         (car(each_100_ms(5_000, |ms| u8::from(ms > 3_000)), 4), "right was never seen: record it",
             Severity::Note),

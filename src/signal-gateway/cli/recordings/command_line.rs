@@ -4,12 +4,12 @@ use std::ffi::{OsStr, OsString};
 use std::path::Path;
 use std::process::Command;
 
+use clap::ArgAction;
 use clap::parser::ValueSource;
-use clap::{ArgAction, CommandFactory as _};
 
 use crate::cli::csv_output::path_in;
 use crate::cli::failure::Failure;
-use crate::cli::{Cli, misuse};
+use crate::cli::misuse;
 
 /// Options of the whole, which one recording must not have, and those that are added.
 const LEFT_OUT: [&str; 4] = ["jobs", "csv", "json", "message_format"];
@@ -20,12 +20,12 @@ pub(super) struct Arguments(Vec<OsString>);
 impl Arguments {
     /// Returns the options of this process's command line, without its recordings.
     pub(super) fn of_process() -> Result<Self, Failure> {
-        Self::of(misuse::arguments()).map_err(|error| Failure::Usage(error.to_string()))
+        let parser = misuse::parser().unwrap_or_default();
+        Self::of(parser, misuse::arguments()).map_err(|error| Failure::Usage(error.to_string()))
     }
 
     /// The parser knows which arguments are options, and which are recordings.
-    fn of(arguments: Vec<OsString>) -> Result<Self, clap::Error> {
-        let mut command = Cli::command();
+    fn of(mut command: clap::Command, arguments: Vec<OsString>) -> Result<Self, clap::Error> {
         let matches = command.try_get_matches_from_mut(arguments)?;
         let Some((name, matches)) = matches.subcommand() else { return Ok(Self(Vec::new())) };
         let mut common = vec![OsString::from(name)];
@@ -90,7 +90,8 @@ mod tests {
             "3",
             "--json",
         ];
-        let Arguments(common) = Arguments::of(line.map(OsString::from).to_vec()).unwrap();
+        let parser = <crate::cli::Cli as clap::CommandFactory>::command();
+        let Arguments(common) = Arguments::of(parser, line.map(OsString::from).to_vec()).unwrap();
         let mut common: Vec<_> = common.iter().map(|argument| argument.to_str().unwrap()).collect();
         let expected = ["replay", "--json", "--message-format", "json"];
         assert_eq!(common.remove(0), expected[0]);

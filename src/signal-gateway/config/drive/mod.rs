@@ -20,7 +20,7 @@ pub use expectation::{Expectation, ExpectedDecision, ExpectedInterval, IntervalU
 pub use manoeuvre::{ManoeuvrePlan, PlanKind, PlannedShift};
 pub use reader::DriveMoment;
 pub use route::RoutePlan;
-pub use setting::{SpeedProfile, Stop};
+pub use setting::{MAX_SPEED_MPS, SpeedProfile, Stop};
 
 use crate::config::built_in::BuiltIn;
 use crate::config::decider;

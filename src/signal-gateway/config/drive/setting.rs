@@ -1,10 +1,13 @@
 //! Speed and stops of a drive scenario.
 
+use std::ops::RangeInclusive;
+
 use super::reader::{MAX_S, required_metres, required_seconds};
 use crate::config::reading::{Fields, Value};
 use lanelet2_map::geometry::Point;
 
-const MAX_SPEED_MPS: f64 = 100.0;
+/// Maximum speed of a vehicle in a scenario, m/s.
+pub const MAX_SPEED_MPS: f64 = 100.0;
 
 /// The speed of the vehicle, in ascending steps. Each speed applies from its step on; the first also applies
 /// before its step.
@@ -38,19 +41,32 @@ pub(super) fn drive(top: &Fields<'_>) -> Option<(SpeedProfile, Vec<Stop>, Vec<Po
     })
 }
 
+/// Keys that state a speed in another unit, with the factor to m/s.
+const OTHER_UNITS: &[(&str, &str, f64)] = &[
+    ("kmh", "km/h", 1.0 / 3.6),
+    ("kph", "km/h", 1.0 / 3.6),
+    ("km_h", "km/h", 1.0 / 3.6),
+    ("mph", "mph", 0.44704),
+];
+
 fn speed(fields: &Fields<'_>) -> Option<SpeedProfile> {
     let (mut by_position, mut by_time) = (Vec::new(), Vec::new());
+    let before = fields.checker.count();
     for step in fields.tables("speed") {
         if step.has("at_s") {
             let at_s = step.number("at_s", 0.0..=MAX_S, "s");
-            let mps = step.required_number("mps", -MAX_SPEED_MPS..=MAX_SPEED_MPS, "m/s");
+            let mps = mps(&step, -MAX_SPEED_MPS..=MAX_SPEED_MPS);
             by_time.extend(at_s.zip(mps));
         } else {
             let at_m = required_metres(&step, "at_m");
-            let mps = step.required_number("mps", 0.0..=MAX_SPEED_MPS, "m/s");
+            let mps = mps(&step, 0.0..=MAX_SPEED_MPS);
             by_position.extend(at_m.zip(mps));
         }
         step.done();
+    }
+    // The steps are incomplete, so that nothing else can be said of them.
+    if fields.checker.count() > before {
+        return None;
     }
     let ascends = |steps: &[(f64, f64)]| {
         steps.iter().zip(steps.iter().skip(1)).all(|((before, _), (after, _))| before < after)
@@ -64,6 +80,17 @@ fn speed(fields: &Fields<'_>) -> Option<SpeedProfile> {
         (true, true) => fields.refused("speed", "no speed at all", "give a step: [{ at_m = 0, mps = 10 }]"),
         (false, false) => fields.refused("speed", "steps by position and by time", "keep at_m or at_s"),
     }
+}
+
+/// Reads the speed of a step.
+fn mps(step: &Fields<'_>, range: RangeInclusive<f64>) -> Option<f64> {
+    let Some((key, unit, to_mps)) = OTHER_UNITS.iter().find(|(key, ..)| step.has(key)) else {
+        return step.required_number("mps", range, "m/s");
+    };
+    let given = step.value(key).and_then(Value::scalar).and_then(|(given, _)| given.parse::<f64>().ok());
+    let in_mps = given.map_or("…".to_owned(), |given| format!("{:.2}", given * to_mps));
+    let remedy = format!("write mps = {in_mps}");
+    step.refused(key, format!("speeds are in m/s, not in {unit}"), &remedy)
 }
 
 fn stop(fields: &Fields<'_>) -> Option<Stop> {

@@ -79,9 +79,11 @@ pub(super) fn command(
 ) -> Option<CommandConfig> {
     let checker = fields.checker;
     let binding = vehicle.map(|vehicle| &vehicle.command);
-    if binding.is_some_and(CommandBinding::is_empty) {
+    if let Some(vehicle) = vehicle.filter(|vehicle| vehicle.command.is_empty()) {
         let reason = "the vehicle profile has no [command], so no message can be sent";
-        checker.refuse(fields.location(), reason, "describe its command messages there");
+        let place = vehicle.place_of("[command]");
+        let remedy = format!("describe the command messages in {place}, or remove this section");
+        checker.refuse(fields.location(), reason, &remedy);
     }
     let source = fields.read(&SOURCE);
     if source == CommandSource::Decider && !decides {
@@ -104,7 +106,7 @@ pub(super) fn command(
     let settings = CommandSettings {
         source,
         transmit,
-        mode_from: mode_from(fields, reports_mode),
+        mode_from: mode_from(fields, vehicle),
         turn_timeout: fields.read(&TURN_TIMEOUT_MS),
         hazard_timeout: fields.read(&HAZARD_TIMEOUT_MS),
         rules: ArbitrationRules {
@@ -143,8 +145,8 @@ fn check_consent(fields: &Fields<'_>, vehicle: &Vehicle, transmit: Transmit, con
     }
 }
 
-/// Reads the origin of the control mode. `is_bound` is `None` if the profile was refused.
-fn mode_from(fields: &Fields<'_>, is_bound: Option<bool>) -> ModeFrom {
+/// Reads the origin of the control mode. `vehicle` is `None` if the profile was refused.
+fn mode_from(fields: &Fields<'_>, vehicle: Option<&Vehicle>) -> ModeFrom {
     let timeout = fields.read(&CONTROL_MODE_TIMEOUT_MS);
     if !fields.read(&CONTROL_MODE) {
         return ModeFrom::Topic { timeout };
@@ -154,9 +156,10 @@ fn mode_from(fields: &Fields<'_>, is_bound: Option<bool>) -> ModeFrom {
         let remedy = "remove it, or use control_mode = \"topic\"";
         fields.refuse("control_mode_timeout_ms", reason, remedy);
     }
-    if is_bound == Some(false) {
+    if let Some(vehicle) = vehicle.filter(|vehicle| vehicle.status.control_mode.is_none()) {
         let reason = "the vehicle profile binds no signal for the control mode";
-        fields.refuse("control_mode", reason, "add [control_mode] there, or use \"topic\"");
+        let remedy = format!("add {}, or use \"topic\"", vehicle.place_of("[control_mode]"));
+        fields.refuse("control_mode", reason, &remedy);
     }
     ModeFrom::Signal
 }

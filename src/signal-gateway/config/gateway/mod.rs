@@ -346,11 +346,10 @@ fn settings(
     let known = vehicle.as_ref().ok();
     let lights = lights(files, &top, overrides, known);
     let decides = top.table("turn_signal").is_some_and(|section| section.flag("enabled") == Some(true));
-    let status_binding = known.map(|vehicle| &vehicle.status);
     let decider = top.table("turn_signal").and_then(|section| {
         let runs = ["enabled", "shadow"].iter().any(|key| section.is(key, "true"));
         // Files of a decider that does not run are not in effect.
-        turn_signal(if runs { files } else { files.plain() }, section, dimensions.outline, status_binding)
+        turn_signal(if runs { files } else { files.plain() }, section, dimensions.outline, known)
     });
     let command = top.read_table("command", |section| {
         command::command(section, known, decides, ros.topics.name("control_mode_status"))

@@ -13,7 +13,7 @@ use crate::config::ros_names::NodeNames;
 use crate::config::ros_parameters::{FileParameter, read_parameters};
 use gateway_core::vehicle_status::settings::{RatioOrigin, VehicleGeometry, WheelToTire};
 use turn_signal::parameters::VehicleInfo;
-use vehicle_bringup::car_model::{CarModel, ListedDimensions, ModelProfile, find};
+use vehicle_bringup::car_model::{CarModel, ListedDimensions, ModelProfile, ModelVerdict, find};
 
 key_rows! {
     FILE: PathBuf = path("file").example("\"vehicle_info.param.yaml\"").doc("Autoware's file; the keys below replace its values");
@@ -88,8 +88,9 @@ pub(super) fn vehicle_geometry(files: &dyn Files, fields: &Fields<'_>, profile: 
     let max_tire = fields.read(&MAX_STEER_ANGLE_RAD);
     let max_tire =
         from_file("max_steer_angle").filter(|_| !fields.has(MAX_STEER_ANGLE_RAD.name)).unwrap_or(max_tire);
+    let is_measured = fields.given(&MEASURED).is_some();
     let (wheel_to_tire, ratio_origin) = match (wheel_to_tire(fields), listed) {
-        (Some(given), _) if fields.given(&MEASURED).is_some() => (Some(given), RatioOrigin::Measured),
+        (Some(given), _) if is_measured => (Some(given), RatioOrigin::Measured),
         (None, Some((car, dimensions))) => {
             (Some(WheelToTire::Ratio(dimensions.steering_ratio)), RatioOrigin::Listed { car })
         }
@@ -128,7 +129,8 @@ fn listed_car(fields: &Fields<'_>, name: &str, profile: Option<&Path>) -> Option
     };
     let named: Vec<_> = models.iter().filter(|model| model.is_named_by(name)).collect();
     let [first, others @ ..] = named.as_slice() else {
-        let near = find(&models, name).models;
+        let search = find(&models, name);
+        let near = if search.verdict == ModelVerdict::Unknown { Vec::new() } else { search.models };
         let reason = format!("opendbc's list has no car {name:?}");
         let remedy = if near.is_empty() {
             "give make, model and year as `signal-gateway profiles find` shows them".to_owned()

@@ -159,9 +159,15 @@ impl<'c> Fields<'c> {
     /// Reads a single unquoted value, which the caller converts to a number.
     pub(crate) fn unquoted(&self, key: &'static str) -> Option<LocatedText> {
         let value = self.value(key)?;
-        if let Kind::Scalar { is_quoted: true, .. } = &value.kind {
+        if let Kind::Scalar { text, is_quoted: true } = &value.kind {
             let reason = format!("expected a number, found {}", value.described());
-            return self.checker.refused(&value.location, reason, "give a number, without quotes");
+            let is_of_number = |char: char| char.is_ascii_digit() || ".-+".contains(char);
+            let number = text.trim().split(|char| !is_of_number(char)).next().unwrap_or_default();
+            let remedy = match number.parse::<f64>() {
+                Ok(_) => format!("write {number}, without quotes and without a unit"),
+                Err(_) => "give a number, without quotes".to_owned(),
+            };
+            return self.checker.refused(&value.location, reason, &remedy);
         }
         self.checker.text(value)
     }

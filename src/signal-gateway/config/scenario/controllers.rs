@@ -25,8 +25,9 @@ pub(super) struct ControllerDraft {
 
 pub(super) struct PhaseDraft {
     pub(super) name: String,
-    /// Duration, infinite for a phase that lasts until an action; negative only in upstream mode.
-    pub(super) seconds: f64,
+    /// Duration, infinite for a phase that lasts until an action, negative only in upstream mode; `None` if
+    /// it was refused.
+    pub(super) seconds: Option<f64>,
     pub(super) entries: Vec<PhaseEntry>,
 }
 
@@ -78,7 +79,9 @@ fn reference(
         return reader.refused(&name.location, format!("no controller is called {:?}", name.text), &known);
     };
     let (own, other) = (CycleTime::of(draft), CycleTime::of(followed));
-    if !own.equals(&other, reader.compat) {
+    if let (Some(own), Some(other)) = (own, other)
+        && !own.equals(&other, reader.compat)
+    {
         let reason = format!(
             "the cycle of {:?} takes {} and that of {:?} takes {}",
             draft.name,
@@ -117,7 +120,9 @@ fn finish(draft: ControllerDraft, reference: Option<Reference>) -> TrafficSignal
     let phase = |PhaseDraft { name, seconds, entries }| Phase {
         name,
         // Checked when it was read: infinite, or within the limits, or negative.
-        duration: seconds.is_finite().then(|| Duration::from_secs_f64(seconds.max(0.0))),
+        duration: seconds
+            .filter(|seconds| seconds.is_finite())
+            .map(|seconds| Duration::from_secs_f64(seconds.max(0.0))),
         entries,
     };
     let phases = draft.phases.into_iter().map(phase).collect();
@@ -131,9 +136,11 @@ struct CycleTime {
 }
 
 impl CycleTime {
-    fn of(draft: &ControllerDraft) -> Self {
-        let seconds = draft.phases.iter().map(|phase| phase.seconds);
-        Self { exact_s: seconds.clone().sum(), truncated_s: upstream_cycle_s(seconds) }
+    /// Returns `None` if the duration of a phase was refused.
+    fn of(draft: &ControllerDraft) -> Option<Self> {
+        let seconds: Option<Vec<_>> = draft.phases.iter().map(|phase| phase.seconds).collect();
+        let seconds = seconds?.into_iter();
+        Some(Self { exact_s: seconds.clone().sum(), truncated_s: upstream_cycle_s(seconds) })
     }
 
     fn equals(&self, other: &Self, compat: Compat) -> bool {

@@ -19,6 +19,7 @@ mod v2i;
 
 use std::path::Path;
 
+use super::built_in;
 use super::file_kind::FileKind;
 use super::files::Files;
 use super::reading::{Checker, Fields, Problem, SourceLocation, Text, WrittenKey, flattened, from_toml};
@@ -75,6 +76,20 @@ impl Vehicle {
     /// Returns an empty profile for no vehicle, as on a bench.
     pub(super) fn none() -> Self {
         Self { name: "no vehicle".to_owned(), ..Self::default() }
+    }
+
+    /// Returns the place of a section of this profile that is missing, for refusals: e.g. `[command] of
+    /// car.toml`.
+    pub(super) fn place_of(&self, section: &str) -> String {
+        let Some(SourceLocation { file, key, .. }) = &self.profile else {
+            return format!("{section} of a vehicle profile");
+        };
+        if !key.is_empty() {
+            let name = section.trim_start_matches('[');
+            return format!("{}{key}.{name}", "[".repeat(section.len() - name.len()));
+        }
+        let copy = if built_in::project_path(file).is_some() { "a copy of the " } else { "" };
+        format!("{section} of {copy}{}", built_in::display(file))
     }
 }
 

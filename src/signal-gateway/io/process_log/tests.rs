@@ -55,6 +55,18 @@ fn flapping_is_summed_up_with_its_worst_level_once_it_is_quiet_and_at_the_end_of
 }
 
 #[test]
+fn each_line_begins_with_its_level_and_a_timed_one_with_its_time() {
+    let format = |form, has_time| LineFormat { form, has_time, has_color: false };
+    assert_eq!(format(LogForm::Messages, true).prefix(Level::WARN), "warning: ");
+    assert_eq!(format(LogForm::Timed, false).prefix(Level::WARN), " WARN ");
+    let timed = format(LogForm::Timed, true).prefix(Level::ERROR);
+    let (time, rest) = timed.split_once(' ').unwrap();
+    assert_eq!((time.len(), rest), ("2026-11-30T09:17:18.000000Z".len(), "ERROR "), "{timed}");
+    let colored = LineFormat { has_color: true, ..format(LogForm::Timed, false) };
+    assert_eq!(colored.prefix(Level::INFO), "\u{1b}[32m INFO\u{1b}[0m ");
+}
+
+#[test]
 fn kinds_are_bounded() {
     let mut limits = LogLimits::default();
     let begin = Instant::now();

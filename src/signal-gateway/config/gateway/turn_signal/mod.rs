@@ -14,7 +14,7 @@ use crate::config::gateway::topic_names::TopicNames;
 use crate::config::map::{read_lane_network, read_named};
 use crate::config::named_file;
 use crate::config::reading::{Fields, Keywords, flag, key_rows, keyword, millis, number_as, text};
-use gateway_core::vehicle_status::binding::StatusBinding;
+use crate::config::vehicle::Vehicle;
 use lanelet2_map::lane_network::LaneNetwork;
 use topics::{is_command, topics};
 use turn_signal::compat::DeciderCompat;
@@ -72,7 +72,7 @@ pub(super) fn turn_signal(
     files: &dyn Files,
     fields: Fields<'_>,
     outline: VehicleInfo,
-    profile: Option<&StatusBinding>,
+    profile: Option<&Vehicle>,
 ) -> Option<TurnSignalConfig> {
     let checker = fields.checker;
     let before = checker.count();

@@ -1,7 +1,7 @@
 //! The keys of `[turn_signal]` that use the vehicle's own signals.
 
 use crate::config::reading::{Fields, Keywords, flag, key_rows, keyword};
-use gateway_core::vehicle_status::binding::StatusBinding;
+use crate::config::vehicle::Vehicle;
 use turn_signal::vehicle_state::{VehicleHazard, VehicleUse};
 
 /// Origins of the speed; true for the vehicle.
@@ -17,12 +17,13 @@ key_rows! {
 }
 
 /// Reads the keys. `profile` is `None` if the profile was refused.
-pub(super) fn vehicle_use(fields: &Fields<'_>, profile: Option<&StatusBinding>) -> VehicleUse {
+pub(super) fn vehicle_use(fields: &Fields<'_>, profile: Option<&Vehicle>) -> VehicleUse {
     let takes_speed = fields.read(&SPEED);
     let (at_open_door, in_reverse) = (fields.read(&HAZARD_AT_OPEN_DOOR), fields.read(&HAZARD_IN_REVERSE));
     if let Some(profile) = profile {
+        let status = &profile.status;
         let (velocity, gear, doors) =
-            (profile.velocity.is_some(), profile.gear.is_some(), !profile.doors.is_empty());
+            (status.velocity.is_some(), status.gear.is_some(), !status.doors.is_empty());
         let needed = [
             ("speed", takes_speed && !velocity, "[velocity]"),
             ("hazard_at_open_door", at_open_door && !gear, "[gear]"),
@@ -31,7 +32,7 @@ pub(super) fn vehicle_use(fields: &Fields<'_>, profile: Option<&StatusBinding>) 
         ];
         for (key, _, section) in needed.into_iter().filter(|(_, is_missing, _)| *is_missing) {
             let reason = format!("the vehicle profile has no {section}");
-            fields.refuse(key, reason, "add it there, or remove this key");
+            fields.refuse(key, reason, &format!("add {}, or remove this key", profile.place_of(section)));
         }
     }
     let hazards = [(at_open_door, VehicleHazard::OpenDoor), (in_reverse, VehicleHazard::Reverse)];

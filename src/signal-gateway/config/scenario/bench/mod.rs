@@ -89,9 +89,10 @@ fn controller(reader: &mut ScenarioReader<'_>, fields: &Fields<'_>) -> Option<Co
 
 fn phase(reader: &mut ScenarioReader<'_>, fields: &Fields<'_>) -> Option<PhaseDraft> {
     let name = fields.required_text("name");
-    let seconds = match fields.unquoted("duration_s") {
-        Some(given) => reader.phase_seconds(&given),
-        None => Some(f64::INFINITY),
+    let seconds = if fields.has("duration_s") {
+        fields.unquoted("duration_s").and_then(|given| reader.phase_seconds(&given))
+    } else {
+        Some(f64::INFINITY)
     };
     let mut entries = Vec::new();
     match fields.value("states").map(|value| (&value.kind, value)) {
@@ -119,7 +120,7 @@ fn phase(reader: &mut ScenarioReader<'_>, fields: &Fields<'_>) -> Option<PhaseDr
             reader.refuse(&value.location, reason, "give a table: { \"21\" = \"green\" }");
         }
     }
-    Some(PhaseDraft { name: name?.text, seconds: seconds?, entries })
+    Some(PhaseDraft { name: name?.text, seconds, entries })
 }
 
 fn phase_entry(

@@ -49,7 +49,7 @@ impl Document<'_, '_> {
         let _ = element.attribute("semantics");
         self.no_others(element);
         let entries = element.all("TrafficSignalState").filter_map(|state| self.entry(state)).collect();
-        Some(PhaseDraft { name: name?, seconds: seconds?, entries })
+        Some(PhaseDraft { name: name?, seconds, entries })
     }
 
     fn entry(&mut self, element: &Element) -> Option<PhaseEntry> {

@@ -57,6 +57,21 @@ pub(super) const SPEED: QuantityKind =
 const LINEAR_SPEEDS: Keywords<Unit> =
     &[("m/s", unit(1.0)), ("km/h", unit(1.0 / 3.6)), ("mph", unit(0.44704)), ("yd/s", unit(0.9144))];
 
+/// Other spellings of units, in DBCs and profiles, in lower case and without blanks. The intended unit is
+/// looked up and never guessed by similarity: `kph` is more similar to `mph` than to `km/h`.
+#[rustfmt::skip]
+const SPELLINGS: &[(&str, &[&str])] = &[
+    ("km/h", &["kph", "khp", "kmh", "kmph", "km/hr", "km/hour", "kmhr", "kmperh", "km_h", "km_per_h", "km_per_hour", "kmh-1", "km*h-1"]),
+    ("m/s", &["mps", "ms", "m/sec", "meter/s", "m_s", "m_per_s", "m_per_sec", "ms-1", "m*s-1"]),
+    ("mph", &["mi/h", "mi/hr", "mile/h", "miles/h", "mileperhour", "milesperhour", "mi_per_h"]),
+    ("yd/s", &["yps", "yard/s", "yards/s"]),
+    ("rpm", &["1/min", "r/min", "rev/min", "u/min", "min-1", "rpms"]),
+    ("deg", &["°", "degree", "degrees"]),
+    ("rad", &["radian", "radians"]),
+    ("deg/s", &["°/s", "°/sec", "deg/sec", "degree/s", "degrees/s", "degree/sec", "dps", "deg_s", "deg_per_s", "degs-1"]),
+    ("rad/s", &["rad/sec", "radian/s", "radians/s", "radps", "rad_s", "rad_per_s", "rads-1"]),
+];
+
 /// The speed of a wheel, m/s or rad/s; forward positive if it has a sign.
 pub(super) const WHEEL_SPEED: QuantityKind = QuantityKind {
     units: &[
@@ -87,7 +102,7 @@ pub(super) fn quantity(
 ) -> Option<ReadQuantity> {
     let is_complete = fields.require(&["signal", "unit", "valid"], "a quantity needs signal, unit and valid");
     let given = fields.string("signal");
-    let unit = fields.keyword("unit", kind.units);
+    let unit = unit_of(fields, kind.units);
     if kind.has_sign {
         fields.require(&["positive"], "name the direction in which values grow");
     }
@@ -141,6 +156,28 @@ pub(super) fn quantity(
     Some(ReadQuantity { quantity, unit, has_sign })
 }
 
+/// Reads the unit of a quantity with these units.
+fn unit_of(fields: &Fields<'_>, units: Keywords<Unit>) -> Option<Unit> {
+    let given = fields.text("unit")?;
+    let named = |name: &str| units.iter().find(|(unit, _)| *unit == name);
+    if let Some((_, unit)) = named(&given.text) {
+        return Some(*unit);
+    }
+    let remedy = match spelled(&given.text).and_then(named) {
+        Some((meant, _)) => format!("did you mean {meant}?"),
+        None => format!("give one of {}", units.iter().map(|(unit, _)| *unit).collect::<Vec<_>>().join(", ")),
+    };
+    fields.refused("unit", format!("unknown unit {:?}", given.text), &remedy)
+}
+
+/// Returns the unit that is spelled differently in `given`.
+fn spelled(given: &str) -> Option<&'static str> {
+    let plain: String = given.to_lowercase().split_whitespace().collect();
+    let is_meant =
+        |(unit, spellings): &&(&str, &[&str])| *unit == plain || spellings.contains(&plain.as_str());
+    SPELLINGS.iter().find(is_meant).map(|(unit, _)| *unit)
+}
+
 /// Reads a quality flag; `None` if a problem was recorded.
 fn quality_flag(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<QualityFlag> {
     fields.require(&["text"], "say what is not good, for diagnostics");
@@ -148,4 +185,40 @@ fn quality_flag(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<QualityF
     let role =
         binder.switch(fields, ["good", "bad"], NOT_AVAILABLE, "a quality flag needs signal, good and bad");
     Some(QualityFlag { role: role?, text: text?.text })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spellings_of_dbcs_mean_a_unit_that_exists_and_never_two() {
+        for (given, expected) in [
+            ("kph", Some("km/h")),
+            ("Khp", Some("km/h")),
+            ("KM/H", Some("km/h")),
+            ("km / h", Some("km/h")),
+            ("kmph", Some("km/h")),
+            ("mps", Some("m/s")),
+            ("MPH", Some("mph")),
+            ("deg/sec", Some("deg/s")),
+            ("RPM", Some("rpm")),
+            ("rps", None),
+            ("grad", None),
+        ] {
+            assert_eq!(spelled(given), expected, "{given}");
+        }
+        let known: Vec<_> = [STEERING_ANGLE, HEADING_RATE, SPEED, WHEEL_SPEED]
+            .iter()
+            .flat_map(|kind| kind.units.iter().map(|(unit, _)| *unit))
+            .collect();
+        let mut all: Vec<_> = SPELLINGS.iter().flat_map(|(_, spellings)| *spellings).collect();
+        let count = all.len();
+        all.sort_unstable();
+        all.dedup();
+        assert_eq!(all.len(), count, "a spelling of two units");
+        for (unit, spellings) in SPELLINGS {
+            assert!(known.contains(unit) && !spellings.contains(unit), "{unit}");
+        }
+    }
 }
