@@ -187,7 +187,7 @@ def demo_is_shown(browser, program, folder, port):
         visit(page, f"http://127.0.0.1:{port}/")
         for text in ("turning left", "hazard lights on", "not published", "turning left", "not published", "turning right"):
             expect(page.locator("#car-text")).to_have_text(text)
-        for text in ("AUTONOMOUS", "DRIVE", "m/s", "front left"):
+        for text in ("autonomous", "drive", "m/s", "front left open"):
             expect(page.locator("main")).to_contain_text(text)
         if os.environ.get("UPDATE_DOCS"):
             page.wait_for_timeout(300)  # until it is drawn

@@ -57,8 +57,8 @@ const UNHEALTHY: [Unhealthy; 15] = [
     unhealthy("hyundai-i30-serial.txt.gz", "hyundai_i30_2014", "recording_fault", "lines are cut or joined"),
     unhealthy("ford-falcon-fg-candump-2021-01-20_205722.log.gz", "ford_falcon_fg", "undefined_value", "a value that is in no value table, for 2.5 s"),
     unhealthy("savvycan-candump.log", "tesla_model_s_powertrain", "bus_silent", "the recorder lost everything eight times"),
-    unhealthy("savvycan-GVRET_Log.csv", "tesla_model_s_powertrain", "bus_silent", "the same drive by another recorder"),
-    unhealthy("savvycan-BusMasterLog.log", "tesla_model_s_powertrain", "bus_silent", "the same drive by another recorder"),
+    unhealthy("savvycan-GVRET_Log.csv", "tesla_model_s_powertrain", "integrity_rejected", "the same drive by another recorder, with counters that repeat and jump"),
+    unhealthy("savvycan-BusMasterLog.log", "tesla_model_s_powertrain", "integrity_rejected", "the same drive by another recorder, with counters that repeat and jump"),
     unhealthy("css-truck-j1939-00000001.candump.log.gz", "j1939_truck", "message_not_received", "the truck sends no VDC2, and hazard lights as not available"),
 ];
 

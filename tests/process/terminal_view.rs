@@ -159,7 +159,7 @@ mod slow {
         let folder = Folder::with_demo_vehicle("can0", &keys);
         let config = folder.path().join("gateway.toml");
         let tmux = require!(Tmux::run(&format!("{GATEWAY} run -c {}", config.display())));
-        tmux.wait_for(|screen| screen.contains("q quit") && screen.contains("ENABLE_"));
+        tmux.wait_for(|screen| screen.contains("q quit") && screen.contains("turning "));
         let (child, server) =
             (tmux.child(), tmux.tell(&["display-message", "-p", "#{pid}"]).trim().to_owned());
         let stamp_ns = || {

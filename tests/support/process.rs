@@ -15,11 +15,16 @@ const STOP_LIMIT: Duration = Duration::from_secs(4);
 /// A folder with a configuration; it goes when the test ends.
 pub(crate) struct Folder(tempfile::TempDir);
 
+/// A folder in memory where there is one: while compilers write, a disk takes seconds to sync a file.
+fn in_memory() -> tempfile::TempDir {
+    tempfile::tempdir_in("/dev/shm").or_else(|_| tempfile::tempdir()).unwrap()
+}
+
 impl Folder {
     /// The lights of the demo vehicle on `interface`; `keys` are further ones, top-level keys first. Without
     /// the vehicle's status, a frame of each light is all that the gateway waits for.
     pub(crate) fn with_demo_vehicle(interface: &str, keys: &str) -> Self {
-        let folder = Self(tempfile::tempdir().unwrap());
+        let folder = Self(in_memory());
         let shipped = Path::new(env!("CARGO_MANIFEST_DIR"));
         let profile = std::fs::read_to_string(shipped.join("tests/support/lights_vehicle.toml")).unwrap();
         let dbc = format!("{}/dbc/demo_vehicle.dbc", shipped.display());
@@ -33,7 +38,7 @@ impl Folder {
     /// Nothing but a configuration.
     #[allow(dead_code)] // most tests need a vehicle
     pub(crate) fn with_configuration(text: &str) -> Self {
-        let folder = Self(tempfile::tempdir().unwrap());
+        let folder = Self(in_memory());
         folder.write("gateway.toml", text);
         folder
     }

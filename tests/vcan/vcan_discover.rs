@@ -156,8 +156,9 @@ fn shipped_profiles() -> Vec<String> {
     let list =
         Command::new(env!("CARGO_BIN_EXE_signal-gateway")).args(["profiles", "list"]).output().unwrap();
     let list = String::from_utf8(list.stdout).unwrap();
-    let with_turn = list.lines().filter(|line| line.contains(": turn"));
-    let profiles: Vec<_> = with_turn.map(|line| line.split_whitespace().next().unwrap().to_owned()).collect();
+    let rows = list.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
+    let with_turn = rows.filter(|row| row.get(1).is_some_and(|bound| bound.chars().nth(4) == Some('T')));
+    let profiles: Vec<_> = with_turn.map(|row| row[0].to_owned()).collect();
     assert!(profiles.len() >= 47, "{profiles:?}");
     profiles
 }

@@ -24,6 +24,13 @@ const NOT_VISIBLE: &str = "hazard_lights: not visible: no signal shows the hazar
 
 const GEAR_NOT_VISIBLE: &str = "gear: not visible: ";
 
+/// What is wrong for ever with a car whose profile has a speed, and nothing that tells the heading rate.
+const NO_HEADING_RATE: &str = "velocity: heading rate: unknown: the profile describes no source of it";
+const WITHOUT_HEADING_RATE: &str = "tesla_model_s_powertrain";
+
+/// A car's dimensions, without which reports are withheld.
+const DIMENSIONS: &str = "[vehicle_geometry]\nwheel_base_m = 2.7\nwheel_tread_m = 1.6\nwheel_radius_m = 0.33\nsteering_ratio = 15.0\n";
+
 /// Interfaces of one vehicle after the other.
 struct Buses(Vec<Vcan>);
 
@@ -49,8 +56,9 @@ struct Car {
 
 impl Car {
     fn start(profile: &str, vehicle: &Settings, buses: &Buses) -> Self {
-        let mut keys =
-            format!("profile = {profile:?}\n[ros]\nenabled = false\n[status]\nsocket = \"status.sock\"\n");
+        let mut keys = format!(
+            "profile = {profile:?}\n[ros]\nenabled = false\n[status]\nsocket = \"status.sock\"\n{DIMENSIONS}"
+        );
         for (bus, interface) in buses.of(vehicle) {
             write!(keys, "[can.{bus}]\ninterface = {interface:?}\n").unwrap();
         }
@@ -95,12 +103,15 @@ fn drive(profile: &str, buses: &Buses) -> bool {
     let car = Car::start(profile, &vehicle, buses);
     let is_visible = !matches!(vehicle.gateway.lights.hazard, HazardBinding::NotVisible { .. });
     let gear = (!shows_gears(&vehicle)).then_some(GEAR_NOT_VISIBLE);
+    let heading_rate = (profile == WITHOUT_HEADING_RATE).then_some(NO_HEADING_RATE);
+    let lasting: Vec<_> = [heading_rate, gear].into_iter().flatten().collect();
+    let code = |others| if heading_rate.is_some() { ERROR } else { others };
     if !is_visible {
-        car.wait_for(WARN, &[Some(NOT_VISIBLE), gear].into_iter().flatten().collect::<Vec<_>>());
+        car.wait_for(code(WARN), &[&[NOT_VISIBLE], lasting.as_slice()].concat());
         car.folder.append("gateway.toml", "[reports]\nhazard_not_visible = \"acknowledged\"\n");
         car.gateway.signal("HUP");
     }
-    car.wait_for(if gear.is_some() { WARN } else { OK }, gear.as_slice());
+    car.wait_for(code(if gear.is_some() { WARN } else { OK }), &lasting);
     is_visible
 }
 

@@ -38,11 +38,11 @@ fn keys_move_the_stalk_and_the_button_of_a_simulated_vehicle() {
     let tmux = require!(Tmux::run(&vehicle));
     tmux.wait_for(|screen| screen.contains("simulated") && screen.contains("← → stalk"));
     for (key, shown, absent) in [
-        ("Right", "right (driver)", "HAZARD"),
+        ("Right", "right (driver)", "hazard lights on"),
         ("o", "off", "right (driver)"),
-        ("Left", "left (driver)", "RIGHT"),
-        ("h", "HAZARD", "LEFT"),
-        ("h", "left (driver)", "HAZARD"),
+        ("Left", "left (driver)", "turning right"),
+        ("h", "hazard lights on", "turning left"),
+        ("h", "left (driver)", "hazard lights on"),
     ] {
         tmux.press(key);
         // The log below the picture keeps what was.

@@ -354,7 +354,7 @@ mod tests {
         let is_short = |caption: &Caption| caption.text.chars().count() <= 77;
         assert!(story::DEMO.iter().all(is_short), "each is one line of a terminal of 80 columns");
         let wrong = watch_recording(&[WRONG]).err().unwrap().to_string();
-        let expected = "the caption “the driver pulls the stalk left” is wrong 9300 ms after the start: the report \
+        let expected = "the caption “the driver pulls the stalk left” is wrong 9302 ms after the start: the report \
                         turn_indicators should be ENABLE_RIGHT, and is ENABLE_LEFT";
         assert_eq!(wrong, expected);
     }

@@ -33,8 +33,8 @@ Examples:
   signal-gateway status --history | less +G
   signal-gateway status --history=ERROR --watch    errors so far, and from now on
 
-Several gateways are listed, each with the command that asks it (exit code 2). The service's user and
-group may ask it: sudo usermod -aG signal-gateway $USER
+Several gateways are listed, each with the command that asks it (exit code 2). The user and the
+group of the service may ask it: sudo usermod -aG signal-gateway $USER
 docs/status.md describes the JSON, and --schema prints its JSON Schema.
 
 Exit codes:

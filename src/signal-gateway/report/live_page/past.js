@@ -77,8 +77,10 @@ const forgetOldest = () => {
   for (const item of [...by("history").children]) if (item.dataset.key && Number(item.dataset.key) <= kept) item.remove();
   isComplete = false;
 };
+let nextTold = 0; // the next change of the gateway, by what it told last
 const followHistory = (view) => {
   const process = view.process;
+  nextTold = process?.next_change ?? nextTold;
   if (!process || underWay > 0) return;
   writtenNow = process.written_recordings;
   if (nextChange === null || changes.length === 0 || writtenNow !== recordings) askNewest();
@@ -114,8 +116,8 @@ const drawList = () => {
     if (!item) {
       item = changeItem(change);
       item.dataset.key = change.number;
-      // What is new stands above what happened to the page meanwhile.
-      if (newest && change.number > newest) list.prepend(item);
+      // What is new stands above what happened to the page before it, and below what happened after it.
+      if (newest && change.number > newest) list.insertBefore(item, [...list.children].find(({ dataset }) => !(Number(dataset.next) > change.number)));
       else list.insertBefore(item, below ?? list.lastElementChild);
     }
     if (change.black_box && !item.querySelector("a")) {
@@ -132,7 +134,9 @@ const drawList = () => {
 };
 // What happened to this page itself.
 const note = (level, text) => {
-  by("history").prepend(element("li", `${toneOf(level)} note`, element("time", "", clock(new Date())), " ", badge(toneOf(level), level), ` ${text}`));
+  const item = element("li", `${toneOf(level)} note`, element("time", "", clock(new Date())), " ", badge(toneOf(level), level), ` ${text}`);
+  item.dataset.next = nextTold;
+  by("history").prepend(item);
   by("history").querySelectorAll(".note").forEach((item, place) => { if (place >= MOST_NOTES) item.remove(); });
 };
 
