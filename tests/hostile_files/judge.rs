@@ -14,8 +14,9 @@ pub(crate) const END: Duration = Duration::from_secs(25);
 const MOST_MEMORY_KIB: u64 = 256 << 10;
 /// Most that is written for such a file, bytes: a packed one may hold millions of frames.
 const MOST_WRITTEN: u64 = 1 << 30;
-/// Most that is written for a file of a few frames, bytes, however far apart they are.
-const MOST_OF_FEW: u64 = 64 << 20;
+/// Most that is written for a file of a few frames, 3,000 at most, bytes, however far apart they are: 64 MiB,
+/// and 8 kB for each.
+const MOST_OF_FEW: u64 = 92 << 20;
 /// Formats that are held whole may be unpacked to so many times their size, and so much at most, KiB.
 const HELD_TIMES: u64 = 50;
 const MOST_HELD_KIB: u64 = 1 << 20;

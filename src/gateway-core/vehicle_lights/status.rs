@@ -10,7 +10,7 @@ use super::role_texts;
 use super::state::UnavailableReason;
 use super::task::{LightsTask, Task, message, reason_text, source_name};
 use super::verdict::{HazardLights, TurnIndicators};
-use crate::vehicle_report::{ReportFinding, ReportSnapshot};
+use crate::vehicle_report::{ReportFinding, ReportSnapshot, ReportState};
 use can_signal::can::Bus;
 use can_signal::validation::observation::Observations;
 use can_signal::validation::snapshot::{Received, ReceivedSnapshot, UsedBy};
@@ -53,6 +53,15 @@ impl VehicleLights {
             Task::HazardLights => (&self.hazard_task, self.hazard.value().is_some()),
         };
         (task.report.finding.and_then(|finding| finding.failure()), published)
+    }
+
+    /// Returns the state of a report; `None` before its first verdict.
+    pub fn state(&self, which: Task) -> Option<ReportState> {
+        let task = match which {
+            Task::TurnIndicators => &self.turn_task,
+            Task::HazardLights => &self.hazard_task,
+        };
+        task.report.finding.map(|finding| finding.state())
     }
 
     /// Samples the frame counts from which rates are computed; call it at every refresh.
