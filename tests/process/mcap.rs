@@ -204,7 +204,7 @@ mod slow {
     /// A log that is played five times as fast, and recorded in this folder.
     fn recorded(bags: &str, log: &Path, repeat: bool, keys: &str) -> (Folder, Process) {
         let keys = format!(
-            "source = \"recording\"\n[recording]\nfile = \"{}\"\nspeed = 5\nrepeat = {repeat}\nstamps = \"recorded\"\n\
+            "source = \"recording\"\n[recording]\nfile = \"{}\"\nspeed = 2\nrepeat = {repeat}\nstamps = \"recorded\"\n\
              [ros]\nenabled = false\n[mcap]\nfolder = \"{bags}\"\n{keys}",
             log.display()
         );

@@ -279,7 +279,7 @@ fn by_default_minimum_durations_hold_outside_required_sections() {
 fn the_readme_lists_every_scenario() {
     let readme = std::fs::read_to_string(folder().join("README.md")).unwrap();
     for (name, scenario) in &*SCENARIOS {
-        let row = readme.lines().find(|line| line.starts_with(&format!("| `{name}` |")));
+        let row = readme.lines().find(|line| line.starts_with(&format!("- `{name}`: ")));
         let title = scenario.file.name.as_deref().unwrap();
         assert!(row.is_some_and(|row| row.contains(title)), "{name}: {title}");
     }
