@@ -1,6 +1,7 @@
 //! The shipped maps: small, made up, traffic on the left as in Autoware's own parameters. Lanes are
 //! 3.5 m wide; the middle of each is what its description gives.
 
+mod block;
 mod bus_bay;
 mod chicane;
 mod crossing;
@@ -32,7 +33,8 @@ pub(crate) struct Map {
 }
 
 /// All maps to make.
-pub(crate) const ALL: [Map; 12] = [
+pub(crate) const ALL: [Map; 13] = [
+    Map { name: "block", draw: block::draw },
     Map { name: "bus_bay", draw: bus_bay::draw },
     Map { name: "chicane", draw: chicane::draw },
     Map { name: "consecutive_turns", draw: turns::draw },

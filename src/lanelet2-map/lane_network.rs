@@ -12,6 +12,8 @@ use crate::geometry::shape::contains;
 use crate::geometry::{Point, Pose, wrapped};
 use extent::Extent;
 
+pub mod graph_order;
+
 mod extent;
 mod reader;
 mod route_search;
@@ -128,19 +130,18 @@ impl Roundabout {
 }
 
 impl LaneNetwork {
-    /// Creates the network of these lanelets. Of two lanelets with the same id, the last one counts.
+    /// Creates the network of these lanelets, in the order of the routing graph. Of two lanelets with the
+    /// same id, the last one counts.
     pub fn new(lanes: impl IntoIterator<Item = Lanelet>, roundabouts: Vec<Roundabout>) -> Self {
-        let measured = |lane: Lanelet| {
-            let extent = Extent::of(&lane.border());
-            (lane.id, (lane, extent))
-        };
-        let lanes: BTreeMap<_, _> = lanes.into_iter().map(measured).collect();
         let mut predecessors: BTreeMap<LaneId, Vec<LaneId>> = BTreeMap::new();
-        for (lane, _) in lanes.values() {
+        let mut measured = |lane: Lanelet| {
             for follower in &lane.followers {
                 predecessors.entry(*follower).or_default().push(lane.id);
             }
-        }
+            let extent = Extent::of(&lane.border());
+            (lane.id, (lane, extent))
+        };
+        let lanes: BTreeMap<_, _> = lanes.into_iter().map(&mut measured).collect();
         Self { lanes, predecessors, roundabouts }
     }
 
@@ -154,12 +155,12 @@ impl LaneNetwork {
         self.lanes.values().map(|(lane, _)| lane)
     }
 
-    /// Returns the lanelets that follow this one.
+    /// Returns the lanelets that follow this one, in the order of the routing graph.
     pub fn followers(&self, id: LaneId) -> &[LaneId] {
         self.lane(id).map_or(&[], |lane| &lane.followers)
     }
 
-    /// Returns the lanelets that lead into this one, in ascending order of their ids.
+    /// Returns the lanelets that lead into this one, in the order of the routing graph.
     pub fn predecessors(&self, id: LaneId) -> &[LaneId] {
         self.predecessors.get(&id).map_or(&[], Vec::as_slice)
     }
@@ -193,6 +194,17 @@ impl LaneNetwork {
             near.total_cmp(other_near).then(facing.total_cmp(other_facing))
         });
         nearest.map(|(lane, _)| lane)
+    }
+
+    /// Like [`Self::closest`], among the lanelets within the limits; `None` if there are none.
+    pub fn closest_within(
+        &self,
+        lanes: impl IntoIterator<Item = LaneId>,
+        pose: Pose,
+        limits: NearestLimits,
+    ) -> Option<&Lanelet> {
+        let near = lanes.into_iter().filter_map(|id| self.near(id, pose, limits));
+        near.min_by(Near::by_distance).map(|near| near.lane)
     }
 
     /// Returns the lanelet of `lanes` that a vehicle is on. Among the near lanelets with a similar heading,

@@ -28,7 +28,7 @@ impl DeciderCompat {
 }
 
 /// Switches for each behaviour of the behavior path planner that improved mode does not have. `W1` to `W10`
-/// and `W18` to `W23` are labels of
+/// and `W18` to `W24` are labels of
 /// docs/spec/turn-signal-decider.md, "Improved and upstream-compatible mode".
 #[allow(clippy::struct_excessive_bools)] // independent switches
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,14 +88,17 @@ pub struct DeciderQuirks {
     /// W23: the signal of a turn is shown before a junction that offers the same side and is not taken
     /// (docs/spec/turn-signal-decider.md, "Junctions that are not taken").
     pub misleads_before_junctions: bool,
+    /// W24: the distance path ends at the goal, on a route that passes it earlier at the first pass
+    /// (docs/spec/turn-signal-decider.md, "Distance path").
+    pub ends_path_at_goal: bool,
     /// A start from the middle of a lane changes the command of the previous record but not its points
     /// (docs/spec/turn-signal-decider.md, "Pull-out").
     pub centerline_start_has_no_points: bool,
 }
 
 impl DeciderQuirks {
-    /// Returns the quirks of a decider: all for the behavior path planner, none for improved mode. Only W20
-    /// and W22 concern the path generator, which has its own rule.
+    /// Returns the quirks of a decider: all for the behavior path planner, none for improved mode and for the
+    /// path generator, which has its own rule.
     pub const fn of(compat: DeciderCompat) -> Self {
         let is_upstream = matches!(compat, DeciderCompat::Upstream);
         Self {
@@ -112,10 +115,11 @@ impl DeciderQuirks {
             searches_back_by_entries: is_upstream,
             ends_shifts_early: is_upstream,
             last_manoeuvre_replaces: is_upstream,
-            ignores_height_and_continuity: !matches!(compat, DeciderCompat::Improved),
+            ignores_height_and_continuity: is_upstream,
             nested_section_comes_early: is_upstream,
-            ignores_order_of_segments: !matches!(compat, DeciderCompat::Improved),
+            ignores_order_of_segments: is_upstream,
             misleads_before_junctions: is_upstream,
+            ends_path_at_goal: is_upstream,
             centerline_start_has_no_points: is_upstream,
         }
     }

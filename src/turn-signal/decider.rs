@@ -16,7 +16,9 @@ use super::junction::{JunctionRemark, JunctionRule, JunctionVerdict};
 use super::manoeuvre::{Manoeuvre, ManoeuvreMemory, ManoeuvreOutcome};
 use super::min_duration::{MinDurationFilter, MinDurations};
 use super::parameters::{DeciderParameters, VehicleInfo};
+use super::path_generator::planned_lanes::PlaceOnRoute;
 use super::path_generator::{self, TaggedLanelet};
+use super::planner_input::Odometry;
 use super::resolve::{CandidateSource, Candidates, Contender, PairwiseRules, Resolution, foremost, resolve};
 use super::roundabout::RoundaboutMemory;
 use super::roundabout::backward::backward_length_m;
@@ -28,7 +30,7 @@ use super::turn_lane::TurnLane;
 use crate::light_command::{HazardCommand, TurnCommand};
 use gateway_base::time::MonoTime;
 use lanelet2_map::geometry::Pose;
-use lanelet2_map::geometry::path::{Path, PathFrame};
+use lanelet2_map::geometry::path::{NearestLimits, Path, PathFrame};
 use lanelet2_map::lane_network::{LaneId, LaneNetwork};
 
 /// Settings of the decider.
@@ -63,6 +65,8 @@ pub struct Decider {
     route: Option<u128>,
     last: Option<MonoTime>,
     lane: Option<LaneId>,
+    /// The vehicle's place in the path generator's last cycle.
+    place: Option<PlaceOnRoute>,
     intersection: IntersectionMemory,
     roundabout: RoundaboutMemory,
     manoeuvres: ManoeuvreMemory,
@@ -120,6 +124,7 @@ impl Decider {
             route: None,
             last: None,
             lane: None,
+            place: None,
             intersection: IntersectionMemory::default(),
             roundabout: RoundaboutMemory::default(),
             manoeuvres: ManoeuvreMemory::default(),
@@ -156,11 +161,47 @@ impl Decider {
         if let Some(path) = inputs.planned_path.filter(|path| now.since(path.at) > limits.planned_path) {
             findings.push(InputFinding::OldPlannedPath(now.since(path.at)));
         }
-        let measured = match inputs.planned_path {
-            Some(path) if path.value == 0 => Err(InputFinding::EmptyPlannedPath),
-            _ => self.distance_path(road, route, odometry.pose),
+        let is_planned = inputs.planned_path.is_none_or(|path| path.value > 0);
+        if !is_planned {
+            findings.push(InputFinding::EmptyPlannedPath);
+        }
+        let surroundings = (road, route, odometry);
+        let mut decision = if follows_path_generator {
+            let tagged = is_planned.then(|| self.decide_as_path_generator(surroundings)).flatten();
+            let (turn, tagged) = tagged.unwrap_or((TurnCommand::NoCommand, TaggedLanelet::None));
+            Decision { turn, basis: Basis::PathGenerator(tagged), ..Decision::default() }
+        } else {
+            let measured = is_planned.then(|| self.distance_path(road, route, odometry.pose));
+            let measured = measured.and_then(|path| path.map_err(|finding| findings.push(finding)).ok());
+            self.decide_by_candidates(surroundings, measured.as_ref(), manoeuvres, now)
         };
-        let measured = measured.map_err(|finding| findings.push(finding)).ok();
+        decision.findings = findings;
+        let due = decision.next_deadline.into_iter().chain(inputs.too_old_from(limits));
+        decision.next_deadline = due.filter(|at| *at > now).min();
+        decision
+    }
+
+    /// Returns the command of the path generator and the lanelet that decided; `None` without a lanelet of
+    /// the route.
+    fn decide_as_path_generator(
+        &mut self,
+        (road, route, odometry): (&LaneNetwork, &Route, Odometry),
+    ) -> Option<(TurnCommand, TaggedLanelet)> {
+        let (parameters, front_m) = (&self.settings.parameters, self.settings.vehicle.front_m());
+        let place = PlaceOnRoute::new((road, route), self.place, odometry.pose, parameters.nearest);
+        self.place = place;
+        let lanes = place?.planned((road, route), front_m);
+        Some(path_generator::decide((road, route), &lanes, odometry, front_m, parameters))
+    }
+
+    /// Decides by turns, roundabouts and manoeuvres, on the distance path if there is one.
+    fn decide_by_candidates(
+        &mut self,
+        (road, route, odometry): (&LaneNetwork, &Route, Odometry),
+        measured: Option<&DistancePath>,
+        manoeuvres: Vec<&Manoeuvre>,
+        now: MonoTime,
+    ) -> Decision {
         let (settings, quirks) = (self.settings.clone(), self.quirks);
         let (front_m, nearest) = (settings.vehicle.front_m(), settings.parameters.nearest);
         let on = |path_frame, way| DecisionContext {
@@ -176,41 +217,24 @@ impl Decider {
             junction_rule: settings.junction_rule(),
             now,
         };
-        let mut decision = match &measured {
-            _ if follows_path_generator => {
-                let nothing = (TurnCommand::NoCommand, TaggedLanelet::None);
-                let (turn, tagged) = measured.as_ref().map_or(nothing, |measured| {
-                    let road = (road, route, quirks);
-                    path_generator::decide(road, &measured.lanes, odometry, front_m, &settings.parameters)
-                });
-                Decision { turn, basis: Basis::PathGenerator(tagged), ..Decision::default() }
-            }
-            Some(measured) => {
-                let (path, ego) = (&measured.path, odometry.pose);
-                let path_frame = if quirks.ignores_height_and_continuity {
-                    PathFrame::new(path, ego, front_m, nearest)
-                } else {
-                    PathFrame::of_every_visit(path, (ego, measured.ego_m), front_m, nearest)
-                };
-                let context = on(path_frame, Some(measured));
-                self.decide_on(&context, manoeuvres, |manoeuvre| Observed {
-                    turns: turns(&context, measured, manoeuvre),
-                    legs: legs(&context, &measured.lanes),
-                })
-            }
+        let ego = odometry.pose;
+        let Some(measured) = measured else {
             // Without a path of lanelets, the chain measures on the vehicle's own straight line.
-            None => match own_line(odometry.pose) {
-                Some(line) => {
-                    let path_frame = PathFrame::new(&line, odometry.pose, front_m, nearest);
-                    self.decide_by_manoeuvre(&on(path_frame, None), manoeuvres)
-                }
-                None => Decision::default(),
-            },
+            let Some(line) = own_line(ego) else { return Decision::default() };
+            let path_frame = PathFrame::new(&line, ego, front_m, nearest);
+            return self.decide_by_manoeuvre(&on(path_frame, None), manoeuvres);
         };
-        decision.findings = findings;
-        let due = decision.next_deadline.into_iter().chain(inputs.too_old_from(limits));
-        decision.next_deadline = due.filter(|at| *at > now).min();
-        decision
+        let path = &measured.path;
+        let path_frame = if quirks.ignores_height_and_continuity {
+            PathFrame::new(path, ego, front_m, nearest)
+        } else {
+            PathFrame::of_every_visit(path, (ego, measured.ego_m), front_m, nearest)
+        };
+        let context = on(path_frame, Some(measured));
+        self.decide_on(&context, manoeuvres, |manoeuvre| Observed {
+            turns: turns(&context, measured, manoeuvre),
+            legs: legs(&context, &measured.lanes),
+        })
     }
 
     /// Decides one cycle in a context that is already measured. `observed` finds the turns and roundabouts on
@@ -370,7 +394,7 @@ impl Decider {
         if self.route.replace(route.id()).is_some_and(|before| before != route.id()) {
             findings.push(InputFinding::NewRoute);
             self.manoeuvres = ManoeuvreMemory::default();
-            self.lane = None;
+            (self.lane, self.place) = (None, None);
             if !self.quirks.memory_survives_route {
                 self.intersection.clear();
                 self.roundabout = RoundaboutMemory::default();
@@ -399,10 +423,17 @@ impl Decider {
         };
         let current = current.ok_or(InputFinding::NoLaneAround)?;
         self.lane = Some(current.id);
-        let is_on = current.distance_m(ego.position) <= parameters.nearest.distance_m
-            && current.misalignment_rad(ego) <= parameters.nearest.yaw_rad;
+        let limits = parameters.nearest;
+        let on = if self.quirks.searches_back_by_entries {
+            // Upstream compares the square of the distance with the limit.
+            let limits = NearestLimits { distance_m: limits.distance_m.sqrt(), ..limits };
+            road.closest_within(route.lanes(), ego, limits)
+        } else {
+            let is_near = current.distance_m(ego.position) <= limits.distance_m;
+            Some(current).filter(|_| is_near && current.misalignment_rad(ego) <= limits.yaw_rad)
+        };
         let backward_m =
-            if is_on { self.backward_m(road, route, current.id) } else { parameters.path_backward_length_m };
+            on.map_or(parameters.path_backward_length_m, |on| self.backward_m(road, route, on.id));
         DistancePath::new((road, route, self.quirks), parameters, ego, current.id, backward_m)
             .map_err(InputFinding::NoDistancePath)
     }

@@ -2,14 +2,13 @@
 //! vehicle (docs/spec/turn-signal-decider.md, "Distance path").
 
 use std::collections::BTreeSet;
-use std::iter::successors;
 
 use super::compat::DeciderQuirks;
 use super::parameters::DeciderParameters;
 use super::route::Route;
 use lanelet2_map::geometry::path::{Path, PathError};
-use lanelet2_map::geometry::polyline::{arc_lengths_m, headed, nearest, without_repeats};
-use lanelet2_map::geometry::spline::akima_points;
+use lanelet2_map::geometry::polyline::{headed, nearest};
+use lanelet2_map::geometry::sampling::{knots_between, resampled};
 use lanelet2_map::geometry::{Point, Pose};
 use lanelet2_map::lane_network::{LaneId, LaneNetwork, Lanelet};
 
@@ -29,6 +28,15 @@ pub struct DistancePath {
     pub ego_m: f64,
 }
 
+/// Lanelets one after another, with places on their joined centrelines.
+struct Sequence {
+    lanes: Vec<LaneId>,
+    /// Where the vehicle is, metres.
+    ego_m: f64,
+    /// Where the path ends, metres; may lie beyond the last lanelet.
+    to_m: f64,
+}
+
 impl DistancePath {
     /// Creates the path for a vehicle at `ego` on the lanelet `current` of the route.
     pub fn new(
@@ -38,45 +46,106 @@ impl DistancePath {
         current: LaneId,
         backward_m: f64,
     ) -> Result<Self, PathError> {
-        let forward_m = parameters.path_forward_length_m;
         let lane = road.lane(current).ok_or(PathError::TooShort)?;
-        let along_m = nearest(&lane.centerline, ego.position).map_or(0.0, |nearest| nearest.arc_m);
-        let rest_m = lane.length_m() - along_m;
-        let previous = |id: LaneId| route.previous(road, id, quirks).first().copied();
-        let mut sequence = walk(road, current, backward_m - along_m, previous);
-        let behind_m: f64 = sequence.iter().filter_map(|id| road.lane(*id)).map(Lanelet::length_m).sum();
-        sequence.reverse();
-        sequence.push(current);
-        sequence.extend(walk(road, current, forward_m - rest_m, |id| route.next(road, id, quirks)));
-
-        let ego_m = behind_m + along_m;
-        let (from_m, to_m) = (ego_m - backward_m, ego_m + forward_m);
-        let reaching_in = within(road, &sequence, from_m, to_m);
-        let on_path_m = |at_m: f64| at_m - from_m.max(0.0);
+        let lengths_m = [backward_m, parameters.path_forward_length_m];
+        let sequence = if quirks.ignores_order_of_segments {
+            Sequence::on_map((road, route, quirks), lengths_m, ego, lane)
+        } else {
+            Sequence::in_order((road, route, quirks), lengths_m, ego, lane)
+        };
+        let centerlines = centerlines(road, &sequence.lanes);
+        let from_m = (sequence.ego_m - backward_m).max(0.0);
+        let knots = knots_between(&centerlines, from_m, sequence.to_m);
+        let points = resampled(&knots, parameters.path_interval_m);
+        let reaching_in = within(road, &sequence.lanes, from_m, sequence.to_m);
         let (lanes, spans_m) =
-            reaching_in.into_iter().map(|(id, span_m)| (id, span_m.map(on_path_m))).unzip();
-        let centerline: Vec<Point> = sequence
-            .iter()
-            .filter_map(|id| road.lane(*id))
-            .flat_map(|lane| lane.centerline.iter().copied())
-            .collect();
-        let points = resampled(&centerline, from_m, to_m, parameters.path_interval_m);
-        Ok(Self { path: Path::new(headed(&points))?, lanes, spans_m, ego_m: ego_m - from_m.max(0.0) })
+            reaching_in.into_iter().map(|(id, span_m)| (id, span_m.map(|at_m| at_m - from_m))).unzip();
+        Ok(Self { path: Path::new(headed(&points))?, lanes, spans_m, ego_m: sequence.ego_m - from_m })
     }
 }
 
-/// Returns the lanelets after `from`, until they cover `length_m`.
-fn walk(
+impl Sequence {
+    /// Follows the order of the route's segments.
+    fn in_order(
+        (road, route, quirks): (&LaneNetwork, &Route, DeciderQuirks),
+        [backward_m, forward_m]: [f64; 2],
+        ego: Pose,
+        current: &Lanelet,
+    ) -> Self {
+        let along_m = arc_m(&current.centerline, ego);
+        let rest_m = current.length_m() - along_m;
+        let previous = |id: LaneId, _: &BTreeSet<LaneId>| route.previous(road, id, quirks).first().copied();
+        let next = |id: LaneId, _: &BTreeSet<LaneId>| route.next(road, id, quirks);
+        let own = || BTreeSet::from([current.id]);
+        let mut lanes = walk(road, current.id, backward_m - along_m, &mut own(), previous);
+        let behind_m: f64 = lanes.iter().filter_map(|id| road.lane(*id)).map(Lanelet::length_m).sum();
+        lanes.reverse();
+        lanes.push(current.id);
+        lanes.extend(walk(road, current.id, forward_m - rest_m, &mut own(), next));
+        let ego_m = behind_m + along_m;
+        Self { lanes, ego_m, to_m: ego_m + forward_m }
+    }
+
+    /// Goes by the map, and projects vehicle and goal on all lanelets at once (W22, W24).
+    fn on_map(
+        (road, route, quirks): (&LaneNetwork, &Route, DeciderQuirks),
+        [backward_m, forward_m]: [f64; 2],
+        ego: Pose,
+        current: &Lanelet,
+    ) -> Self {
+        let is_new = |id: &LaneId, visited: &BTreeSet<LaneId>| !visited.contains(id) && !route.ends_with(*id);
+        let previous = |id: LaneId, visited: &BTreeSet<LaneId>| {
+            route.previous(road, id, quirks).into_iter().find(|before| is_new(before, visited))
+        };
+        let next = |id: LaneId, _: &BTreeSet<LaneId>| route.next(road, id, quirks);
+        let own = || BTreeSet::from([current.id]);
+        let after = walk(road, current.id, forward_m, &mut own(), next);
+        let is_reached = arc_m(&current.centerline, ego) < backward_m;
+        let reach_m = if is_reached { backward_m } else { 0.0 };
+        let mut lanes = walk(road, current.id, reach_m, &mut own(), previous);
+        // A ring of two lanelets leaves out the vehicle's own.
+        if lanes.is_empty() || lanes.first() != after.first() {
+            lanes.reverse();
+            lanes.push(current.id);
+        } else {
+            lanes.clear();
+        }
+        lanes.extend(after);
+
+        let joined = centerlines(road, &lanes).concat();
+        let ego_m = arc_m(&joined, ego);
+        let mut to_m = ego_m + forward_m;
+        if let (Some(last), Some(goal)) = (lanes.last(), route.goal())
+            && quirks.ends_path_at_goal
+            && route.ends_with(*last)
+        {
+            to_m = to_m.min(arc_m(&joined, goal));
+        }
+        Self { lanes, ego_m, to_m }
+    }
+}
+
+fn centerlines<'a>(road: &'a LaneNetwork, lanes: &[LaneId]) -> Vec<&'a [Point]> {
+    lanes.iter().filter_map(|id| road.lane(*id)).map(|lane| lane.centerline.as_slice()).collect()
+}
+
+/// Returns the arc length of the place on a line that is nearest to a pose, metres.
+pub(super) fn arc_m(line: &[Point], pose: Pose) -> f64 {
+    nearest(line, pose.position).map_or(0.0, |nearest| nearest.arc_m)
+}
+
+/// Returns the lanelets after `from`, until they cover `length_m`; none that is `visited`, which `step` sees.
+pub(super) fn walk(
     road: &LaneNetwork,
     from: LaneId,
     length_m: f64,
-    step: impl Fn(LaneId) -> Option<LaneId>,
+    visited: &mut BTreeSet<LaneId>,
+    step: impl Fn(LaneId, &BTreeSet<LaneId>) -> Option<LaneId>,
 ) -> Vec<LaneId> {
-    let mut visited = BTreeSet::from([from]);
     let mut walked = Vec::new();
     let (mut here, mut covered_m) = (from, 0.0);
     while covered_m < length_m && walked.len() < MAX_LANES {
-        let Some(next) = step(here).filter(|next| visited.insert(*next)) else { break };
+        let Some(next) = step(here, visited).filter(|next| visited.insert(*next)) else { break };
         covered_m += road.lane(next).map_or(0.0, Lanelet::length_m);
         walked.push(next);
         here = next;
@@ -85,24 +154,22 @@ fn walk(
 }
 
 /// Returns the lanelets of the sequence that overlap an interval of it, with their start and end on the
-/// sequence.
-fn within(road: &LaneNetwork, sequence: &[LaneId], from_m: f64, to_m: f64) -> Vec<(LaneId, [f64; 2])> {
+/// sequence; if its end lies before its start, the lanelets around either.
+pub(super) fn within(
+    road: &LaneNetwork,
+    sequence: &[LaneId],
+    from_m: f64,
+    to_m: f64,
+) -> Vec<(LaneId, [f64; 2])> {
     let mut start_m = 0.0;
     let spans = sequence.iter().map(|id| {
         let span_m = [start_m, start_m + road.lane(*id).map_or(0.0, Lanelet::length_m)];
         [_, start_m] = span_m;
         (*id, span_m)
     });
-    spans.filter(|(_, [start_m, end_m])| *start_m < to_m && *end_m > from_m).collect()
-}
-
-/// Returns points of a line at equal steps between two arc lengths, including the point at the second.
-fn resampled(line: &[Point], from_m: f64, to_m: f64, step_m: f64) -> Vec<Point> {
-    let knots = without_repeats(line);
-    let arcs = arc_lengths_m(&knots);
-    let length_m = arcs.last().copied().unwrap_or_default();
-    let (from_m, to_m) = (from_m.max(0.0), to_m.min(length_m));
-    let samples = successors(Some(from_m), |at_m| Some(at_m + step_m));
-    let queries: Vec<f64> = samples.take_while(|at_m| *at_m < to_m).chain([to_m]).collect();
-    akima_points(&arcs, &knots, &queries).unwrap_or(knots)
+    let reaches = |(_, [start_m, end_m]): &(LaneId, [f64; 2])| {
+        let is_around = |at_m: f64| *start_m < at_m && at_m < *end_m;
+        *start_m < to_m && *end_m > from_m || to_m < from_m && (is_around(from_m) || is_around(to_m))
+    };
+    spans.filter(reaches).collect()
 }

@@ -192,7 +192,7 @@ impl TurnSignalFlow {
     fn take_route(&mut self) {
         self.route = self.sent_route.as_ref().map(|sent| {
             let route = Route::new(sent.id, sent.start, sent.segments.clone());
-            route.and_then(|route| route.checked(&self.settings.road))
+            route.and_then(|route| route.with_goal(sent.goal).checked(&self.settings.road))
         });
     }
 

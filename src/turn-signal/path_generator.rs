@@ -5,14 +5,15 @@ use std::collections::BTreeSet;
 
 use derive_more::Display;
 
-use super::compat::DeciderQuirks;
+use super::distance_path::arc_m;
 use super::parameters::DeciderParameters;
 use super::planner_input::Odometry;
 use super::route::Route;
 use crate::light_command::TurnCommand;
-use lanelet2_map::geometry::polyline::nearest;
 use lanelet2_map::geometry::required_end::first_aligned;
 use lanelet2_map::lane_network::{LaneId, LaneNetwork, Lanelet, TurnDirection};
+
+pub mod planned_lanes;
 
 /// The lanelet whose tag `turn_direction` decided, and why.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Display)]
@@ -29,8 +30,8 @@ pub enum TaggedLanelet {
     /// The first tagged lanelet ahead, beyond the search distance: no command.
     #[display("lanelet {_0} is too far ahead")]
     TooFar(LaneId),
-    /// The vehicle is in this lanelet, past its aligned start, and no tagged lanelet is ahead: its tag still
-    /// counts.
+    /// The vehicle is in this lanelet, past its aligned start or without one, and no tagged lanelet is ahead:
+    /// its tag still counts.
     #[display("in lanelet {_0}, past its aligned start")]
     PastEnd(LaneId),
 }
@@ -38,45 +39,45 @@ pub enum TaggedLanelet {
 /// Returns the command for a vehicle on a path through `lanes`, with its front `front_m` metres ahead of its
 /// rear axle, and the lanelet that decided.
 pub fn decide(
-    (road, route, quirks): (&LaneNetwork, &Route, DeciderQuirks),
+    (road, route): (&LaneNetwork, &Route),
     lanes: &[LaneId],
     odometry: Odometry,
     front_m: f64,
     parameters: &DeciderParameters,
 ) -> (TurnCommand, TaggedLanelet) {
     let mut met = BTreeSet::new();
-    let mut ahead = lanes
-        .iter()
-        .filter(|id| met.insert(**id) && route.next(road, **id, quirks).is_some())
-        .filter_map(|id| road.lane(*id))
-        .skip_while(|lane| !lane.contains(odometry.pose.position));
-    let Some(own) = ahead.next() else { return (TurnCommand::NoCommand, TaggedLanelet::None) };
-    let along_m = nearest(&own.centerline, odometry.pose.position).map_or(0.0, |nearest| nearest.arc_m);
-    let own_command = command(own);
-    if own_command != TurnCommand::NoCommand && along_m <= aligned_start_m(own, parameters) {
-        return (own_command, TaggedLanelet::Own(own.id));
-    }
-    let mut gap_m = own.length_m() - along_m - front_m;
-    for lane in ahead {
+    let searched = lanes.iter().filter(|id| met.insert(**id) && route.goes_on_after(road, **id));
+    let mut behind = (TurnCommand::NoCommand, TaggedLanelet::None);
+    // From the front to the start of the next lanelet, metres; `None` before the vehicle's lanelet.
+    let mut gap_m: Option<f64> = None;
+    for lane in searched.filter_map(|id| road.lane(*id)) {
         let command = command(lane);
-        if command != TurnCommand::NoCommand {
+        let is_tagged = command != TurnCommand::NoCommand;
+        if let Some(before_m) = gap_m {
             let search_m = lane
                 .turn_signal_distance_m
                 .unwrap_or_else(|| parameters.intersection_search_m(odometry.speed_mps));
-            return if gap_m > search_m {
-                (TurnCommand::NoCommand, TaggedLanelet::TooFar(lane.id))
-            } else {
-                (command, TaggedLanelet::Ahead(lane.id))
-            };
+            if is_tagged && before_m > search_m {
+                return (TurnCommand::NoCommand, TaggedLanelet::TooFar(lane.id));
+            }
+            if is_tagged {
+                return (command, TaggedLanelet::Ahead(lane.id));
+            }
+            gap_m = Some(before_m + lane.length_m());
+        } else if lane.contains(odometry.pose.position) {
+            let along_m = arc_m(&lane.centerline, odometry.pose);
+            if is_tagged {
+                behind = (command, TaggedLanelet::PastEnd(lane.id));
+                // Without an aligned start, the vehicle counts as not yet in a lanelet of its path.
+                let Some(start_m) = aligned_start_m(lane, parameters) else { continue };
+                if along_m <= start_m {
+                    return (command, TaggedLanelet::Own(lane.id));
+                }
+            }
+            gap_m = Some(lane.length_m() - along_m - front_m);
         }
-        gap_m += lane.length_m();
     }
-    let tagged = if own_command == TurnCommand::NoCommand {
-        TaggedLanelet::None
-    } else {
-        TaggedLanelet::PastEnd(own.id)
-    };
-    (own_command, tagged)
+    behind
 }
 
 fn command(lane: &Lanelet) -> TurnCommand {
@@ -88,7 +89,8 @@ fn command(lane: &Lanelet) -> TurnCommand {
     }
 }
 
-fn aligned_start_m(lane: &Lanelet, parameters: &DeciderParameters) -> f64 {
-    let start = first_aligned(&lane.centerline, parameters.intersection_angle_threshold_deg);
-    start.and_then(|start| nearest(&lane.centerline, start.position)).map_or(0.0, |nearest| nearest.arc_m)
+/// Returns the place of the aligned start on the centreline, metres; `None` if there is none.
+fn aligned_start_m(lane: &Lanelet, parameters: &DeciderParameters) -> Option<f64> {
+    let start = first_aligned(&lane.centerline, parameters.intersection_angle_threshold_deg)?;
+    Some(arc_m(&lane.centerline, start))
 }

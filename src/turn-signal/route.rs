@@ -11,6 +11,7 @@ use super::catalogue;
 use super::compat::DeciderQuirks;
 use gateway_base::diagnostics::MessagePart;
 use lanelet2_map::geometry::Pose;
+use lanelet2_map::lane_network::graph_order::table_order;
 use lanelet2_map::lane_network::{LaneId, LaneNetwork, Lanelet};
 
 /// Lanelets of a route that lie side by side.
@@ -27,9 +28,12 @@ pub struct Segment {
 pub struct Route {
     id: u128,
     start: Pose,
+    goal: Option<Pose>,
     segments: Vec<Segment>,
     /// The lanelets, each with the index of its segment.
     lanes: BTreeMap<LaneId, usize>,
+    /// The lanelets, each with its place in a routing graph of the route alone.
+    graph_places: BTreeMap<LaneId, usize>,
 }
 
 /// A reason why a route is refused.
@@ -64,18 +68,27 @@ impl Route {
     /// Creates a route with the id (`uuid`) and start pose of its message.
     pub fn new(id: u128, start: Pose, segments: Vec<Segment>) -> Result<Self, RouteError> {
         let mut lanes = BTreeMap::new();
+        let mut listed = Vec::new();
         for (index, segment) in segments.iter().enumerate() {
             for lane in &segment.lanes {
                 match lanes.entry(*lane) {
                     Entry::Vacant(vacant) => vacant.insert(index),
                     Entry::Occupied(_) => return Err(RouteError::Repeated(*lane)),
                 };
+                listed.push(*lane);
             }
         }
         if lanes.is_empty() {
             return Err(RouteError::Empty);
         }
-        Ok(Self { id, start, segments, lanes })
+        let graph_places = table_order(&listed).into_iter().zip(0..).collect();
+        Ok(Self { id, start, goal: None, segments, lanes, graph_places })
+    }
+
+    /// Returns the same route with the goal of its message; a goal that is not finite is left out.
+    #[must_use]
+    pub fn with_goal(self, goal: Pose) -> Self {
+        Self { goal: Some(goal).filter(|goal| goal.is_finite()), ..self }
     }
 
     /// Returns the route if it can be driven on this road.
@@ -103,6 +116,11 @@ impl Route {
         self.start
     }
 
+    /// Returns the pose at its end; `None` if it is not known.
+    pub fn goal(&self) -> Option<Pose> {
+        self.goal
+    }
+
     /// Returns the segments, in order.
     pub fn segments(&self) -> &[Segment] {
         &self.segments
@@ -121,6 +139,28 @@ impl Route {
     /// Returns whether a lanelet is in the last segment.
     pub fn ends_with(&self, lane: LaneId) -> bool {
         self.segments.last().is_some_and(|segment| segment.lanes.contains(&lane))
+    }
+
+    /// Returns the lanelet that the last segment prefers.
+    pub fn last_preferred(&self) -> Option<LaneId> {
+        self.segments.last().map(|segment| segment.preferred)
+    }
+
+    /// Returns the lanelet of the route that comes first in a routing graph of the route alone
+    /// (docs/spec/turn-signal-decider.md, "Order of the routing graph"); `None` if none is on the route.
+    pub fn first_in_graph(&self, lanes: &[LaneId]) -> Option<LaneId> {
+        let placed = lanes.iter().filter_map(|lane| Some((self.graph_places.get(lane)?, *lane)));
+        placed.min().map(|(_, lane)| lane)
+    }
+
+    /// Returns whether upstream's path generator finds a lanelet of the route behind this one
+    /// (docs/spec/turn-signal-decider.md, "Path generator").
+    pub fn goes_on_after(&self, road: &LaneNetwork, lane: LaneId) -> bool {
+        let followers = road.followers(lane);
+        let first = self.segments.first().map(|segment| segment.preferred);
+        Some(lane) != self.last_preferred()
+            && followers.first().copied() != first
+            && followers.iter().any(|next| self.contains(*next))
     }
 
     /// Returns the lanelets of the segments that are separated from the segment of `lane` by less than
@@ -230,7 +270,7 @@ mod tests {
             assert_eq!(block.next(&road, last_side, improved), None, "its goal is before the joint");
             assert_eq!(block.next(&road, 6, improved), Some(7));
             let upstream = DeciderQuirks::of(DeciderCompat::Upstream);
-            assert_eq!(block.previous(&road, 5, upstream), [1, 8], "by their ids");
+            assert_eq!(block.previous(&road, 5, upstream), [way_in, last_side], "as on the map");
         }
     }
 

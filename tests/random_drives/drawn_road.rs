@@ -9,13 +9,15 @@ use lanelet2_map::geometry::Pose;
 use lanelet2_map::geometry::polyline::{headed, length_m, nearest, without_repeats};
 use lanelet2_map::geometry::required_end::required_end;
 use lanelet2_map::lane_network::{LaneId, LaneNetwork, Lanelet, TurnDirection};
-use turn_signal::compat::DeciderCompat::Improved;
+use turn_signal::compat::DeciderCompat::{Improved, PathGenerator};
 use turn_signal::decider::{Decider, DeciderSettings};
 use turn_signal::inputs::{Inputs, Timed};
 use turn_signal::light_command::TurnCommand;
 use turn_signal::planner_input::Odometry;
 use turn_signal::route::{Route, Segment};
 use turn_signal::side::Side;
+
+use super::path_generator::ReferenceRule;
 
 /// Half the width of the lane, metres.
 pub(crate) const HALF_WIDTH_M: f64 = 1.75;
@@ -92,7 +94,7 @@ impl DrawnRoad {
             middle.extend(centerline);
         }
         let poses = headed(&without_repeats(&middle));
-        let route = route_from(1, poses[0], ids);
+        let route = route_from(1, poses[0], ids).with_goal(*poses.last().unwrap());
         Self { road: LaneNetwork::new(lanes, Vec::new()), route, poses, turns }
     }
 
@@ -114,6 +116,23 @@ impl DrawnRoad {
 
     fn length_m(&self) -> f64 {
         length_m(&self.poses.iter().map(|pose| pose.position).collect::<Vec<_>>())
+    }
+
+    /// The first place at which the path generator's command is not that of its rule, at this speed.
+    pub(crate) fn differing(&self, speed_mps: f64) -> Option<String> {
+        let settings = DeciderSettings::deployed(PathGenerator);
+        let front_m = settings.vehicle.front_m();
+        let mut rule = ReferenceRule::new(&self.road, &settings.parameters, front_m);
+        let mut decider = Decider::new(settings.clone());
+        let step_m = speed_mps * CYCLE.as_secs_f64();
+        let places = (0..100_000).map(|step| f64::from(step) * step_m);
+        places.take_while(|at_m| *at_m < self.length_m()).find_map(|at_m| {
+            let value = Odometry { pose: self.at(at_m), speed_mps };
+            let now = MonoTime::from_millis(50_000);
+            let shown = decider.decide(&inputs(Timed { at: now, value }, &self.road, &self.route), now).turn;
+            let expected = rule.command(&self.route, value)?;
+            (shown != expected).then(|| format!("path_generator: {shown:?} at {at_m:.2} m, not {expected:?}"))
+        })
     }
 
     /// What is shown along `ways`: each from one position to another, at this speed.

@@ -3,11 +3,12 @@
 use signal_gateway::config::drive::DriveFile;
 use signal_gateway::desk::drive::run::DriveRun;
 use signal_gateway::desk::drive::simulation::{DriveCycle, DriveSimulation};
-use turn_signal::compat::DeciderCompat::Improved;
+use turn_signal::compat::DeciderCompat::{Improved, PathGenerator};
 use turn_signal::light_command::TurnCommand;
 use turn_signal::resolve::{CandidateSource, Contender};
 use turn_signal::side::Side;
 
+use super::path_generator::ReferenceRule;
 use super::sections::{FRONT_M, Stretch, lanes, offers, stretches};
 
 /// Ends that differ by more than this belong to two manoeuvres, metres.
@@ -56,6 +57,20 @@ pub(super) fn broken(simulation: &DriveSimulation) -> Option<String> {
         .or_else(|| durations(&stretches, &shown))
         .or_else(|| signalled_once(&shown))
         .or_else(|| misleading(simulation.file(), &shown))
+}
+
+/// The first cycle in which the path generator's command is not that of its rule.
+pub(super) fn of_path_generator(simulation: &DriveSimulation) -> Option<String> {
+    let settings = &simulation.file().decider;
+    let front_m = settings.vehicle.front_m();
+    let mut rule = ReferenceRule::new(simulation.road(), &settings.parameters, front_m);
+    let mut run = DriveRun::new(simulation, PathGenerator);
+    simulation.cycles().find_map(|cycle| {
+        let shown = run.step(&cycle).turn;
+        let expected = rule.command(&cycle.route, cycle.odometry?)?;
+        (shown != expected)
+            .then(|| format!("path_generator: {shown:?} at {:.2} m, not {expected:?}", cycle.at_m))
+    })
 }
 
 /// In a required section its side is shown, or that of another one there; never none.

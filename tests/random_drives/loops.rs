@@ -141,7 +141,8 @@ impl LoopRecipe {
             return Err("the vehicle is on two lanelets of its route, and may have come to both");
         }
         let ids = self.ids.of(pieces.len());
-        let law = DrawnRoad::new(&pieces, &ids, &joints).broken(self.speed_mps);
+        let drawn = DrawnRoad::new(&pieces, &ids, &joints);
+        let law = drawn.broken(self.speed_mps).or_else(|| drawn.differing(self.speed_mps));
         let driven =
             |law| format!("{law}\n{pieces:?}, ids {ids:?}, joints {joints:?}, {} m/s", self.speed_mps);
         Ok(law.map(driven))

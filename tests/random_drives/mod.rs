@@ -1,10 +1,13 @@
-//! Random drives over the shipped maps, and over roads that meet themselves, against what must hold for every
-//! drive by default. A drive that breaks a law is shrunk and printed: one over a map as a drive file, for
-//! `signal-gateway decide`, one over a drawn road with its pieces, ids and speed.
+//! Random drives over the shipped maps, and over roads that meet themselves, against what must hold for
+//! every drive by default, and against the path generator's rule written a second time. A drive that breaks
+//! a law is shrunk and printed: one over a map as a drive file, for `signal-gateway decide`, one over a
+//! drawn road with its pieces, ids and speed.
 
+pub(crate) mod aligned;
 pub(crate) mod drawn_road;
 mod laws;
 mod loops;
+mod path_generator;
 mod recipe;
 mod sections;
 
@@ -76,5 +79,6 @@ fn check(recipe: &Recipe) -> Result<(), TestCaseError> {
     let file = file.map_err(|refused| TestCaseError::fail(refused.to_string()))?;
     let simulation = DriveSimulation::new(file);
     let simulation = simulation.map_err(|refused| TestCaseError::fail(refused.to_string()))?;
-    laws::broken(&simulation).map_or(Ok(()), |law| Err(TestCaseError::fail(law)))
+    let broken = laws::broken(&simulation).or_else(|| laws::of_path_generator(&simulation));
+    broken.map_or(Ok(()), |law| Err(TestCaseError::fail(law)))
 }

@@ -6,6 +6,7 @@ pub mod centerline;
 pub mod path;
 pub mod polyline;
 pub mod required_end;
+pub mod sampling;
 pub mod shape;
 pub mod spline;
 
@@ -51,6 +52,12 @@ impl Point {
     /// Returns the straight distance in the plane, in metres.
     pub fn distance_m(self, other: Self) -> f64 {
         self.squared_distance(other).sqrt()
+    }
+
+    /// Returns the straight distance in metres, with the difference of height if it is known.
+    pub fn spatial_distance_m(self, other: Self) -> f64 {
+        let rise_m = other.z_m - self.z_m;
+        self.distance_m(other).hypot(if rise_m.is_finite() { rise_m } else { 0.0 })
     }
 
     /// Returns the direction towards `other`, radians in (-π, π]; zero if they coincide.

@@ -9,10 +9,19 @@ pub fn length_m(points: &[Point]) -> f64 {
 
 /// Returns the arc length of every point from the first one, metres.
 pub fn arc_lengths_m(points: &[Point]) -> Vec<f64> {
+    cumulated_m(points, Point::distance_m)
+}
+
+/// Like [`arc_lengths_m`], with the differences of height where they are known.
+pub fn spatial_arc_lengths_m(points: &[Point]) -> Vec<f64> {
+    cumulated_m(points, Point::spatial_distance_m)
+}
+
+fn cumulated_m(points: &[Point], between_m: fn(Point, Point) -> f64) -> Vec<f64> {
     let mut total = 0.0;
     let mut arcs: Vec<f64> = points.iter().take(1).map(|_| 0.0).collect();
-    arcs.extend(points.windows(2).map(|piece| {
-        total += piece_length_m(piece);
+    arcs.extend(points.iter().zip(points.iter().skip(1)).map(|(from, to)| {
+        total += between_m(*from, *to);
         total
     }));
     arcs

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::graph_order::graph_order;
 use super::tags::is_for_vehicles;
 use super::topology::{Bound, DrawnLanelet, connected};
 use super::{LaneNetwork, Lanelet, Roadside, Roundabout, TurnDirection};
@@ -33,7 +34,10 @@ impl LaneNetwork {
             way_nodes: osm.ways.all().iter().map(|way| way.nodes.len()).sum(),
         };
         let lanelets = relations().filter(|relation| relation.is_lanelet());
-        let drawn = lanelets.map(|relation| builder.lanelet(relation)).collect::<Result<_, _>>()?;
+        let mut drawn = lanelets.map(|relation| builder.lanelet(relation)).collect::<Result<Vec<_>, _>>()?;
+        let order = graph_order(drawn.iter().map(|drawn| drawn.lane.id));
+        let places: BTreeMap<_, _> = order.into_iter().zip(0_usize..).collect();
+        drawn.sort_by_key(|drawn| places.get(&drawn.lane.id).copied());
         Ok(Self::new(connected(drawn), elements().map(roundabout).collect()))
     }
 }

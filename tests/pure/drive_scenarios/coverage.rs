@@ -77,7 +77,9 @@ pub(crate) const WEAKNESSES: &[(&str, &[&str])] = &[
         "lane_change_past_own_entry.toml", "avoidances_around_a_ring.toml"]),
     ("W21", &["conflict_05_enclosing.toml", "conflict_09_same_interval.toml", "exit_three_metres_apart.toml",
         "front_on_required_start.toml", "lane_change_beside_an_exit.toml"]),
+    ("W22", &["once_around_a_block.toml"]),
     ("W23", &["turn_behind_a_crossing.toml", "turn_behind_a_crossing_by_law.toml"]),
+    ("W24", &["goal_passed_on_the_way.toml"]),
 ];
 
 /// Scenarios in which upstream and improved show the same sides in the same order, and only gaps between two

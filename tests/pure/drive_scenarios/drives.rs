@@ -186,7 +186,7 @@ fn manoeuvres_conflicts_and_weaknesses_are_covered() {
         }
     }
     let numbers: Vec<&str> = WEAKNESSES.iter().map(|(weakness, _)| *weakness).collect();
-    let expected = (1..=10).chain([15, 18, 19, 20, 21, 23]).map(|number| format!("W{number}"));
+    let expected = (1..=10).chain([15]).chain(18..=24).map(|number| format!("W{number}"));
     assert_eq!(numbers, expected.collect::<Vec<_>>());
 }
 

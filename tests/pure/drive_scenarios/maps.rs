@@ -59,7 +59,8 @@ fn the_shipped_maps_are_what_the_generator_makes() {
 fn lanelets_follow_each_other_as_described() {
     type Described = (&'static str, usize, &'static [&'static [i64]]);
     #[rustfmt::skip]
-    let described: [Described; 12] = [
+    let described: [Described; 13] = [
+        ("block", 10, &[&[101, 102], &[101, 103, 104, 105, 106, 107, 108, 109, 110, 102], &[110, 103]]),
         ("bus_bay", 8, &[&[101, 102, 103, 104, 111, 112]]),
         ("chicane", 4, &[&[101, 102, 103, 104]]),
         ("consecutive_turns", 12, &[&[101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 111, 112]]),

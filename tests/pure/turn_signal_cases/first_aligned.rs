@@ -2,104 +2,40 @@
 //! centrelines, and on the turns of public maps, where a folder of these is named.
 
 use std::ffi::OsStr;
+use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
+use flate2::read::GzDecoder;
 use lanelet2_map::geometry::Point;
+use lanelet2_map::geometry::polyline::nearest;
 use lanelet2_map::geometry::required_end::first_aligned;
-use lanelet2_map::lane_network::TurnDirection;
+use lanelet2_map::lane_network::{LaneNetwork, TurnDirection};
+use lanelet2_map::points::Points;
+use lanelet2_map::projector::Projector;
 use proptest::prelude::*;
 use signal_gateway::config::files::Disk;
 use signal_gateway::config::map::read_lane_network;
 
-use crate::support::prerequisite::{public_maps, require};
+use crate::pure::drive_scenarios::random_drives::drives::aligned::by_the_rule;
+use crate::support::prerequisite::{public_maps, require, shared_data};
 
-const TOLERANCE_M: f64 = 0.05;
+const TOLERANCE_M: f64 = 1e-6;
 /// As the path generator is deployed.
 const THRESHOLD_DEG: f64 = 15.0;
 /// A heading so near to the threshold may fall on either side by rounding, degrees.
 const ROUNDING_DEG: f64 = 1e-6;
 
-/// The derivatives at the knots of the natural cubic spline, by all equations at once: second derivatives
-/// agree where two pieces meet, and are zero at both ends.
-fn derivatives(knots: &[f64], values: &[f64]) -> Vec<f64> {
-    let last = knots.len() - 1;
-    let mut rows = vec![vec![0.0; knots.len() + 1]; knots.len()];
-    for piece in 0..last {
-        let length = knots[piece + 1] - knots[piece];
-        let bend = 3.0 * (values[piece + 1] - values[piece]) / (length * length);
-        for (here, there) in [(piece, piece + 1), (piece + 1, piece)] {
-            rows[here][here] += 2.0 / length;
-            rows[here][there] += 1.0 / length;
-            rows[here][last + 1] += bend;
-        }
-    }
-    solved(rows)
-}
-
-/// Solves linear equations, each with its right side at its end, by Gauss and Jordan.
-fn solved(mut rows: Vec<Vec<f64>>) -> Vec<f64> {
-    for column in 0..rows.len() {
-        let pivot = (column..rows.len())
-            .max_by(|one, two| rows[*one][column].abs().total_cmp(&rows[*two][column].abs()));
-        rows.swap(column, pivot.unwrap());
-        let scale = rows[column][column];
-        rows[column].iter_mut().for_each(|value| *value /= scale);
-        let pivot = rows[column].clone();
-        for (index, row) in rows.iter_mut().enumerate() {
-            let factor = row[column];
-            if index != column {
-                row.iter_mut().zip(&pivot).for_each(|(value, pivot)| *value -= factor * pivot);
-            }
-        }
-    }
-    rows.iter().map(|row| row[row.len() - 1]).collect()
-}
-
-fn chords_m(line: &[Point]) -> Vec<f64> {
-    let mut arcs_m = vec![0.0];
-    for pair in line.windows(2) {
-        arcs_m.push(arcs_m[arcs_m.len() - 1] + (pair[1].x_m - pair[0].x_m).hypot(pair[1].y_m - pair[0].y_m));
-    }
-    arcs_m
-}
-
-/// The five points that divide a line into quarters.
-fn quarters(line: &[Point]) -> Vec<Point> {
-    let arcs_m = chords_m(line);
-    let at = |at_m: f64| {
-        let piece = (1..line.len() - 1).take_while(|index| arcs_m[*index] < at_m).count();
-        let share = (at_m - arcs_m[piece]) / (arcs_m[piece + 1] - arcs_m[piece]);
-        let between = |from: f64, to: f64| from + share * (to - from);
-        let (from, to) = (line[piece], line[piece + 1]);
-        Point::new(between(from.x_m, to.x_m), between(from.y_m, to.y_m))
-    };
-    [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| at(share * arcs_m[line.len() - 1])).to_vec()
-}
-
-/// The aligned start by the rule, and how far the headings of its points are from the threshold at least,
-/// degrees.
-fn by_the_rule(line: &[Point], threshold_deg: f64) -> (Point, f64) {
-    let line = if line.len() < 4 { quarters(line) } else { line.to_vec() };
-    let arcs_m = chords_m(&line);
-    let eastward = derivatives(&arcs_m, &line.iter().map(|point| point.x_m).collect::<Vec<_>>());
-    let northward = derivatives(&arcs_m, &line.iter().map(|point| point.y_m).collect::<Vec<_>>());
-    let last = line.len() - 1;
-    // The angle between two tangents, by their products.
-    let turned_deg = |index: usize| {
-        let cross = eastward[index] * northward[last] - northward[index] * eastward[last];
-        let dot = eastward[index] * eastward[last] + northward[index] * northward[last];
-        cross.abs().atan2(dot).to_degrees()
-    };
-    let found = (0..=last).find(|index| turned_deg(*index) < threshold_deg).unwrap();
-    let margins = (0..=found).map(|index| (turned_deg(index) - threshold_deg).abs());
-    (line[found], margins.fold(f64::INFINITY, f64::min))
-}
-
-/// How far the two are apart, metres; `None` where rounding decides.
+/// How far the two are apart, metres, infinitely if one is missing; `None` where rounding decides.
 fn difference_m(line: &[Point], threshold_deg: f64) -> Option<f64> {
     let (expected, margin_deg) = by_the_rule(line, threshold_deg);
-    let found = first_aligned(line, threshold_deg).unwrap().position;
-    (margin_deg > ROUNDING_DEG).then(|| found.distance_m(expected))
+    let found = first_aligned(line, threshold_deg).map(|found| found.position);
+    let difference_m = match (found, expected) {
+        (Some(found), Some(expected)) => found.distance_m(expected),
+        (None, None) => 0.0,
+        (Some(_), None) | (None, Some(_)) => f64::INFINITY,
+    };
+    (margin_deg > ROUNDING_DEG).then_some(difference_m)
 }
 
 proptest! {
@@ -145,6 +81,26 @@ fn turns_of_public_maps_are_aligned_where_the_rule_says() {
     println!("{turns} turns of {maps} maps, {undecided} of them decided by rounding");
     assert!(wrong.is_empty(), "{} of {turns} turns differ: {wrong:?}", wrong.len());
     assert!(turns > 0, "no turn on any map in {}", folder.display());
+}
+
+/// Turns of three points, which a straight line between these would align a quarter of their length earlier.
+#[test]
+fn short_turns_of_public_maps_are_aligned_on_the_cubic() {
+    let folder = require!(shared_data()).join("decider");
+    for (map, lane, expected_m) in
+        [("core_motion_velocity", 35046, 3.50), ("kashiwanoha", 35046, 3.50), ("kashiwanoha", 35051, 4.11)]
+    {
+        let packed = File::open(folder.join(format!("{map}.osm.gz"))).unwrap();
+        let mut text = String::new();
+        GzDecoder::new(packed).read_to_string(&mut text).unwrap();
+        let osm = lanelet2_map::osm::read(text.as_bytes()).unwrap();
+        let projector = Projector::mgrs_around(&osm).unwrap();
+        let road = LaneNetwork::read(&osm, &Points::new(&osm, &projector).unwrap()).unwrap();
+        let centerline = &road.lane(lane).unwrap().centerline;
+        let start = first_aligned(centerline, THRESHOLD_DEG).unwrap();
+        let along_m = nearest(centerline, start.position).unwrap().arc_m;
+        assert!((along_m - expected_m).abs() < 0.005, "{map} {lane}: {along_m} m");
+    }
 }
 
 fn maps_in(folder: &Path) -> Vec<PathBuf> {

@@ -90,7 +90,7 @@ fn a_map_of_a_crossing_is_a_road() {
     let followers: [(i64, &[i64]); 5] = [
         (34579, &[120_659]),
         (120_660, &[34438]),
-        (34468, &[34624, 34645]), // straight on, or to the left
+        (34468, &[34645, 34624]), // to the left, or straight on
         (34438, &[34633]),
         (34624, &[34411]),
     ];
@@ -99,6 +99,40 @@ fn a_map_of_a_crossing_is_a_road() {
         assert!(expected.iter().all(|follower| road.predecessors(*follower).contains(&id)), "{id}");
     }
     assert!(road.followers(LaneId::MAX).is_empty());
+}
+
+/// The answers of lanelet2 1.2.3 for such a map, written to its binary format and read from it, as Autoware's
+/// map message is.
+#[test]
+fn followers_and_predecessors_are_in_the_order_of_the_routing_graph() {
+    let cases: [(i64, [&[i64]; 2]); 4] = [
+        (1, [&[2, 3, 4], &[5, 6, 7]]),
+        (40, [&[120, 17, 31, 59], &[3, 95, 77, 1000]]),
+        (4_035_382, [&[4_035_380, 4_035_500, 4_036_001], &[4_030_013, 4_034_000, 4_035_381, 4_037_777]]),
+        (34468, [&[34645, 34624, 120_659, 120_660], &[34411, 34579, 34774]]),
+    ];
+    for (middle, expected) in cases {
+        for is_reversed in [false, true] {
+            let arm = |drawn: Drawn, id: i64, left: [(i32, i32); 2]| {
+                let (way, right) = (900_000 + 2 * id, left.map(|(x, y)| (x, y - 4)));
+                drawn.way(way, &left, "").way(way + 1, &right, "").lanelet(id, way, way + 1, "")
+            };
+            let in_file = |ids: &'static [i64]| {
+                let mut ids = ids.to_vec();
+                ids.sort_unstable_by_key(|id| if is_reversed { -id } else { *id });
+                (0..).step_by(10).zip(ids)
+            };
+            let mut drawn = arm(Drawn::new(), middle, [(0, 4), (1, 4)]);
+            for (row, id) in in_file(expected[0]) {
+                drawn = arm(drawn, id, [(1, 4), (2, 4 + row)]);
+            }
+            for (row, id) in in_file(expected[1]) {
+                drawn = arm(drawn, id, [(-1, 4 + row), (0, 4)]);
+            }
+            let road = drawn.road();
+            assert_eq!([road.followers(middle), road.predecessors(middle)], expected, "{middle}");
+        }
+    }
 }
 
 /// The centerline of a lanelet has a point every five metres, however few points its bounds have.

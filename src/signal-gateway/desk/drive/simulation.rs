@@ -199,8 +199,9 @@ fn leg(
     let last = plan.segments.len().saturating_sub(1);
     let goal = plan.goal.or_else(|| end(last, back_pose)).unwrap_or_default();
     let route = Route::new(plan.id.unwrap_or(number), start, plan.segments.clone());
-    let route =
-        route.map_err(|error: RouteError| refused(plan, error.to_string(), "correct the segments"))?;
+    let route = route
+        .map_err(|error: RouteError| refused(plan, error.to_string(), "correct the segments"))?
+        .with_goal(goal);
     let route_path = if file.points.is_empty() {
         RoutePath::of_route(Arc::clone(&road), &plan.segments, changes).map_err(of_lanes)?
     } else {
