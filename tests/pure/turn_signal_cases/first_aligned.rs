@@ -2,23 +2,17 @@
 //! centrelines, and on the turns of public maps, where a folder of these is named.
 
 use std::ffi::OsStr;
-use std::fs::File;
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use flate2::read::GzDecoder;
 use lanelet2_map::geometry::Point;
-use lanelet2_map::geometry::polyline::nearest;
 use lanelet2_map::geometry::required_end::first_aligned;
-use lanelet2_map::lane_network::{LaneNetwork, TurnDirection};
-use lanelet2_map::points::Points;
-use lanelet2_map::projector::Projector;
+use lanelet2_map::lane_network::TurnDirection;
 use proptest::prelude::*;
 use signal_gateway::config::files::Disk;
 use signal_gateway::config::map::read_lane_network;
 
 use crate::pure::drive_scenarios::random_drives::drives::aligned::by_the_rule;
-use crate::support::prerequisite::{public_maps, require, shared_data};
+use crate::support::prerequisite::{public_maps, require};
 
 const TOLERANCE_M: f64 = 1e-6;
 /// As the path generator is deployed.
@@ -81,26 +75,6 @@ fn turns_of_public_maps_are_aligned_where_the_rule_says() {
     println!("{turns} turns of {maps} maps, {undecided} of them decided by rounding");
     assert!(wrong.is_empty(), "{} of {turns} turns differ: {wrong:?}", wrong.len());
     assert!(turns > 0, "no turn on any map in {}", folder.display());
-}
-
-/// Turns of three points, which a straight line between these would align a quarter of their length earlier.
-#[test]
-fn short_turns_of_public_maps_are_aligned_on_the_cubic() {
-    let folder = require!(shared_data()).join("decider");
-    for (map, lane, expected_m) in
-        [("core_motion_velocity", 35046, 3.50), ("kashiwanoha", 35046, 3.50), ("kashiwanoha", 35051, 4.11)]
-    {
-        let packed = File::open(folder.join(format!("{map}.osm.gz"))).unwrap();
-        let mut text = String::new();
-        GzDecoder::new(packed).read_to_string(&mut text).unwrap();
-        let osm = lanelet2_map::osm::read(text.as_bytes()).unwrap();
-        let projector = Projector::mgrs_around(&osm).unwrap();
-        let road = LaneNetwork::read(&osm, &Points::new(&osm, &projector).unwrap()).unwrap();
-        let centerline = &road.lane(lane).unwrap().centerline;
-        let start = first_aligned(centerline, THRESHOLD_DEG).unwrap();
-        let along_m = nearest(centerline, start.position).unwrap().arc_m;
-        assert!((along_m - expected_m).abs() < 0.005, "{map} {lane}: {along_m} m");
-    }
 }
 
 fn maps_in(folder: &Path) -> Vec<PathBuf> {

@@ -24,6 +24,7 @@ mod loops;
 mod manoeuvres;
 mod mirror;
 mod path_generator;
+mod public_maps;
 mod reference;
 mod required_end;
 mod roundabouts;
