@@ -414,7 +414,7 @@ impl Decider {
             road.closest(route.lanes(), ego)
         } else {
             // A route is planned from the position of the vehicle.
-            let before = self.lane.or_else(|| route.segments().first().map(|segment| segment.preferred));
+            let before = self.lane.or_else(|| route.first_preferred());
             let around = before.map(|before| route.around(road, before, MAX_STEP_M)).unwrap_or_default();
             let is_continuous = |lane| around.binary_search(&lane).is_ok();
             // On a long route most of the lanelets are far away.

@@ -31,6 +31,7 @@ pub struct DistancePath {
 /// Lanelets one after another, with places on their joined centrelines.
 struct Sequence {
     lanes: Vec<LaneId>,
+    centerline: Vec<Point>,
     /// Where the vehicle is, metres.
     ego_m: f64,
     /// Where the path ends, metres; may lie beyond the last lanelet.
@@ -53,9 +54,8 @@ impl DistancePath {
         } else {
             Sequence::in_order((road, route, quirks), lengths_m, ego, lane)
         };
-        let centerlines = centerlines(road, &sequence.lanes);
         let from_m = (sequence.ego_m - backward_m).max(0.0);
-        let knots = knots_between(&centerlines, from_m, sequence.to_m);
+        let knots = knots_between(&sequence.centerline, from_m, sequence.to_m);
         let points = resampled(&knots, parameters.path_interval_m);
         let reaching_in = within(road, &sequence.lanes, from_m, sequence.to_m);
         let (lanes, spans_m) =
@@ -83,7 +83,7 @@ impl Sequence {
         lanes.push(current.id);
         lanes.extend(walk(road, current.id, forward_m - rest_m, &mut own(), next));
         let ego_m = behind_m + along_m;
-        Self { lanes, ego_m, to_m: ego_m + forward_m }
+        Self { centerline: joined(road, &lanes), lanes, ego_m, to_m: ego_m + forward_m }
     }
 
     /// Goes by the map, and projects vehicle and goal on all lanelets at once (W22, W24).
@@ -112,21 +112,22 @@ impl Sequence {
         }
         lanes.extend(after);
 
-        let joined = centerlines(road, &lanes).concat();
-        let ego_m = arc_m(&joined, ego);
+        let centerline = joined(road, &lanes);
+        let ego_m = arc_m(&centerline, ego);
         let mut to_m = ego_m + forward_m;
         if let (Some(last), Some(goal)) = (lanes.last(), route.goal())
             && quirks.ends_path_at_goal
             && route.ends_with(*last)
         {
-            to_m = to_m.min(arc_m(&joined, goal));
+            to_m = to_m.min(arc_m(&centerline, goal));
         }
-        Self { lanes, ego_m, to_m }
+        Self { lanes, centerline, ego_m, to_m }
     }
 }
 
-fn centerlines<'a>(road: &'a LaneNetwork, lanes: &[LaneId]) -> Vec<&'a [Point]> {
-    lanes.iter().filter_map(|id| road.lane(*id)).map(|lane| lane.centerline.as_slice()).collect()
+fn joined(road: &LaneNetwork, lanes: &[LaneId]) -> Vec<Point> {
+    let lanes = lanes.iter().filter_map(|id| road.lane(*id));
+    lanes.flat_map(|lane| lane.centerline.iter().copied()).collect()
 }
 
 /// Returns the arc length of the place on a line that is nearest to a pose, metres.

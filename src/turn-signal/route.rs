@@ -141,6 +141,11 @@ impl Route {
         self.segments.last().is_some_and(|segment| segment.lanes.contains(&lane))
     }
 
+    /// Returns the lanelet that the first segment prefers.
+    pub fn first_preferred(&self) -> Option<LaneId> {
+        self.segments.first().map(|segment| segment.preferred)
+    }
+
     /// Returns the lanelet that the last segment prefers.
     pub fn last_preferred(&self) -> Option<LaneId> {
         self.segments.last().map(|segment| segment.preferred)
@@ -157,9 +162,8 @@ impl Route {
     /// (docs/spec/turn-signal-decider.md, "Path generator").
     pub fn goes_on_after(&self, road: &LaneNetwork, lane: LaneId) -> bool {
         let followers = road.followers(lane);
-        let first = self.segments.first().map(|segment| segment.preferred);
         Some(lane) != self.last_preferred()
-            && followers.first().copied() != first
+            && followers.first().copied() != self.first_preferred()
             && followers.iter().any(|next| self.contains(*next))
     }
 
@@ -214,7 +218,7 @@ impl Route {
 
     /// Returns the first lanelet of the route that follows on the map, except the lanelet at its start (W22).
     fn next_on_map(&self, road: &LaneNetwork, lane: LaneId) -> Option<LaneId> {
-        let first = self.segments.first().map(|segment| segment.preferred);
+        let first = self.first_preferred();
         let follows = |next: &&LaneId| self.contains(**next) && Some(**next) != first;
         road.followers(lane).iter().find(follows).filter(|_| !self.ends_with(lane)).copied()
     }
