@@ -1,6 +1,8 @@
 //! The path generator a second time, written from docs/spec/turn-signal-decider.md, "Path generator", with a
 //! geometry of its own. Random drives get the same commands from both.
 
+use std::collections::BTreeMap;
+
 use lanelet2_map::geometry::{Point, Pose, wrapped};
 use lanelet2_map::lane_network::{LaneId, LaneNetwork, Lanelet, TurnDirection};
 use turn_signal::light_command::TurnCommand;
@@ -21,6 +23,8 @@ pub(crate) struct ReferenceRule<'a> {
     parameters: &'a DeciderParameters,
     front_m: f64,
     place: Option<(LaneId, Pose)>,
+    /// The aligned starts found so far, each with its margin.
+    aligned: BTreeMap<LaneId, (Option<Point>, f64)>,
     /// The least by which a comparison was decided in this cycle.
     margin: f64,
 }
@@ -98,7 +102,7 @@ fn in_table(ids: &[LaneId]) -> Vec<LaneId> {
 
 impl<'a> ReferenceRule<'a> {
     pub(crate) fn new(road: &'a LaneNetwork, parameters: &'a DeciderParameters, front_m: f64) -> Self {
-        Self { road, parameters, front_m, place: None, margin: f64::INFINITY }
+        Self { road, parameters, front_m, place: None, aligned: BTreeMap::new(), margin: f64::INFINITY }
     }
 
     /// The command of the next cycle; `None` if rounding decides.
@@ -264,7 +268,8 @@ impl<'a> ReferenceRule<'a> {
             if is_tagged {
                 own = command;
                 let threshold_deg = self.parameters.intersection_angle_threshold_deg;
-                let (start, margin_deg) = by_the_rule(&lane.centerline, threshold_deg);
+                let found = || by_the_rule(&lane.centerline, threshold_deg);
+                let (start, margin_deg) = *self.aligned.entry(*id).or_insert_with(found);
                 self.decided(margin_deg);
                 let Some(start) = start else { continue };
                 if !self.decided(along_m - foot(&lane.centerline, start).arc_m) {
